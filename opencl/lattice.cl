@@ -1,0 +1,40 @@
+// Points of a regular grid, numbered with x fastest.
+
+typedef struct {
+  long first, stop;  // the points of this launch
+  int nx, ny;
+} lattice_t;
+
+// `frame` takes indices to the local frame.
+#define LATTICE_PARAMETERS \
+  const long lattice_first, const long lattice_stop, const int nx, const int ny, const float16 frame
+#define LATTICE \
+  { lattice_first, lattice_stop, nx, ny }
+
+// Indices (i, j, k) of the points n, n + 1, ... n + LANES - 1.
+inline vec lattice_index(const lattice_t *lattice, long n) {
+  long row = n / lattice->nx;
+  integer i, j = (int)(row % lattice->ny), k = (int)(row / lattice->ny);
+  for (int l = 0; l < LANES; ++l) LANE_INT(i, l) = (int)(n % lattice->nx) + l;
+  while (ANY(i >= lattice->nx)) {
+    integer over = i >= lattice->nx;
+    i = select(i, i - lattice->nx, over);
+    j = select(j, j + 1, over);
+    over = j >= lattice->ny;
+    j = select(j, j - lattice->ny, over);
+    k = select(k, k + 1, over);
+  }
+#if LANES == 1
+  return (vec){(float)i, (float)j, (float)k};
+#else
+  return (vec){GLUE(convert_float, LANES)(i), GLUE(convert_float, LANES)(j),
+               GLUE(convert_float, LANES)(k)};
+#endif
+}
+
+// An affine transform t: columns for x, y, z, then the offset, three numbers each.
+inline vec transformed(const float16 t, vec x) {
+  return (vec){fma((real)(t.s0), x.x, fma((real)(t.s3), x.y, fma((real)(t.s6), x.z, (real)(t.s9)))),
+               fma((real)(t.s1), x.x, fma((real)(t.s4), x.y, fma((real)(t.s7), x.z, (real)(t.sa)))),
+               fma((real)(t.s2), x.x, fma((real)(t.s5), x.y, fma((real)(t.s8), x.z, (real)(t.sb))))};
+}

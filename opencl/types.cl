@@ -1,0 +1,75 @@
+// Scalars and vectors of points. One source serves all devices: a work item computes LANES points
+// at once, in explicit vectors on CPUs (no compiler vectorises the loop over control points by
+// itself) and one by one on GPUs. Branches are written as select().
+
+#ifndef LANES
+#error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
+#endif
+
+#if LANES == 1
+typedef float real;
+typedef int integer;
+#define ANY(condition) (condition)
+#else
+#define GLUE_(a, b) a##b
+#define GLUE(a, b) GLUE_(a, b)
+typedef GLUE(float, LANES) real;
+typedef GLUE(int, LANES) integer;
+#define ANY(condition) any(condition)
+#endif
+
+// Lane l of a vector, to read or to write.
+#define LANE(vector, l) (((float *)&(vector))[l])
+#define LANE_INT(vector, l) (((int *)&(vector))[l])
+
+typedef struct { real x, y, z; } vec;
+typedef struct { real a[9]; } mat;  // row by row
+
+inline vec vec_add(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline vec vec_sub(vec a, vec b) { return (vec){a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline vec vec_scale(real s, vec a) { return (vec){s * a.x, s * a.y, s * a.z}; }
+inline vec vec_madd(real s, vec a, vec b) {
+  return (vec){fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+inline real dot3(vec a, vec b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+inline vec cross3(vec a, vec b) {
+  return (vec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline vec vec_select(vec a, vec b, integer c) {
+  return (vec){select(a.x, b.x, c), select(a.y, b.y, c), select(a.z, b.z, c)};
+}
+
+// a / |a|, and 0 for a = 0.
+inline vec unit3(vec a) {
+  real square = dot3(a, a);
+  integer vanishes = square < 1e-30f;
+  return vec_scale(select(rsqrt(square), (real)(0), vanishes), a);
+}
+
+inline vec mat_vec(const mat *m, vec v) {
+  return (vec){fma(m->a[0], v.x, fma(m->a[1], v.y, m->a[2] * v.z)),
+               fma(m->a[3], v.x, fma(m->a[4], v.y, m->a[5] * v.z)),
+               fma(m->a[6], v.x, fma(m->a[7], v.y, m->a[8] * v.z))};
+}
+
+inline vec transposed_mat_vec(const mat *m, vec v) {
+  return (vec){fma(m->a[0], v.x, fma(m->a[3], v.y, m->a[6] * v.z)),
+               fma(m->a[1], v.x, fma(m->a[4], v.y, m->a[7] * v.z)),
+               fma(m->a[2], v.x, fma(m->a[5], v.y, m->a[8] * v.z))};
+}
+
+// m += a b^T
+inline void add_outer(mat *m, vec a, vec b) {
+  m->a[0] = fma(a.x, b.x, m->a[0]);
+  m->a[1] = fma(a.x, b.y, m->a[1]);
+  m->a[2] = fma(a.x, b.z, m->a[2]);
+  m->a[3] = fma(a.y, b.x, m->a[3]);
+  m->a[4] = fma(a.y, b.y, m->a[4]);
+  m->a[5] = fma(a.y, b.z, m->a[5]);
+  m->a[6] = fma(a.z, b.x, m->a[6]);
+  m->a[7] = fma(a.z, b.y, m->a[7]);
+  m->a[8] = fma(a.z, b.z, m->a[8]);
+}
+
+// m -= a b^T
+inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)(-1), a), b); }

@@ -1,0 +1,107 @@
+// The weights of Eq. 2: c_i / |q_i - v|^(2 alpha), for every power and distance in float32.
+//
+// k is the control point nearest to v, e the distance of the second nearest. All other control
+// points are summed with weights (e / d_i)^(2 alpha) <= 1, which neither vanish nor overflow; the
+// share r = (d_k / e)^(2 alpha) relates them to the weight of k. Coordinates are relative to k, so
+// k itself adds to no sum but the total weight, and r = 0 (v on a control point) is exact.
+
+// A control point in memory: q (3), c, p - q - drift (3), 0.
+#define HANDLE_SIZE 8
+
+typedef struct {
+  int count;                      // control points
+  float alpha;
+  int rotation_rank;              // 0: none, 1: all but the twist about a line, 2: whole
+  float4 flip_axis;               // normal to the line of rank 1
+  __global const float *handles;  // (count, HANDLE_SIZE)
+  __global const float *values;   // (count, FUNCTIONS), basis functions at the control points
+  __global const float *coefficients;  // (FUNCTIONS, MONOMIALS)
+} map_t;
+
+#define MAP_PARAMETERS                                                                       \
+  const int handle_count, const float alpha, const int rotation_rank, const float4 flip_axis, \
+      __global const float *restrict handles, __global const float *restrict values,         \
+      __global const float *restrict coefficients
+#define MAP \
+  { handle_count, alpha, rotation_rank, flip_axis, handles, values, coefficients }
+
+// What all sums at v are relative to.
+typedef struct {
+  integer k;  // nearest control point
+  vec q;      // q_k
+  vec x;      // v - q_k
+  vec u;      // p_k - q_k - drift
+  real c;     // its weight factor
+  real d2;    // |x|^2
+  real e2;    // squared distance of the second nearest
+  real r;     // (d_k / e)^(2 alpha)
+} pivot_t;
+
+// x^alpha for 0 <= x <= 1; the common powers without logarithms.
+inline real power(real x, float alpha) {
+#if TWICE_ALPHA == 1
+  return sqrt(x);
+#elif TWICE_ALPHA == 2
+  return x;
+#elif TWICE_ALPHA == 3
+  return x * sqrt(x);
+#elif TWICE_ALPHA == 4
+  return x * x;
+#elif TWICE_ALPHA == 6
+  return x * x * x;
+#else
+  return exp2(alpha * log2(x));
+#endif
+}
+
+inline real handle_distance2(__global const float *handle, vec v) {
+  real dx = handle[0] - v.x, dy = handle[1] - v.y, dz = handle[2] - v.z;
+  return fma(dx, dx, fma(dy, dy, dz * dz));
+}
+
+inline pivot_t find_pivot(const map_t *map, vec v) {
+  real first = FLT_MAX, second = FLT_MAX;
+  integer k = 0;
+  __global const float *handle = map->handles;
+  for (int i = 0; i < map->count; ++i, handle += HANDLE_SIZE) {
+    real d2 = handle_distance2(handle, v);
+    integer nearer = d2 < first;
+    second = fmin(second, fmax(first, d2));
+    first = fmin(first, d2);
+    k = select(k, (integer)(i), nearer);
+  }
+  pivot_t pivot;
+  pivot.k = k;
+  for (int l = 0; l < LANES; ++l) {
+    __global const float *nearest = map->handles + (long)LANE_INT(k, l) * HANDLE_SIZE;
+    LANE(pivot.q.x, l) = nearest[0];
+    LANE(pivot.q.y, l) = nearest[1];
+    LANE(pivot.q.z, l) = nearest[2];
+    LANE(pivot.c, l) = nearest[3];
+    LANE(pivot.u.x, l) = nearest[4];
+    LANE(pivot.u.y, l) = nearest[5];
+    LANE(pivot.u.z, l) = nearest[6];
+  }
+  pivot.x = vec_sub(v, pivot.q);
+  pivot.d2 = first;
+  pivot.e2 = fmax(second, 1e-30f);
+  pivot.r = power(first / pivot.e2, map->alpha);
+  return pivot;
+}
+
+// Weight of a control point next to the others but k.
+inline real handle_weight(const map_t *map, __global const float *handle, const pivot_t *pivot,
+                          vec v) {
+  real d2 = handle_distance2(handle, v);
+  return handle[3] * power(pivot->e2 / fmax(d2, pivot->e2), map->alpha);
+}
+
+// d log(w_i)/dv - d log(w_k)/dv: what changes of a weight when the common factor is left out.
+inline vec weight_slope(const map_t *map, __global const float *handle, const pivot_t *pivot,
+                        vec v) {
+  real near = 2 * map->alpha / fmax(pivot->d2, 1e-30f);
+  real far = 2 * map->alpha / fmax(handle_distance2(handle, v), 1e-30f);
+  return (vec){fma(near, pivot->x.x, far * (handle[0] - v.x)),
+               fma(near, pivot->x.y, far * (handle[1] - v.y)),
+               fma(near, pivot->x.z, far * (handle[2] - v.z))};
+}

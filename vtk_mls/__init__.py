@@ -1,0 +1,18 @@
+"""Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
+
+from vtk_mls.deformation import Aborted, Deformation, DisplacementField
+from vtk_mls.device import DeviceError
+from vtk_mls.grid import Grid
+from vtk_mls.handles import KINDS
+from vtk_mls.interpolation import INTERPOLATIONS
+
+__all__ = [
+    "INTERPOLATIONS",
+    "KINDS",
+    "Aborted",
+    "Deformation",
+    "DeviceError",
+    "DisplacementField",
+    "Grid",
+]
+__version__ = "0.1.0"

@@ -1,0 +1,315 @@
+"""The deformation as a value: validated once, then asked."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass, field
+
+import numpy as np
+
+from vtk_mls.dispatch import engine_for
+from vtk_mls.fitting import fitted_grid
+from vtk_mls.grid import Grid
+from vtk_mls.handles import KINDS, HandleSet
+from vtk_mls.interpolation import INTERPOLATIONS
+
+
+class Aborted(RuntimeError):
+    """The `progress` callback asked to stop."""
+
+
+@dataclass(frozen=True)
+class DisplacementField:
+    """The displacement map of a deformation on a grid.
+
+    Attributes
+    ----------
+    displacement : (nz, ny, nx, 3) float32, world units
+        G(v) - v at every point v of the grid.
+    grid : Grid
+        Where the points are.
+    """
+
+    displacement: np.ndarray
+    grid: Grid
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Deformation:
+    """A moving-least-squares deformation of space, given by control points.
+
+    The backward map G tells for each place v of the deformed space where its material came from
+    (Eq. 2 of the paper). It interpolates the control points, G(q_i) = p_i, and is the identity
+    where p = q.
+
+    Parameters
+    ----------
+    rest : (n, 3) array_like, world coordinates
+        p, the control points in the undeformed space.
+    deformed : (n, 3) array_like, world coordinates
+        q, where they were moved to. Control points with the same q count as one, at their
+        weighted mean p.
+    kind : {"affine", "rigid", "similarity", "polynomial"}
+        The maps that are fitted around each place: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
+        rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26).
+    alpha : float, > 0
+        Weights are 1 / |q_i - v|^(2 alpha): a larger alpha makes control points more local. At
+        alpha <= 1/2 the map has a kink at each control point.
+    degree : {1, 2, 3}
+        Degree of the polynomial kind.
+    weights : (n,) array_like, > 0, optional
+        Factor on the weight of each control point; all 1 if not given.
+    device : str, optional
+        "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
+        for the float64 numpy specification. If not given: the environment variable
+        VTK_MLS_DEVICE, else the first GPU, else the first CPU.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a bad argument, naming it.
+    DeviceError
+        From the questions, if the device cannot be had.
+
+    Notes
+    -----
+    A set that does not determine a map gets the one nearest to the identity: one control point
+    (or several that move alike) translates; control points on a line turn without twist about
+    it; on a plane they leave the direction across it as it is; too few for a degree fit only the
+    polynomials that they can tell apart.
+
+    Kernels compute in float32, in a local frame, to about 1e-6 of the extent of the control
+    points; results of `backward` carry the full digits of `points`.
+    """
+
+    rest: np.ndarray
+    deformed: np.ndarray
+    kind: str = "rigid"
+    _: KW_ONLY
+    alpha: float = 1.0
+    degree: int = 2
+    weights: np.ndarray | None = None
+    device: str | None = None
+    handles: HandleSet = field(init=False)
+
+    def __post_init__(self):
+        rest = _points("rest", self.rest)
+        deformed = _points("deformed", self.deformed)
+        if len(rest) == 0:
+            raise ValueError("`rest` is empty; a deformation needs at least one control point")
+        if rest.shape != deformed.shape:
+            raise ValueError(
+                "`rest` and `deformed` must have the same number of control points, "
+                f"got {len(rest)} and {len(deformed)}"
+            )
+        if self.kind not in KINDS:
+            raise ValueError(f"`kind` must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        alpha = _number("alpha", self.alpha)
+        if not (np.isfinite(alpha) and alpha > 0):
+            raise ValueError(f"`alpha` must be a positive number, got {self.alpha!r}")
+        if self.degree not in (1, 2, 3):
+            raise ValueError(f"`degree` must be 1, 2 or 3, got {self.degree!r}")
+        degree = int(self.degree)
+        weights = _weights(self.weights, len(rest))
+        handles = HandleSet(rest, deformed, weights, degree if self.kind == "polynomial" else 1)
+        for array in (rest, deformed, weights):
+            array.flags.writeable = False
+        for name, value in {
+            "rest": rest,
+            "deformed": deformed,
+            "alpha": alpha,
+            "degree": degree,
+            "weights": weights,
+            "handles": handles,
+        }.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self):
+        degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
+        return (
+            f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
+            f"{len(self.rest)} control points>"
+        )
+
+    def backward(self, points, progress=None):
+        """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates
+        progress : callable, optional
+            Called with the fraction done (0 to 1) between chunks; a true answer stops the work.
+
+        Returns
+        -------
+        (m, 3) float64, world coordinates
+
+        Raises
+        ------
+        ValueError, DeviceError, Aborted
+        """
+        return self._engine.backward(self, _points("points", points), _checked(progress))
+
+    def jacobian(self, points, progress=None):
+        """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
+
+        At a control point it is the linear part of the map fitted there.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        (m, 3, 3) float64
+        """
+        return self._engine.jacobian(self, _points("points", points), _checked(progress))
+
+    def displacement_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """The displacement map G(v) - v on a grid (section 4 of the paper).
+
+        Parameters
+        ----------
+        dimensions, origin, spacing, direction
+            Of the `Grid`; dimensions (nx, ny, nz).
+        progress : callable, optional
+            As for `backward`, called between slabs.
+
+        Returns
+        -------
+        DisplacementField
+        """
+        grid = Grid(dimensions, origin, spacing, direction)
+        return DisplacementField(
+            self._engine.displacement_field(self, grid, _checked(progress)), grid
+        )
+
+    def resample(
+        self, arrays, source, target=None, interpolation="linear", background=0.0, progress=None
+    ):
+        """Deform what `arrays` hold on a grid.
+
+        Parameters
+        ----------
+        arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
+        source : Grid
+            Where the arrays' values are.
+        target : Grid, optional
+            Where values are wanted; `source` if not given.
+        interpolation : {"nearest", "linear", "cubic"} or a sequence with one per array
+        background : float
+            Value of places whose material came from outside of `source` (by more than half a
+            spacing).
+        progress : callable, optional
+            As for `backward`, called between slabs.
+
+        Returns
+        -------
+        list of arrays
+            With the target's shape and the dtypes of `arrays`; integers are rounded to the
+            nearest and kept in their range. Where the map is the identity, values are the same
+            to the bit.
+        """
+        arrays = [np.asarray(array) for array in arrays]
+        for array in arrays:
+            if array.ndim not in (3, 4) or array.shape[:3] != source.shape:
+                raise ValueError(
+                    f"`arrays` must have the shape of the grid, {source.shape} or "
+                    f"{(*source.shape, 'components')}, got {array.shape}"
+                )
+            if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+                raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
+        methods = (
+            [interpolation] * len(arrays) if isinstance(interpolation, str) else interpolation
+        )
+        if len(methods) != len(arrays) or any(m not in INTERPOLATIONS for m in methods):
+            raise ValueError(
+                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each "
+                f"array, got {interpolation!r}"
+            )
+        return self._engine.resample(
+            self,
+            [np.ascontiguousarray(array) for array in arrays],
+            source,
+            source if target is None else target,
+            list(methods),
+            _number("background", background),
+            _checked(progress),
+        )
+
+    def fitted_grid(self, source):
+        """The grid on the lattice of `source` that holds all of the deformed volume.
+
+        Parameters
+        ----------
+        source : Grid
+            Of the undeformed volume.
+
+        Returns
+        -------
+        Grid
+            With the spacing and direction of `source`.
+        """
+        return fitted_grid(self, source)
+
+    @property
+    def _engine(self):
+        return engine_for(self.device)
+
+
+def _points(name, value):
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be numbers of shape (n, 3), got {value!r:.60}") from None
+    if array.size == 0 and array.ndim <= 2:
+        array = array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"`{name}` must have the shape (n, 3), got {array.shape}")
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
+    return array
+
+
+def _weights(value, count):
+    if value is None:
+        return np.ones(count)
+    try:
+        weights = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"`weights` must be numbers, got {value!r:.60}") from None
+    if weights.shape != (count,):
+        raise ValueError(
+            f"`weights` must be one number per control point, shape ({count},), "
+            f"got {weights.shape}"
+        )
+    bad = ~(np.isfinite(weights) & (weights > 0))
+    if bad.any():
+        first = int(np.flatnonzero(bad)[0])
+        raise ValueError(
+            f"`weights` must be positive, got {weights[first]} for control point {first}"
+        )
+    return weights
+
+
+def _number(name, value):
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be a number, got {value!r}") from None
+
+
+def _checked(progress):
+    """`progress` as the engines call it: an answer to stop becomes an exception."""
+    if progress is None:
+        return None
+
+    def report(fraction):
+        if progress(fraction):
+            raise Aborted(f"stopped at {fraction:.0%} as `progress` asked")
+
+    return report

@@ -1,0 +1,153 @@
+"""OpenCL devices: which there are, which one is meant, and programs built for it."""
+
+from __future__ import annotations
+
+import functools
+import re
+from dataclasses import dataclass, field
+
+from vtk_mls.resources import resource
+
+_INSTALL = (
+    "install an OpenCL driver: `pip install 'pyopencl[pocl]'` for the CPU, or the one of your GPU"
+)
+
+
+class DeviceError(RuntimeError):
+    """No device as asked for, or its driver refused; says what was found and what to install."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """An OpenCL device.
+
+    Attributes
+    ----------
+    key : str
+        "platform:device", as `device` of `Deformation` takes it.
+    kind : str
+        "gpu", "cpu" or "accelerator".
+    """
+
+    key: str
+    name: str
+    platform: str
+    kind: str
+    version: str
+    handle: object = field(repr=False, compare=False)
+
+    @property
+    def lanes(self) -> int:
+        """Points per work item: the width of the vector units on a CPU, one on a GPU."""
+        if self.kind != "cpu":
+            return 1
+        width = self.handle.native_vector_width_float
+        return width if width in (4, 8, 16) else 4
+
+    @property
+    def has_float64(self) -> bool:
+        """Whether kernels may use double."""
+        return bool(self.handle.double_fp_config)
+
+    def __str__(self):
+        return f"{self.key} {self.name} ({self.kind}, {self.platform})"
+
+
+def list_devices() -> list[Device]:
+    """All OpenCL devices; empty without pyopencl or a driver."""
+    return _find()[0]
+
+
+def choose(name: str | None = None) -> Device:
+    """The device meant by `name`.
+
+    Parameters
+    ----------
+    name : {"gpu", "cpu", "platform:device"}, optional
+        The first GPU, else the first CPU, if not given.
+
+    Raises
+    ------
+    DeviceError
+        If there is none; it lists what there is.
+    """
+    devices, problem = _find()
+    for kind in ("gpu", "cpu") if name is None else (name,):
+        for device in devices:
+            if kind in (device.kind, device.key):
+                return device
+    wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
+    if devices:
+        found = "found " + "; ".join(str(device) for device in devices)
+        raise DeviceError(f"{wanted}; {found}; use one of these, or \"reference\"")
+    raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
+
+
+def _find():
+    """Devices, and why there are none."""
+    try:
+        import pyopencl as cl
+    except ImportError as error:
+        return [], f"pyopencl cannot be imported ({error})"
+    try:
+        platforms = cl.get_platforms()
+    except cl.Error as error:
+        return [], f"OpenCL has no platform ({error})"
+    kinds = {cl.device_type.GPU: "gpu", cl.device_type.CPU: "cpu"}
+    devices = []
+    for p, platform in enumerate(platforms):
+        try:
+            handles = platform.get_devices()
+        except cl.Error:  # a platform without devices
+            continue
+        for d, handle in enumerate(handles):
+            kind = kinds.get(handle.type & (cl.device_type.GPU | cl.device_type.CPU), "accelerator")
+            devices.append(
+                Device(
+                    f"{p}:{d}",
+                    handle.name.strip(),
+                    platform.name.strip(),
+                    kind,
+                    handle.version.strip(),
+                    handle,
+                )
+            )
+    return devices, "OpenCL has no device"
+
+
+@functools.lru_cache(maxsize=None)
+def queue(device: Device):
+    """The command queue of `device`, in a context of its own."""
+    import pyopencl as cl
+
+    return cl.CommandQueue(cl.Context([device.handle]))
+
+
+@functools.lru_cache(maxsize=None)
+def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]):
+    """The program `opencl/file`, built once for `device` with -D `constants`.
+
+    Raises
+    ------
+    DeviceError
+        With the compiler's own words.
+    """
+    import pyopencl as cl
+
+    options = [f"-D{name}={value}" for name, value in constants]
+    try:
+        return cl.Program(queue(device).context, source(file)).build(options=options)
+    except cl.Error as error:
+        raise DeviceError(
+            f"the kernels in {file} do not build on {device} with {' '.join(options)}: {error}"
+        ) from error
+
+
+def source(file: str) -> str:
+    """The text of `opencl/file` with its includes in place, so that driver caches see them."""
+    folder = resource("opencl")
+    lines = []
+    for line in (folder / file).read_text().splitlines():
+        include = re.match(r'\s*#include "(.+)"', line)
+        lines.append(source(include[1]) if include else line)
+    return "\n".join(lines)

@@ -1,0 +1,112 @@
+"""A regular grid in the world: what `vtkImageData` describes, without VTK."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Points on an oriented regular lattice, x fastest.
+
+    Parameters
+    ----------
+    dimensions : (3,) ints
+        Number of points along the three axes (nx, ny, nz), each at least 1.
+    origin : (3,) floats, world coordinates
+        Position of the first point.
+    spacing : (3,) floats, world units
+        Distance between neighbours along each axis, not zero.
+    direction : (3, 3) floats, optional
+        Columns are the directions of the axes in the world; the identity if not given.
+
+    Raises
+    ------
+    ValueError
+        If a parameter has the wrong shape, is not finite, or gives no volume.
+    """
+
+    dimensions: tuple[int, int, int]
+    origin: np.ndarray = (0.0, 0.0, 0.0)
+    spacing: np.ndarray = (1.0, 1.0, 1.0)
+    direction: np.ndarray | None = None
+
+    def __post_init__(self):
+        dimensions = tuple(int(n) for n in self.dimensions)
+        if len(dimensions) != 3 or min(dimensions) < 1:
+            raise ValueError(
+                f"`dimensions` must be three positive integers (nx, ny, nz), got {self.dimensions}"
+            )
+        direction = np.eye(3) if self.direction is None else self.direction
+        for name, value, shape in (
+            ("origin", self.origin, (3,)),
+            ("spacing", self.spacing, (3,)),
+            ("direction", direction, (3, 3)),
+        ):
+            array = np.array(value, dtype=np.float64)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise ValueError(f"`{name}` must be {shape} finite numbers, got {value}")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "dimensions", dimensions)
+        if abs(np.linalg.det(self.direction)) < 1e-9 or not self.spacing.all():
+            raise ValueError(
+                "`spacing` must not be zero and `direction` must be invertible, "
+                f"got {self.spacing.tolist()} and {self.direction.tolist()}"
+            )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape (nz, ny, nx) of a numpy array with one value per point."""
+        return self.dimensions[::-1]
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return int(np.prod(self.dimensions, dtype=np.int64))
+
+    @property
+    def index_to_world(self) -> np.ndarray:
+        """(3, 3) matrix whose columns are the steps between neighbours in the world."""
+        return self.direction * self.spacing
+
+    def at(self, index) -> np.ndarray:
+        """World positions (m, 3) of the continuous indices `index` (m, 3) = (i, j, k)."""
+        return self.origin + np.asarray(index, dtype=np.float64) @ self.index_to_world.T
+
+    def index_of(self, points) -> np.ndarray:
+        """Continuous indices (m, 3) = (i, j, k) of the world positions `points` (m, 3)."""
+        return (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(
+            self.index_to_world
+        ).T
+
+    def index_transform(self, other: Grid) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix (3, 3) and offset (3,) from indices of this grid to those of `other`.
+
+        Grids on a common lattice get exact integers.
+        """
+        matrix = np.linalg.solve(other.index_to_world, self.index_to_world)
+        offset = other.index_of(self.origin[None])[0]
+        return _snapped(matrix), _snapped(offset)
+
+    def indices(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+        """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""
+        flat = np.arange(start, self.size if stop is None else stop)
+        return np.stack(np.unravel_index(flat, self.shape)[::-1], axis=1)
+
+    def points(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+        """World positions (m, 3) of the points `start` to `stop`, x fastest."""
+        return self.at(self.indices(start, stop))
+
+    def corners(self) -> np.ndarray:
+        """World positions (8, 3) of the corners."""
+        last = np.array(self.dimensions) - 1
+        return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))
+
+
+def _snapped(values: np.ndarray) -> np.ndarray:
+    """`values` with what differs from an integer by rounding only made that integer."""
+    whole = np.rint(values)
+    return np.where(np.abs(values - whole) < 1e-7, whole, values)

@@ -1,0 +1,78 @@
+"""Values of an array between its points: the float64 specification of what the kernels sample."""
+
+from __future__ import annotations
+
+import numpy as np
+
+INTERPOLATIONS = ("nearest", "linear", "cubic")
+
+
+def sample(array, index, method, background):
+    """Values of `array` at continuous indices.
+
+    Parameters
+    ----------
+    array : (nz, ny, nx) or (nz, ny, nx, components) array of any real dtype
+    index : (m, 3) float64
+        Continuous indices (i, j, k). Up to half a spacing beyond the border the border's value
+        continues; beyond that is `background`.
+    method : {"nearest", "linear", "cubic"}
+        "cubic" is Catmull-Rom (Keys, a = -1/2).
+    background : float
+        Value outside, cast like every other.
+
+    Returns
+    -------
+    (m,) or (m, components) array of the same dtype
+        Integers are rounded to the nearest and kept in their range. A point exactly on the
+        lattice gets exactly that value.
+    """
+    size = np.array(array.shape[2::-1])
+    values = array.reshape(*array.shape[:3], -1)
+    inside = ((index >= -0.5) & (index <= size - 0.5)).all(axis=1)
+    index = np.clip(np.where(inside[:, None], index, 0), 0, size - 1)
+    nearest = np.floor(index + 0.5).astype(np.int64)
+    raw = values[tuple(nearest.T[::-1])]
+    if method == "nearest":
+        result = raw.copy()
+    else:
+        base = np.floor(index).astype(np.int64)
+        fraction = index - base
+        total = np.zeros(raw.shape)
+        taps = [_taps(method, fraction[:, axis]) for axis in range(3)]
+        for dz, wz in taps[2]:
+            for dy, wy in taps[1]:
+                for dx, wx in taps[0]:
+                    at = np.clip(base + (dx, dy, dz), 0, size - 1)
+                    tap = values[tuple(at.T[::-1])].astype(np.float64)
+                    weight = (wx * wy * wz)[:, None]
+                    # a tap without weight must not bring in its NaN or infinity
+                    total += np.where(weight == 0, 0, weight * np.where(weight == 0, 0, tap))
+        on_lattice = (fraction == 0).all(axis=1)
+        result = np.where(on_lattice[:, None], raw, cast(total, array.dtype))
+    result[~inside] = cast(np.float64(background), array.dtype)
+    return result.reshape(len(index), *array.shape[3:])
+
+
+def _taps(method, t):
+    """Offsets along one axis with their weights (m,)."""
+    if method == "linear":
+        return [(0, 1 - t), (1, t)]
+    return [
+        (-1, ((2 - t) * t - 1) * t / 2),
+        (0, ((3 * t - 5) * t * t + 2) / 2),
+        (1, ((4 - 3 * t) * t + 1) * t / 2),
+        (2, (t - 1) * t * t / 2),
+    ]
+
+
+def cast(values, dtype):
+    """`values` as `dtype`: integers rounded to the nearest and kept in their range."""
+    if dtype.kind not in "iu":
+        return values.astype(dtype)
+    limits = np.iinfo(dtype)
+    rounded = np.rint(np.nan_to_num(values))
+    # the float64 next to the largest 64-bit integer is one too many
+    high = np.nextafter(float(limits.max), 0) if limits.max > 2**53 else limits.max
+    inner = np.clip(rounded, limits.min, high).astype(dtype)
+    return np.where(rounded > high, limits.max, inner).astype(dtype)
