@@ -10,6 +10,13 @@
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING 1e-6f
 
+// Three functions fit the registers; unrolling more only lengthens the build.
+#if FUNCTIONS == 3
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL
+#endif
+
 typedef struct {
   pivot_t pivot;
   real share;              // r / W
@@ -33,7 +40,7 @@ typedef struct {
 inline void clear_sums(sums_t *sums) {
   sums->weight = 0;
   sums->u = (vec){0, 0, 0};
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     sums->f[j] = 0;
     sums->uf[j] = (vec){0, 0, 0};
   }
@@ -49,19 +56,19 @@ inline void add_handle(sums_t *sums, const map_t *map, int i, const fit_t *fit, 
   sums->weight += w;
   sums->u = vec_madd(w, u, sums->u);
   real f[FUNCTIONS];
-  for (int j = 0; j < FUNCTIONS; ++j) f[j] = values[j] - fit->f_k[j];
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) f[j] = values[j] - fit->f_k[j];
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     real wf = w * f[j];
     sums->f[j] += wf;
     sums->uf[j] = vec_madd(wf, u, sums->uf[j]);
-    for (int l = 0; l <= j; ++l) sums->gram[AT(j, l)] = fma(wf, f[l], sums->gram[AT(j, l)]);
+    UNROLL for (int l = 0; l <= j; ++l) sums->gram[AT(j, l)] = fma(wf, f[l], sums->gram[AT(j, l)]);
   }
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->u = vec_add(total->u, part->u);
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     total->f[j] += part->f[j];
     total->uf[j] = vec_add(total->uf[j], part->uf[j]);
   }
@@ -71,15 +78,15 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 // L D L^T of the Gram matrix in `lower` (D goes to `inverse`), in place.
 inline void orthogonalise(fit_t *fit) {
   real *g = fit->lower;
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     real before = g[AT(j, j)];
-    for (int l = 0; l < j; ++l) {
+    UNROLL for (int l = 0; l < j; ++l) {
       real scaled = g[AT(j, l)];  // L_jl D_l
       for (int m = 0; m < l; ++m) scaled = fma(-g[AT(j, m)], g[AT(l, m)], scaled);
       g[AT(j, l)] = scaled;
     }
     real norm = before;
-    for (int l = 0; l < j; ++l) {
+    UNROLL for (int l = 0; l < j; ++l) {
       real scaled = g[AT(j, l)];
       g[AT(j, l)] = scaled * fit->inverse[l];
       norm = fma(-scaled, g[AT(j, l)], norm);
@@ -95,7 +102,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   const pivot_t *pivot = &fit.pivot;
   for (int l = 0; l < LANES; ++l) {
     __global const float *nearest = map->values + (long)LANE_INT(pivot->k, l) * FUNCTIONS;
-    for (int j = 0; j < FUNCTIONS; ++j) LANE(fit.f_k[j], l) = nearest[j];
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j) LANE(fit.f_k[j], l) = nearest[j];
   }
   sums_t sums;
   clear_sums(&sums);
@@ -109,19 +116,19 @@ inline fit_t fit_at(const map_t *map, vec v) {
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
   fit.share = pivot->r / total;
   fit.mean = vec_scale(fit.share, sums.u);
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     fit.centre[j] = fit.share * sums.f[j];
-    for (int l = 0; l <= j; ++l)
+    UNROLL for (int l = 0; l <= j; ++l)
       fit.lower[AT(j, l)] = fma(-fit.centre[j], sums.f[l], sums.gram[AT(j, l)]);
   }
   orthogonalise(&fit);
   real m[MONOMIALS], f[FUNCTIONS];
   monomial_differences(pivot->x, v, pivot->q, m);
   combine(map, m, f);
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
     fit.psi[j] = f[j] - fit.centre[j];
     fit.c[j] = vec_madd(-fit.centre[j], sums.u, sums.uf[j]);
-    for (int l = 0; l < j; ++l) {
+    UNROLL for (int l = 0; l < j; ++l) {
       fit.psi[j] = fma(-fit.lower[AT(j, l)], fit.psi[l], fit.psi[j]);
       fit.c[j] = vec_madd(-fit.lower[AT(j, l)], fit.c[l], fit.c[j]);
     }
@@ -132,7 +139,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
 // G(v) - v - drift, Eq. 26.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
   vec sum = fit->mean;
-  for (int j = 0; j < FUNCTIONS; ++j)
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j)
     sum = vec_madd(fit->psi[j] * fit->inverse[j], fit->c[j], sum);
   return vec_add(fit->pivot.u, sum);
 }
@@ -144,10 +151,10 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   // back from psi to the basis: coefficients of the fit, and of the influence
   real t[FUNCTIONS];
   vec c[FUNCTIONS];
-  for (int j = FUNCTIONS - 1; j >= 0; --j) {
+  UNROLL for (int j = FUNCTIONS - 1; j >= 0; --j) {
     t[j] = fit->inverse[j] * fit->psi[j];
     c[j] = vec_scale(fit->inverse[j], fit->c[j]);
-    for (int l = j + 1; l < FUNCTIONS; ++l) {
+    UNROLL for (int l = j + 1; l < FUNCTIONS; ++l) {
       t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
       c[j] = vec_madd(-fit->lower[AT(l, j)], c[l], c[j]);
     }
@@ -158,7 +165,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
     monomial_slopes(v, axis, m);
     combine(map, m, f);
     vec sum = {0, 0, 0};
-    for (int j = 0; j < FUNCTIONS; ++j) sum = vec_madd(f[j], c[j], sum);
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j) sum = vec_madd(f[j], c[j], sum);
     jacobian.a[axis] = sum.x;
     jacobian.a[3 + axis] = sum.y;
     jacobian.a[6 + axis] = sum.z;
@@ -171,7 +178,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
     real influence = fit->share;
     vec residual = {handle[4] - pivot->u.x - fit->mean.x, handle[5] - pivot->u.y - fit->mean.y,
                     handle[6] - pivot->u.z - fit->mean.z};
-    for (int j = 0; j < FUNCTIONS; ++j) {
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
       real f = values[j] - fit->f_k[j] - fit->centre[j];
       influence = fma(t[j], f, influence);
       residual = vec_madd(-f, c[j], residual);

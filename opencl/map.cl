@@ -9,23 +9,6 @@
 #endif
 #include "lattice.cl"
 
-// Points as three planes of `count` coordinates, local frame.
-inline vec load_points(__global const float *points, long count, long first) {
-  vec v;
-  for (int l = 0; l < LANES; ++l) {
-    long at = min(first + l, count - 1);
-    LANE(v.x, l) = points[at];
-    LANE(v.y, l) = points[count + at];
-    LANE(v.z, l) = points[2 * count + at];
-  }
-  return v;
-}
-
-inline void store_plane(__global float *plane, real value, long count, long first) {
-  int lanes = (int)min((long)LANES, count - first);
-  for (int l = 0; l < lanes; ++l) plane[first + l] = LANE(value, l);
-}
-
 // G(v) - v - drift in three planes, local frame.
 __kernel void point_displacement(MAP_PARAMETERS, const long points_count,
                                  __global const float *restrict points,
@@ -34,10 +17,7 @@ __kernel void point_displacement(MAP_PARAMETERS, const long points_count,
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit = fit_at(&map, load_points(points, points_count, first));
-  vec d = displacement_of(&map, &fit);
-  store_plane(displacement, d.x, points_count, first);
-  store_plane(displacement + points_count, d.y, points_count, first);
-  store_plane(displacement + 2 * points_count, d.z, points_count, first);
+  store_points(displacement, displacement_of(&map, &fit), points_count, first);
 }
 
 // d(G - v)/dv in nine planes.
@@ -82,7 +62,5 @@ __kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, const float1
   vec here = lattice_index(&lattice, lattice.first + at);
   fit_t fit = fit_at(&map, transformed(frame, here));
   vec from = vec_add(transformed(to_source, here), transformed(turn, displacement_of(&map, &fit)));
-  store_plane(index, from.x, count, at);
-  store_plane(index + count, from.y, count, at);
-  store_plane(index + 2 * count, from.z, count, at);
+  store_points(index, from, count, at);
 }

@@ -1,26 +1,65 @@
 // Values of an array at continuous indices. The rules are those of vtk_mls/interpolation.py.
 // Build constants: README.md.
 
-#if !defined(VALUE) || !defined(SUM) || !defined(CAST) || !defined(TAPS)
-#error "VALUE, SUM, CAST or TAPS is missing"
+#include "types.cl"
+
+#if !defined(VALUE) || !defined(SUM) || !defined(CAST) || !defined(TAPS) || !defined(OFFSET)
+#error "VALUE, SUM, CAST, TAPS or OFFSET is missing"
 #endif
 #ifdef USE_FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 #endif
 
+#if LANES == 1
+typedef SUM sum_t;
+#define TO_SUM(w) ((SUM)(w))
+#define TO_INTEGER(x) ((int)(x))
+#define TO_REAL(i) ((float)(i))
+#define TO_OFFSET(i) ((OFFSET)(i))
+typedef OFFSET offset_t;
+#else
+typedef GLUE(SUM, LANES) sum_t;
+#define TO_SUM(w) GLUE(GLUE(convert_, SUM), LANES)(w)
+#define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
+#define TO_REAL(i) GLUE(convert_float, LANES)(i)
+#define TO_OFFSET(i) GLUE(GLUE(convert_, OFFSET), LANES)(i)
+typedef GLUE(OFFSET, LANES) offset_t;
+#endif
+#define LANE_SUM(vector, l) (((SUM *)&(vector))[l])
+
 // Weights of the taps along one axis at the fraction t: two for linear, four for Catmull-Rom.
-inline void tap_weights(float t, float w[TAPS]) {
+inline void tap_weights(real t, real w[TAPS]) {
 #if TAPS == 2
   w[0] = 1 - t;
   w[1] = t;
 #elif TAPS == 4
-  w[0] = 0.5f * t * fma(t, 2 - t, -1.0f);
-  w[1] = 0.5f * fma(t * t, fma(3.0f, t, -5.0f), 2.0f);
-  w[2] = 0.5f * t * fma(t, fma(-3.0f, t, 4.0f), 1.0f);
+  w[0] = 0.5f * t * fma(t, 2 - t, (real)(-1));
+  w[1] = 0.5f * fma(t * t, fma((real)(3), t, (real)(-5)), (real)(2));
+  w[2] = 0.5f * t * fma(t, fma((real)(-3), t, (real)(4)), (real)(1));
   w[3] = 0.5f * t * t * (t - 1);
 #else
   w[0] = 1;
 #endif
+}
+
+// Along one axis with n points: taps and weights at x, and whether x is inside and on the lattice.
+typedef struct {
+  integer tap[TAPS], nearest, inside, exact;
+  real weight[TAPS];
+} axis_t;
+
+inline axis_t axis_at(real x, int n) {
+  axis_t axis;
+  axis.inside = (x >= -0.5f) & (x <= n - 0.5f);
+  x = clamp(select((real)(0), x, axis.inside), 0.0f, (float)(n - 1));
+  integer base = TO_INTEGER(x);
+  real t = x - TO_REAL(base);
+  axis.exact = t == 0;
+  axis.nearest = TO_INTEGER(x + 0.5f);
+  tap_weights(t, axis.weight);
+  for (int tap = 0; tap < TAPS; ++tap)
+    axis.tap[tap] = clamp(base + (tap - (TAPS - 1) / 2), 0, n - 1);
+  return axis;
 }
 
 // `index` holds three planes of `count` indices. Of the source, whose size is nx, ny, nz, the
@@ -29,52 +68,44 @@ __kernel void resample(const long count, __global const float *restrict index, c
                        const int ny, const int nz, const int slice, const int components,
                        const VALUE background, __global const VALUE *restrict values,
                        __global VALUE *restrict result) {
-  long n = get_global_id(0);
-  if (n >= count) return;
-  __global VALUE *to = result + n * components;
-  float x = index[n], y = index[count + n], z = index[2 * count + n];
-  if (!(x >= -0.5f && y >= -0.5f && z >= -0.5f && x <= nx - 0.5f && y <= ny - 0.5f &&
-        z <= nz - 0.5f)) {
-    for (int c = 0; c < components; ++c) to[c] = background;
-    return;
-  }
-  x = clamp(x, 0.0f, (float)(nx - 1));
-  y = clamp(y, 0.0f, (float)(ny - 1));
-  z = clamp(z, 0.0f, (float)(nz - 1));
-  int i = (int)x, j = (int)y, k = (int)z;
-  float tx = x - i, ty = y - j, tz = z - k;
-  long step_y = (long)nx * components, step_z = step_y * ny;
-  if (TAPS == 1 || (tx == 0 && ty == 0 && tz == 0)) {  // to the bit
-    i += tx >= 0.5f;
-    j += ty >= 0.5f;
-    k += tz >= 0.5f;
-    __global const VALUE *at = values + (k - slice) * step_z + j * step_y + (long)i * components;
-    for (int c = 0; c < components; ++c) to[c] = at[c];
-    return;
-  }
-  float wx[TAPS], wy[TAPS], wz[TAPS];
-  tap_weights(tx, wx);
-  tap_weights(ty, wy);
-  tap_weights(tz, wz);
-  long ox[TAPS], oy[TAPS], oz[TAPS];
-  for (int tap = 0; tap < TAPS; ++tap) {
-    int off = tap - (TAPS - 1) / 2;
-    ox[tap] = (long)clamp(i + off, 0, nx - 1) * components;
-    oy[tap] = clamp(j + off, 0, ny - 1) * step_y;
-    oz[tap] = (clamp(k + off, 0, nz - 1) - slice) * step_z;
-  }
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= count) return;
+  int lanes = (int)min((long)LANES, count - first);
+  vec at = load_points(index, count, first);
+  axis_t x = axis_at(at.x, nx), y = axis_at(at.y, ny), z = axis_at(at.z, nz);
+  integer inside = x.inside & y.inside & z.inside;
+  integer exact = x.exact & y.exact & z.exact;
+  OFFSET line = (OFFSET)nx * components;
+  __global VALUE *to = result + first * components;
   for (int c = 0; c < components; ++c) {
-    SUM sum = 0;
+    sum_t sum = 0;
+#if TAPS > 1
     for (int kk = 0; kk < TAPS; ++kk)
       for (int jj = 0; jj < TAPS; ++jj) {
-        __global const VALUE *line = values + oz[kk] + oy[jj] + c;
-        float wyz = wy[jj] * wz[kk];
+        offset_t row = (TO_OFFSET(z.tap[kk] - slice) * ny + TO_OFFSET(y.tap[jj])) * line + c;
+        real wyz = y.weight[jj] * z.weight[kk];
         for (int ii = 0; ii < TAPS; ++ii) {
-          float w = wx[ii] * wyz;
+          offset_t from = row + TO_OFFSET(x.tap[ii]) * components;
+          sum_t tap;
+          for (int l = 0; l < LANES; ++l) LANE_SUM(tap, l) = (SUM)values[((OFFSET *)&from)[l]];
+          real w = x.weight[ii] * wyz;
           // a tap without weight must not bring in its NaN or infinity
-          if (w != 0) sum += (SUM)w * (SUM)line[ox[ii]];
+          sum_t weighted = TO_SUM(w) * tap;
+          sum += TO_SUM(w) == 0 ? (sum_t)(0) : weighted;
         }
       }
-    to[c] = CAST(sum);
+#endif
+#if TAPS > 1
+    for (int l = 0; l < lanes; ++l) to[l * components + c] = CAST(LANE_SUM(sum, l));
+    if (!ANY(exact | !inside)) continue;
+#endif
+    for (int l = 0; l < lanes; ++l) {
+      if (!LANE_INT(inside, l)) {
+        to[l * components + c] = background;
+      } else if (TAPS == 1 || LANE_INT(exact, l)) {  // to the bit
+        OFFSET row = (OFFSET)(LANE_INT(z.nearest, l) - slice) * ny + LANE_INT(y.nearest, l);
+        to[l * components + c] = values[row * line + LANE_INT(x.nearest, l) * components + c];
+      }
+    }
   }
 }

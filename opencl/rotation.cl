@@ -79,19 +79,21 @@ inline vec symmetric_vec(const real k[6], vec v) {
 //
 // In cofactors Eq. 22 reads (y^2 - 1)^2 = 4 |cof C|^2 + 8 det(C) y, which keeps its digits where
 // the two largest roots meet (control points near a line: both at 1).
-inline real largest_root(const mat *c) {
+inline real largest_root(const mat *c, real *slope) {
   vec r0 = {c->a[0], c->a[1], c->a[2]}, r1 = {c->a[3], c->a[4], c->a[5]},
       r2 = {c->a[6], c->a[7], c->a[8]};
   vec c0 = cross3(r1, r2), c1 = cross3(r2, r0), c2 = cross3(r0, r1);
   real det = dot3(r0, c0), cof2 = dot3(c0, c0) + dot3(c1, c1) + dot3(c2, c2);
-  // (s1 + s2 + s3)^2 <= 1 + 2 sqrt(3) |cof C| for singular values with square sum 1
-  real excess = 3.4641016f * sqrt(cof2);
+  // y^2 = 1 + 2 sqrt(|cof C|^2 + 2 det(C) y) with y <= sqrt(3), or 1 + 2 sqrt(3) |cof C|: above
+  real excess = 2 * sqrt(cof2 + select(2 * cof2, 3.4641016f * det, det > 0));
   real root = excess / (1 + sqrt(1 + excess));
-  for (int step = 0; step < 6; ++step) {
+  for (int step = 0; step < 8; ++step) {
     real t = root * (root + 2);
     real value = fma(t, t, -4 * fma(2 * det, root + 1, cof2));
-    real slope = fma(4 * (root + 1), t, -8 * det);
-    root -= select(value / slope, (real)(0), slope < 1e-12f);
+    *slope = fma(4 * (root + 1), t, -8 * det);
+    real change = select(value / *slope, (real)(0), *slope < 1e-12f);
+    root -= change;
+    if (!ANY(fabs(change) > 1e-6f * root)) break;
   }
   return root;
 }
@@ -170,6 +172,9 @@ inline quaternion_t polished(quaternion_t q, const mat *c) {
   return unit4(product(q, (quaternion_t){1, halved.x, halved.y, halved.z}));
 }
 
+// Below this distance to other roots (near a line, or a reflection), the eigenvector needs help.
+#define CLOSE_ROOTS 0.5f
+
 // The whole rotation, from a C of any size.
 inline quaternion_t whole_rotation(const mat *covariance) {
   real square = 0;
@@ -181,8 +186,10 @@ inline quaternion_t whole_rotation(const mat *covariance) {
                 c.a[8] - c.a[0] - c.a[4], c.a[7] - c.a[5], c.a[2] - c.a[6],
                 c.a[3] - c.a[1],          c.a[1] + c.a[3], c.a[2] + c.a[6],
                 c.a[5] + c.a[7]};
-  quaternion_t q = eigenvector(a, largest_root(&c));
-  return polished(twisted(q, &c), &c);
+  real slope;
+  quaternion_t q = eigenvector(a, largest_root(&c, &slope));
+  if (ANY(slope < CLOSE_ROOTS)) q = polished(twisted(q, &c), &c);
+  return q;
 }
 
 // The line of a C = s a b^T of rank 1: unit vectors with q along b and p along a.

@@ -10,12 +10,16 @@
 typedef float real;
 typedef int integer;
 #define ANY(condition) (condition)
+#define LOAD(from) (*(from))
+#define STORE(value, to) (*(to) = (value))
 #else
 #define GLUE_(a, b) a##b
 #define GLUE(a, b) GLUE_(a, b)
 typedef GLUE(float, LANES) real;
 typedef GLUE(int, LANES) integer;
 #define ANY(condition) any(condition)
+#define LOAD(from) GLUE(vload, LANES)(0, from)
+#define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
 
 // Lane l of a vector, to read or to write.
@@ -37,6 +41,35 @@ inline vec cross3(vec a, vec b) {
 }
 inline vec vec_select(vec a, vec b, integer c) {
   return (vec){select(a.x, b.x, c), select(a.y, b.y, c), select(a.z, b.z, c)};
+}
+
+// Planes: the coordinates x of `count` points, then y, then z, and so on.
+
+// LANES numbers of a plane from `first` on; past the end the last one again.
+inline real load_plane(__global const float *plane, long count, long first) {
+  if (first + LANES <= count) return LOAD(plane + first);
+  real value;
+  for (int l = 0; l < LANES; ++l) LANE(value, l) = plane[min(first + l, count - 1)];
+  return value;
+}
+
+inline void store_plane(__global float *plane, real value, long count, long first) {
+  if (first + LANES <= count) {
+    STORE(value, plane + first);
+    return;
+  }
+  for (int l = 0; l < (int)(count - first); ++l) plane[first + l] = LANE(value, l);
+}
+
+inline vec load_points(__global const float *planes, long count, long first) {
+  return (vec){load_plane(planes, count, first), load_plane(planes + count, count, first),
+               load_plane(planes + 2 * count, count, first)};
+}
+
+inline void store_points(__global float *planes, vec value, long count, long first) {
+  store_plane(planes, value.x, count, first);
+  store_plane(planes + count, value.y, count, first);
+  store_plane(planes + 2 * count, value.z, count, first);
 }
 
 // a / |a|, and 0 for a = 0.

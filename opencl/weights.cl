@@ -66,22 +66,27 @@ inline pivot_t find_pivot(const map_t *map, vec v) {
   for (int i = 0; i < map->count; ++i, handle += HANDLE_SIZE) {
     real d2 = handle_distance2(handle, v);
     integer nearer = d2 < first;
-    second = fmin(second, fmax(first, d2));
-    first = fmin(first, d2);
+    real beaten = select(d2, first, nearer); second = select(second, beaten, beaten < second);
+    first = select(first, d2, nearer);
     k = select(k, (integer)(i), nearer);
   }
   pivot_t pivot;
   pivot.k = k;
-  for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = map->handles + (long)LANE_INT(k, l) * HANDLE_SIZE;
-    LANE(pivot.q.x, l) = nearest[0];
-    LANE(pivot.q.y, l) = nearest[1];
-    LANE(pivot.q.z, l) = nearest[2];
-    LANE(pivot.c, l) = nearest[3];
-    LANE(pivot.u.x, l) = nearest[4];
-    LANE(pivot.u.y, l) = nearest[5];
-    LANE(pivot.u.z, l) = nearest[6];
-  }
+  __global const float *nearest = map->handles + (long)LANE_INT(k, 0) * HANDLE_SIZE;
+  pivot.q = (vec){nearest[0], nearest[1], nearest[2]};
+  pivot.c = nearest[3];
+  pivot.u = (vec){nearest[4], nearest[5], nearest[6]};
+  if (ANY(k != LANE_INT(k, 0)))  // neighbours mostly share their nearest control point
+    for (int l = 1; l < LANES; ++l) {
+      nearest = map->handles + (long)LANE_INT(k, l) * HANDLE_SIZE;
+      LANE(pivot.q.x, l) = nearest[0];
+      LANE(pivot.q.y, l) = nearest[1];
+      LANE(pivot.q.z, l) = nearest[2];
+      LANE(pivot.c, l) = nearest[3];
+      LANE(pivot.u.x, l) = nearest[4];
+      LANE(pivot.u.y, l) = nearest[5];
+      LANE(pivot.u.z, l) = nearest[6];
+    }
   pivot.x = vec_sub(v, pivot.q);
   pivot.d2 = first;
   pivot.e2 = fmax(second, 1e-30f);

@@ -10,12 +10,16 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import vtkmodules.vtkRenderingFreeType
-import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+import vtkmodules.vtkRenderingFreeType  # noqa: F401  (text)
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkGlyph3D, vtkPolyDataNormals, vtkSurfaceNets3D, vtkTubeFilter
+from vtkmodules.vtkFiltersCore import (
+    vtkGlyph3D,
+    vtkPolyDataNormals,
+    vtkSurfaceNets3D,
+    vtkTubeFilter,
+)
 from vtkmodules.vtkFiltersSources import vtkConeSource, vtkLineSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageShrink3D
 from vtkmodules.vtkIOImage import vtkPNGWriter
@@ -28,18 +32,19 @@ from vtkmodules.vtkRenderingCore import (
     vtkTextActor,
     vtkWindowToImageFilter,
 )
+from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
 
 PANELS = {
-    "original": "drag the handles along the arrows",
-    "affine": "stretches and shears",
+    "original": "orange handles are dragged, blue ones stay",
+    "affine": "turns, stretches and shears",
     "similarity": "turns and scales",
     "rigid": "only turns: bones keep their size",
-    "polynomial": "bends smoothly (degree 2)",
+    "polynomial": "also bends (degree 2)",
 }
 PANEL = (480, 640)  # pixels
 OVERSAMPLING = 2
 BACKGROUND = (0.07, 0.09, 0.13)
-HANDLE, REST, ARROW = (1.0, 0.55, 0.1), (0.62, 0.66, 0.72), (1.0, 0.72, 0.35)
+DRAGGED, PINNED, REST = (1.0, 0.55, 0.10), (0.25, 0.62, 1.0), (0.62, 0.66, 0.72)
 TISSUES = {
     1: (0.80, 0.16, 0.16),  # blood
     2: (0.93, 0.68, 0.60),  # brain
@@ -71,6 +76,7 @@ def draw(directory: Path) -> Path:
         viewport = (i / len(PANELS), 0, (i + 1) / len(PANELS), 1)
         scene, overlay = vtkRenderer(), vtkRenderer()
         scene.SetBackground(BACKGROUND)
+        scene.SetPass(_ambient_occlusion())
         overlay.SetLayer(1)
         scene.AddActor(_tissues(directory / f"{name}.vti"))
         for actor in _drag(rest, deformed, at_rest=name == "original"):
@@ -153,14 +159,15 @@ def _outer(mesh):
 
 def _drag(rest, deformed, at_rest):
     """Actors of the handles: where they were, where they are, and an arrow between."""
-    moved = np.linalg.norm(deformed - rest, axis=1) > 0
+    moved = np.any(deformed != rest, axis=1)
+    yield _spheres(rest[~moved], 7.0, PINNED)
     if at_rest:
-        yield _spheres(rest, 7.0, HANDLE)
+        yield _spheres(rest[moved], 7.0, DRAGGED)
     else:
         yield _spheres(rest[moved], 4.0, REST)
-        yield _spheres(deformed, 7.0, HANDLE)
+        yield _spheres(deformed[moved], 7.0, DRAGGED)
     for start, end in zip(rest[moved], deformed[moved]):
-        yield from _arrow(start, end, HANDLE if at_rest else REST)
+        yield from _arrow(start, end, DRAGGED if at_rest else REST)
 
 
 def _spheres(centres, radius, colour):
@@ -222,6 +229,17 @@ def _text(text, height, size, bold):
     font.SetColor((1.0, 1.0, 1.0) if bold else (0.72, 0.77, 0.84))
     font.SetJustificationToCentered()
     return actor
+
+
+def _ambient_occlusion():
+    """Darkens what lies deep between other parts."""
+    occlusion = vtkSSAOPass()
+    occlusion.SetRadius(25.0)
+    occlusion.SetBias(1.0)
+    occlusion.SetKernelSize(64)
+    occlusion.BlurOn()
+    occlusion.SetDelegatePass(vtkRenderStepsPass())
+    return occlusion
 
 
 def _look_from_above(camera):

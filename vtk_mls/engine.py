@@ -16,6 +16,8 @@ from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
+# Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
+_CACHED = 1 << 20
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 _C_TYPES = {
     **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},
@@ -47,9 +49,11 @@ class Engine:
         self.NAME = str(device)
         self.device = device
         self.queue = devices.queue(device)
+        self._in_place = device.kind == "cpu"  # works on the host's arrays, without copies
         self.memory = device.handle.global_mem_size // 2
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # handle set -> buffers
+        self._kept = None
         self._lock = threading.RLock()  # a kernel's arguments belong to one launch at a time
 
     # The questions
@@ -76,7 +80,7 @@ class Engine:
         handles = deformation.handles
         result = np.empty((grid.size, 3), dtype=np.float32)
         with self._lock:
-            for part in self._slabs(grid.size, deformation, result.strides[0], progress):
+            for part in _stepped(self._slabs(grid.size, deformation, 12), progress):
                 with self._written(result[part]) as out:
                     self._launch_map(
                         "grid_displacement",
@@ -100,9 +104,12 @@ class Engine:
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         with self._lock:
             sources = _Sources(self, arrays)
-            for part in self._slabs(target.size, deformation, 12 + largest, progress):
+            slabs = self._slabs(
+                target.size, deformation, 12 + largest, _CACHED if self._in_place else None
+            )
+            index = self._scratch(12 * (slabs[0].stop - slabs[0].start))
+            for part in _stepped(slabs, progress):
                 count = part.stop - part.start
-                index = cl.Buffer(self.queue.context, cl.mem_flags.READ_WRITE, 12 * count)
                 self._launch_map(
                     "grid_source_index",
                     deformation,
@@ -122,7 +129,6 @@ class Engine:
                         continue
                     for rest in sources.fitting(number, index, count):
                         self._sample(rest, array, source, method, background, rows)
-                index.release()
         return results
 
     # Launching
@@ -131,7 +137,8 @@ class Engine:
         """Slices of `points` with the kernel's planes (planes, m) there."""
         handles = deformation.handles
         with self._lock:
-            for part in self._slabs(len(points), deformation, 4 * (3 + planes), progress):
+            slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
+            for part in _stepped(slabs, progress):
                 local = np.ascontiguousarray(handles.local(points[part]).T, dtype=np.float32)
                 count = local.shape[1]
                 result = np.empty((planes, count), np.float32)
@@ -139,7 +146,7 @@ class Engine:
                     self._launch_map(name, deformation, count, np.int64(count), v, out)
                 yield part, result
 
-    def _slabs(self, count, deformation, bytes_per_item, progress):
+    def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         handles = deformation.handles
         cost = len(handles) * (1 if deformation.kind in ROTATION_KINDS else len(handles.basis) + 1)
@@ -147,13 +154,10 @@ class Engine:
             _WORK_PER_LAUNCH / cost,
             self.memory / 4 / bytes_per_item,
             self.device.handle.max_mem_alloc_size / bytes_per_item,
+            most or count,
         )
         step = max(1024, int(limit) // 1024 * 1024)
-        for start in range(0, count, step):
-            stop = min(count, start + step)
-            yield slice(start, stop)
-            if progress is not None:
-                progress(stop / count)
+        return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
     def _launch_map(self, name, deformation, count, *arguments):
         constants, shared = self._map(deformation)
@@ -199,7 +203,11 @@ class Engine:
         in_float = array.dtype.name in _SUMMED_IN_FLOAT
         value, total = _C_TYPES[array.dtype.name], "float" if in_float else "double"
         cast = f"convert_{value}_sat_rte" if array.dtype.kind in "iu" else f"convert_{value}"
-        constants = (("VALUE", value), ("SUM", total), ("CAST", cast), ("TAPS", _TAPS[method]))
+        constants = (
+            *(("LANES", self.device.lanes), ("VALUE", value), ("SUM", total)),
+            *(("CAST", cast), ("TAPS", _TAPS[method])),
+            ("OFFSET", "int" if array.size < 2**31 else "long"),
+        )
         if not in_float:
             constants += (("USE_FP64", 1),)
         components = int(np.prod(array.shape[3:]))
@@ -209,7 +217,7 @@ class Engine:
                 "resample.cl",
                 constants,
                 "resample",
-                count,
+                -(-count // self.device.lanes),
                 np.int64(count),
                 index,
                 *(np.int32(n) for n in source.dimensions),
@@ -221,6 +229,12 @@ class Engine:
             )
 
     # Memory: a CPU device works in place on the host's arrays
+
+    def _scratch(self, size):
+        """A buffer of at least `size` bytes, kept for the next call."""
+        if self._kept is None or self._kept.size < size:
+            self._kept = cl.Buffer(self.queue.context, cl.mem_flags.READ_WRITE, size)
+        return self._kept
 
     def _constant(self, array):
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
@@ -235,18 +249,25 @@ class Engine:
         return _Shared(self, array, cl.mem_flags.WRITE_ONLY, back=True)
 
 
+def _stepped(slabs, progress):
+    """`slabs`, one after the other, with the progress after each."""
+    for part in slabs:
+        yield part
+        if progress is not None:
+            progress(part.stop / slabs[-1].stop)
+
+
 class _Shared:
     """A host array as a device buffer, for as long as the context lasts."""
 
     def __init__(self, engine, array, access, back):
         self.engine, self.array, self.back = engine, array, back
-        self.in_place = engine.device.kind == "cpu"
         flags = cl.mem_flags
-        if self.in_place:
+        if engine._in_place:
             access |= flags.USE_HOST_PTR
         elif not back:
             access |= flags.COPY_HOST_PTR
-        host = {"size": array.nbytes} if back and not self.in_place else {"hostbuf": array}
+        host = {"size": array.nbytes} if back and not engine._in_place else {"hostbuf": array}
         self.buffer = cl.Buffer(engine.queue.context, access, **host)
 
     def __enter__(self):
@@ -254,7 +275,7 @@ class _Shared:
 
     def __exit__(self, *_):
         queue = self.engine.queue
-        if self.back and not self.in_place:
+        if self.back and not self.engine._in_place:
             cl.enqueue_copy(queue, self.array, self.buffer)
         elif self.back:
             mapped, _ = cl.enqueue_map_buffer(
@@ -281,7 +302,7 @@ class _Sources:
         """Parts (index buffer, first, stop, values, first slice) that together make the slab."""
         array = self.arrays[number]
         engine = self.engine
-        if engine.device.kind == "cpu" or self._fits(sum(a.nbytes for a in self.arrays)):
+        if engine._in_place or self._fits(sum(a.nbytes for a in self.arrays)):
             if number not in self.whole:
                 self.whole[number] = engine._read(array)
             yield index, 0, count, self.whole[number].buffer, 0

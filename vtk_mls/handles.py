@@ -29,7 +29,7 @@ MONOMIAL_COUNT = {1: 3, 2: 9, 3: 19}
 # that was meant to be exactly flat is flat to about 1e-7.
 RANK_TOLERANCE = 1e-5
 # The rotation about a line of control points hangs on the product of the two sets' widths.
-TWIST_TOLERANCE = 1e-6
+TWIST_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
