@@ -106,10 +106,11 @@ inline fit_t fit_at(const map_t *map, vec v) {
   }
   sums_t sums;
   clear_sums(&sums);
-  for (int start = 0; start < map->count; start += BLOCK) {
+  int block = block_of(map);
+  for (int start = 0; start < map->count; start += block) {
     sums_t part;
     clear_sums(&part);
-    int stop = min(start + BLOCK, map->count);
+    int stop = min(start + block, map->count);
     for (int i = start; i < stop; ++i) add_handle(&part, map, i, &fit, v);
     add_sums(&sums, &part);
   }

@@ -53,9 +53,10 @@ inline fit_t fit_at(const map_t *map, vec v) {
   fit.pivot = find_pivot(map, v);
   const pivot_t *pivot = &fit.pivot;
   sums_t sums = {0};
-  for (int start = 0; start < map->count; start += BLOCK) {
+  int block = block_of(map);
+  for (int start = 0; start < map->count; start += block) {
     sums_t part = {0};
-    int stop = min(start + BLOCK, map->count);
+    int stop = min(start + block, map->count);
     __global const float *handle = map->handles + (long)start * HANDLE_SIZE;
     for (int i = start; i < stop; ++i, handle += HANDLE_SIZE)
       add_handle(&part, map, handle, pivot, v);
@@ -109,7 +110,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
   mat s = turned_back(&turn, &c);
   real mu = 1 + fit->factor;
-  vec moved = vec_scale(mu, mat_vec(&rotation, fit->s));
+  vec turned_s = mat_vec(&rotation, fit->s), moved = vec_scale(mu, turned_s);
   real stiffness[6], flexibility[6];
   stiffness_of(&s, stiffness);
   invert_symmetric(stiffness, flexibility);
@@ -142,8 +143,8 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
     }
 #if SIMILARITY
     real stretch = dot3(p, turned) - mu * dot3(q, q);
-    integer flat = fit->spread * mu <= 1e-30f;
-    influence = vec_madd(select(stretch / (fit->spread * mu), (real)(0), flat), moved, influence);
+    integer flat = fit->spread <= 1e-30f;
+    influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), turned_s, influence);
 #endif
     add_outer(&jacobian, influence, slope);
   }

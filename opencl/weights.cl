@@ -25,6 +25,10 @@ typedef struct {
 #define MAP \
   { handle_count, alpha, rotation_rank, flip_axis, handles, values, coefficients }
 
+// Control points are summed in blocks, and the blocks in turn: rounding grows with the fourth root
+// of their number.
+inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->count)); }
+
 // What all sums at v are relative to.
 typedef struct {
   integer k;  // nearest control point

@@ -89,6 +89,8 @@ def draw(directory: Path) -> Path:
             window.AddRenderer(renderer)
             renderer.ResetCameraClippingRange()
     window.Render()
+    if not window.SupportsOpenGL():
+        raise SystemExit("VTK found no OpenGL that it can draw with")
     picture = directory / "demo.png"
     _write(window, picture)
     return picture

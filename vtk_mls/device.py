@@ -72,13 +72,19 @@ def choose(name: str | None = None) -> Device:
         If there is none; it lists what there is.
     """
     devices, problem = _find()
+    for device in devices:
+        if name == device.key:
+            return device
     for kind in ("gpu", "cpu") if name is None else (name,):
         for device in devices:
-            if kind in (device.kind, device.key):
+            if kind == device.kind and defect(device) is None:
                 return device
     wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
     if devices:
-        found = "found " + "; ".join(str(device) for device in devices)
+        found = "found " + "; ".join(
+            f"{device}" + (f", which does not work: {defect(device)}" if defect(device) else "")
+            for device in devices
+        )
         raise DeviceError(f"{wanted}; {found}; use one of these, or \"reference\"")
     raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
 
@@ -116,6 +122,21 @@ def _find():
 
 
 @functools.lru_cache(maxsize=None)
+def defect(device: Device) -> str | None:
+    """Why `device` cannot be used, in its driver's words, or None.
+
+    A driver can be found and still build nothing, such as a second PoCL in one process.
+    """
+    import pyopencl as cl
+
+    try:
+        cl.Program(queue(device).context, "__kernel void probe(__global int *x) { *x = 1; }").build()
+    except cl.Error as error:
+        return _complaints(error)
+    return None
+
+
+@functools.lru_cache(maxsize=None)
 def queue(device: Device):
     """The command queue of `device`, in a context of its own."""
     import pyopencl as cl
@@ -139,8 +160,15 @@ def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]
         return cl.Program(queue(device).context, source(file)).build(options=options)
     except cl.Error as error:
         raise DeviceError(
-            f"the kernels in {file} do not build on {device} with {' '.join(options)}: {error}"
+            f"the kernels in {file} do not build on {device} with {' '.join(options) or 'no -D'}: "
+            + _complaints(error)
         ) from error
+
+
+def _complaints(error) -> str:
+    """What a compiler complains of, without the rest of its log."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 
 
 def source(file: str) -> str:

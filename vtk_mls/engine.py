@@ -176,7 +176,7 @@ class Engine:
         handles, alpha = deformation.handles, deformation.alpha
         rotation = deformation.kind in ROTATION_KINDS
         twice = int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0
-        constants = [("LANES", self.device.lanes), ("BLOCK", 512), ("TWICE_ALPHA", twice)]
+        constants = [("LANES", self.device.lanes), ("TWICE_ALPHA", twice)]
         if rotation:
             constants += [("ROTATION", 1), ("SIMILARITY", int(deformation.kind == "similarity"))]
         else:

@@ -20,7 +20,7 @@ from vtk_mls.handles import ROTATION_KINDS
 NAME = "reference (numpy, float64)"
 
 # Squared distance, in squared local units, below which a point counts as on a control point.
-_ON_HANDLE = 1e-24
+_ON_HANDLE = 1e-32
 # A weighted norm that lost this share of its square in the orthogonalisation is rounding.
 _VANISHING = 1e-20
 _CHUNK = 1 << 21  # numbers per temporary array
@@ -113,8 +113,6 @@ class _Fit:
 
     def value(self):
         """G(v) = l(v), Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""
-        if self.kind in ROTATION_KINDS:
-            return self.p_k + self.p_star + self._moved()
         return self.v + self.displacement
 
     def jacobian(self):
@@ -144,10 +142,13 @@ class _Fit:
         self.factor = np.ones(len(self.v))
         if self.kind == "similarity":  # mu_s, end of section 2
             np.divide(self.r_max, self.spread, out=self.factor, where=self.spread > 0)
-
-    def _moved(self):
-        turned = np.einsum("mab,mb->ma", self.rotation, self.x - self.q_star)
-        return self.factor[:, None] * turned
+        offset = self.x - self.q_star
+        self.turned = np.einsum("mab,mb->ma", self.rotation, offset)
+        self.displacement = (
+            (self.p_k - self.q_k)
+            + (self.p_star - self.q_star)
+            + (self.factor[:, None] * self.turned - offset)
+        )
 
     def _rotation_of_line(self):
         """Twist-free rotation of C = s a^T b that turns b to a."""
@@ -170,7 +171,7 @@ class _Fit:
         turned = np.einsum("mab,mib->mia", self.rotation, self.q)
         residual = self.p - self.factor[:, None, None] * turned
         influence = residual / self.total[:, None, None]
-        moved = self._moved()
+        moved = self.factor[:, None] * self.turned
         if self.handles.rotation_rank == 2:
             # R^T C = S stays symmetric: (tr(S) I - S) omega = q x R^T p for each control point
             s = np.einsum("mba,mbc->mac", self.rotation, self.c)
@@ -187,8 +188,8 @@ class _Fit:
             stretch = np.sum(self.p * turned, axis=2) - self.factor[:, None] * np.sum(
                 self.q**2, axis=2
             )
-            scale = np.where(self.spread > 0, self.factor * self.spread, np.inf)
-            influence = influence + (stretch / scale[:, None])[:, :, None] * moved[:, None]
+            spread = np.where(self.spread > 0, self.spread, np.inf)
+            influence = influence + (stretch / spread[:, None])[:, :, None] * self.turned[:, None]
         return influence
 
     def _line_turn(self):

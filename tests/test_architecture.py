@@ -1,0 +1,64 @@
+"""Who may import whom: one module per dependency boundary."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "vtk_mls"
+
+# What each module may import of the package, and from outside of the standard library.
+ALLOWED = {
+    "__init__": {"deformation", "device", "grid", "handles", "interpolation"},
+    "__main__": {"cli"},
+    "arrays": {"grid", "numpy", "vtkmodules"},
+    "cli": {"", "deformation", "device", "demo", "dispatch", "filters", "io", "numpy"},
+    "deformation": {"dispatch", "fitting", "grid", "handles", "interpolation", "numpy"},
+    "demo": {"", "demo_picture", "device", "dispatch", "filters", "io", "numpy", "vtkmodules"},
+    "demo_picture": {"", "io", "numpy", "vtkmodules"},
+    "device": {"resources", "pyopencl"},
+    "dispatch": {"device", "engine", "reference"},
+    "engine": {"device", "handles", "interpolation", "numpy", "pyopencl"},
+    "filters": {"", "arrays", "deformation", "device", "grid", "numpy", "vtkmodules"},
+    "fitting": {"grid", "numpy"},
+    "grid": {"numpy"},
+    "handles": {"numpy"},
+    "interpolation": {"numpy"},
+    "io": {"arrays", "numpy", "vtkmodules"},
+    "reference": {"handles", "interpolation", "numpy"},
+    "resources": set(),
+}
+
+
+def imports(text, package="vtk_mls"):
+    """Modules of the package ("" for itself), and outside packages, that `text` imports."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{a.name}" for a in node.names]
+        else:
+            continue
+        for name in names:
+            first, _, rest = name.partition(".")
+            inner = rest.split(".")[0]
+            if first != package:
+                found.add(first)
+            elif (PACKAGE / f"{inner}.py").exists() or (PACKAGE / inner).is_dir():
+                found.add(inner)
+            else:  # a public name
+                found.add("")
+    return found - set(sys.stdlib_module_names) - {"__future__"}
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
+def test_only_the_agreed_imports(path):
+    module = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    extra = imports(path.read_text()) - ALLOWED[module] - {module}
+    assert not extra, f"{path.name} must not import {', '.join(sorted(extra))}"
+
+
+def test_the_test_sees_a_forbidden_import():
+    assert imports("from vtk_mls.engine import Engine\nimport os, vtk") == {"engine", "vtk"}

@@ -1,0 +1,234 @@
+"""VTK <-> numpy keeps values, types and places."""
+
+import gc
+import weakref
+
+import numpy as np
+import pytest
+from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
+from vtkmodules import vtkCommonCore
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkInformation, vtkStringArray
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataSetAttributes,
+    vtkPointData,
+    vtkPolyData,
+)
+from vtkmodules.vtkFiltersCore import vtkCellCenters
+
+from vtk_mls import arrays
+from vtk_mls.arrays import Lattice
+
+TYPES = {
+    name: getattr(vtkCommonCore, f"VTK_{name.upper().replace(' ', '_')}")
+    for name in (
+        "bit",
+        "char",
+        "signed char",
+        "unsigned char",
+        "short",
+        "unsigned short",
+        "int",
+        "unsigned int",
+        "long",
+        "unsigned long",
+        "long long",
+        "unsigned long long",
+        "id type",
+        "float",
+        "double",
+    )
+}
+IMAGES = {
+    "plain": {},
+    "shifted": {"start": (3, -2, 5)},
+    "turned": {"direction": TURNED, "start": (-1, 2, 0)},
+    "left-handed": {"direction": np.diag([1, -1, 1])},
+    "slice": {"dimensions": (5, 1, 4), "start": (0, 7, 0)},
+    "line": {"dimensions": (1, 6, 1)},
+    "point": {"dimensions": (1, 1, 1), "direction": TURNED},
+}
+
+
+@pytest.fixture(params=IMAGES)
+def image(request):
+    return make_image(**IMAGES[request.param])
+
+
+@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("shape", [(13,), (13, 3), (0,)])
+def test_every_type_comes_back_as_it_was(name, shape, rng):
+    values = rng.integers(0, 2 if name == "bit" else 100, shape)
+    array = add_array(vtkPointData(), "values", values, TYPES[name])
+    numbers = arrays.to_numpy(array)
+    np.testing.assert_array_equal(numbers, values)
+    back = arrays.from_numpy(numbers.copy(), TYPES[name])
+    assert back.GetDataType() == array.GetDataType()
+    assert back.GetClassName() == array.GetClassName()
+    assert back.GetNumberOfTuples() == len(values)
+    np.testing.assert_array_equal(arrays.to_numpy(back), values)
+
+
+@pytest.mark.parametrize("name", sorted(set(TYPES) - {"bit"}))
+def test_both_directions_share_memory(name):
+    array = add_array(vtkPointData(), "values", [1, 2, 3], TYPES[name])
+    numbers = arrays.to_numpy(array)
+    array.SetComponent(1, 0, 7)
+    assert numbers.tolist() == [1, 7, 3]
+    back = arrays.from_numpy(numbers, TYPES[name])
+    array.SetComponent(2, 0, 5)
+    assert back.GetComponent(2, 0) == 5
+
+
+def test_extreme_values():
+    for dtype, name in ((np.int64, "long long"), (np.uint64, "unsigned long long")):
+        limits = np.iinfo(dtype)
+        values = np.array([limits.min, limits.max, limits.max - 1], dtype)
+        back = arrays.to_numpy(arrays.from_numpy(values, TYPES[name]))
+        assert back.dtype == dtype
+        np.testing.assert_array_equal(back, values)
+
+
+def test_a_vtk_array_keeps_its_numpy_memory():
+    values = np.arange(1000.0)
+    alive = weakref.ref(values)
+    array = arrays.from_numpy(values, VTK_DOUBLE)
+    holder = vtkPointData()
+    holder.AddArray(array)
+    del values, array
+    gc.collect()
+    assert alive() is not None
+    assert holder.GetArray(0).GetValue(999) == 999
+    del holder
+    arrays.from_numpy(np.zeros(1), VTK_DOUBLE)
+    gc.collect()
+    assert alive() is None
+
+
+@pytest.mark.skipif(
+    not hasattr(vtkCommonCore.vtkDoubleArray, "GetBuffer"),
+    reason="before VTK 9.7 memory in shallow copies cannot be followed",
+)
+def test_a_shallow_copy_keeps_the_numpy_memory():
+    values = np.arange(1000.0)
+    alive = weakref.ref(values)
+    array = arrays.from_numpy(values, VTK_DOUBLE)
+    copy = array.NewInstance()
+    copy.ShallowCopy(array)
+    del values, array
+    gc.collect()
+    assert alive() is not None
+    assert copy.GetValue(999) == 999
+
+
+def test_memory_in_separate_components_is_read():
+    if hasattr(vtkCommonCore, "vtkSOADataArrayTemplate"):
+        array = vtkCommonCore.vtkSOADataArrayTemplate["float32"]()
+    else:
+        pytest.skip("this VTK has no such array in Python")
+    array.SetNumberOfComponents(2)
+    array.SetNumberOfTuples(3)
+    for i in range(6):
+        array.SetComponent(i // 2, i % 2, i)
+    np.testing.assert_array_equal(arrays.to_numpy(array), [[0, 1], [2, 3], [4, 5]])
+
+
+def test_points_of_the_grid_are_where_vtk_has_them(image):
+    grid = Lattice.of_image(image).grid
+    assert grid.dimensions == image.GetDimensions()
+    expected = [image.GetPoint(i) for i in range(image.GetNumberOfPoints())]
+    np.testing.assert_allclose(grid.points(), expected, atol=1e-12)
+
+
+def test_cells_of_the_grid_are_where_vtk_has_them(image):
+    centres = vtkCellCenters()
+    centres.SetInputData(image)
+    centres.Update()
+    expected = centres.GetOutput()
+    cells = arrays.cell_grid(Lattice.of_image(image).grid)
+    assert cells.size == image.GetNumberOfCells()
+    expected = [expected.GetPoint(i) for i in range(expected.GetNumberOfPoints())]
+    np.testing.assert_allclose(cells.points(), expected, atol=1e-12)
+
+
+def test_a_lattice_survives_image_and_information(image):
+    lattice = Lattice.of_image(image)
+    other, info = make_image(), vtkInformation()
+    lattice.place(other)
+    lattice.announce(info)
+    assert Lattice.of_image(other) == Lattice.of_information(info) == lattice
+    grid = Lattice.of_grid(lattice.grid).grid
+    np.testing.assert_array_equal(grid.points(), lattice.grid.points())
+
+
+def test_which_extents_a_lattice_holds():
+    lattice = Lattice((0, 4, -2, 2, 1, 1))
+    assert lattice.holds((0, 4, -2, 2, 1, 1))
+    assert lattice.holds((1, 1, 0, 2, 1, 1))
+    assert not lattice.holds((0, 4, -3, 2, 1, 1))
+    assert not lattice.holds((0, -1, 0, -1, 0, -1))
+    assert Lattice((0, -1, 0, -1, 0, -1)).is_empty
+    assert not lattice.is_empty
+
+
+def test_names_components_and_roles_are_kept(rng):
+    image = make_image((3, 2, 2))
+    data = image.GetPointData()
+    for name in ("a", None, "n", "ids"):
+        array = add_array(data, name, rng.normal(size=(12, 3)), VTK_FLOAT)
+        array.SetComponentName(1, f"second of {name}")
+    table = vtkCommonCore.vtkLookupTable()
+    data.GetArray(0).SetLookupTable(table)
+    data.SetActiveScalars("a")
+    data.SetActiveAttribute(1, vtkDataSetAttributes.VECTORS)
+    data.SetActiveNormals("n")
+    data.SetActiveAttribute(3, vtkDataSetAttributes.PEDIGREEIDS)
+    new = vtkPointData()
+    values = arrays.image_values(data, Lattice.of_image(image).grid)
+    assert [v.shape for v in values] == [(2, 2, 3, 3)] * 4
+    arrays.set_image_values(new, values, data)
+    for i in range(4):
+        assert new.GetArrayName(i) == data.GetArrayName(i)
+        assert new.GetArray(i).GetComponentName(1) == data.GetArray(i).GetComponentName(1)
+        assert new.IsArrayAnAttribute(i) == data.IsArrayAnAttribute(i) >= 0
+    assert new.GetArray(0).GetLookupTable() is table
+
+
+def test_strings_are_picked_by_index():
+    strings = vtkStringArray()
+    strings.SetName("words")
+    strings.SetNumberOfTuples(4)
+    for i, word in enumerate("abcd"):
+        strings.SetValue(i, word)
+    old, new = vtkPointData(), vtkPointData()
+    old.AddArray(strings)
+    image = make_image((2, 2, 1))
+    (index,) = arrays.image_values(old, Lattice.of_image(image).grid)
+    assert index.tolist() == [[[0, 1], [2, 3]]]
+    arrays.set_image_values(new, [np.array([[[3, -1], [1, 0]]])], old)
+    picked = new.GetAbstractArray("words")
+    assert [picked.GetValue(i) for i in range(4)] == ["d", "", "b", "a"]
+
+
+def test_an_array_of_another_size_is_refused():
+    image = make_image((2, 2, 2))
+    add_array(image.GetPointData(), "short", np.zeros(7))
+    with pytest.raises(ValueError, match=r"`short` must have one tuple for each of the 8 .*got 7"):
+        arrays.image_values(image.GetPointData(), Lattice.of_image(image).grid)
+
+
+def test_control_points_are_float64_whatever_they_were():
+    points = vtkCommonCore.vtkPoints()  # float32
+    points.InsertNextPoint(1, 2, 3)
+    polydata = vtkPolyData()
+    polydata.SetPoints(points)
+    add_array(polydata.GetPointData(), "move", [[1, 0, -1]], TYPES["short"])
+    add_array(polydata.GetPointData(), "factor", [2], TYPES["int"])
+    rest, deformed, weights = arrays.control_points(polydata, "move", "factor")
+    assert rest.dtype == deformed.dtype == weights.dtype == np.float64
+    assert (rest.tolist(), deformed.tolist(), weights.tolist()) == ([[1, 2, 3]], [[2, 2, 2]], [2])
+    with pytest.raises(ValueError, match="no numeric point array `shift`; it has `move`, `factor`"):
+        arrays.control_points(polydata, "shift")
+    with pytest.raises(ValueError, match="`factor` .* must have 3 components, got 1"):
+        arrays.control_points(polydata, "factor")
+    with pytest.raises(ValueError, match="`ControlPoints` has no points"):
+        arrays.control_points(vtkPolyData(), "move")

@@ -1,0 +1,78 @@
+"""The demo leaves what the README promises."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import subprocess
+
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+
+from vtk_mls import KINDS, demo
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("pyvista") is None, reason="the demo's volume comes with pyvista"
+)
+
+
+@pytest.fixture(scope="module")
+def output(tmp_path_factory):
+    """The folder that the demo filled, and what it printed."""
+    folder = tmp_path_factory.mktemp("a folder") / "demo"
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        demo.main(folder)
+    return folder, printed.getvalue()
+
+
+def _read(reader, file):
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def test_each_kind_moves_the_frog_differently(output):
+    volumes = {}
+    for kind in KINDS:
+        labels = _read(vtkXMLImageDataReader(), output[0] / f"{kind}.vti").GetPointData()
+        volumes[kind] = vtk_to_numpy(labels.GetScalars())
+        assert np.isin(volumes[kind], np.arange(30)).all()
+        assert np.count_nonzero(volumes[kind]) > 1000
+        assert kind in output[1]
+    assert len({np.count_nonzero(volume) for volume in volumes.values()}) == len(KINDS)
+
+
+def test_handles_are_written(output):
+    handles = _read(vtkXMLPolyDataReader(), output[0] / "handles.vtp")
+    assert handles.GetNumberOfPoints() == len(demo.HANDLES) == 15
+    drag = vtk_to_numpy(handles.GetPointData().GetArray("Displacement"))
+    np.testing.assert_array_equal(drag, [drag for _, drag in demo.HANDLES.values()])
+
+
+def test_picture_or_what_to_install(output):
+    picture = output[0] / "demo.png"
+    if picture.is_file():
+        assert str(picture) in output[1]
+        pixels = vtk_to_numpy(_read(vtkPNGReader(), picture).GetPointData().GetScalars())
+        assert pixels.reshape(640, 2400, 3).std(axis=(0, 1)).min() > 20
+    else:
+        assert "libegl1" in output[1]
+
+
+def test_a_crash_of_opengl_says_what_to_install(monkeypatch, capsys, tmp_path):
+    crashed = subprocess.CompletedProcess([], -11)
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: crashed)
+    demo.draw(tmp_path)
+    assert "apt-get install libegl1 libgl1-mesa-dri" in capsys.readouterr().out
+
+
+def test_without_the_volume_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(FileNotFoundError, match="pip install pyvista"):
+        demo.main(tmp_path)

@@ -1,0 +1,132 @@
+"""Small VTK scenes, and fixtures that turn VTK's messages into failures. Tests import them."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import arrays
+from vtk_mls.filters import MLSControlPoints
+
+# A right-handed turn about no particular axis.
+TURNED = np.array([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
+
+
+class Messages:
+    """What VTK had to say."""
+
+    def __init__(self, window):
+        self._window, self._read = window, 0
+
+    def take(self):
+        """The text since the last call."""
+        text = self._window.GetOutput()
+        text, self._read = text[self._read :], len(text)
+        return text
+
+    def assert_one(self, match):
+        """There was exactly one message, of one line, with the pattern `match`."""
+        lines = [line for line in self.take().splitlines() if line.strip()]
+        assert len(lines) == 1, lines
+        assert re.search(match, lines[0]), lines[0]
+
+    def assert_none(self):
+        text = self.take()
+        assert text == "", f"VTK said: {text}"
+
+
+@pytest.fixture(autouse=True)
+def messages():
+    """VTK's messages; those that a test does not take make it fail."""
+    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(window)
+    messages = Messages(window)
+    yield messages
+    vtkOutputWindow.SetInstance(usual)
+    messages.assert_none()
+
+
+@pytest.fixture(params=["reference", *DEVICES])
+def device(request):
+    return request.param
+
+
+FAST = DEVICES[0] if DEVICES else "reference"
+
+# Corners of a box around (4, 4, 3), its upper face turned by 30 degrees and lifted.
+REST = np.array([(x, y, z) for z in (1.0, 5.0) for y in (1.0, 7.0) for x in (1.0, 7.0)])
+_TURN = np.array([[0.75**0.5, -0.5, 0], [0.5, 0.75**0.5, 0], [0, 0, 1]])
+DEFORMED = np.where(REST[:, 2:] > 3, (REST - 4) @ _TURN.T + [4, 4, 4.75], REST)
+
+
+def control_points(rest=REST, deformed=DEFORMED, weights=()):
+    source = MLSControlPoints()
+    source.SetRestPoints(rest)
+    source.SetDeformedPoints(deformed)
+    source.SetWeights(weights)
+    return source
+
+
+def connect(deforming, image, handles):
+    """Connect a filter to an image (data or algorithm) and control points."""
+    for port, source in enumerate((image, handles)):
+        if hasattr(source, "GetOutputPort"):
+            deforming.SetInputConnection(port, source.GetOutputPort())
+        else:
+            deforming.SetInputDataObject(port, source)
+    return deforming
+
+
+def make_image(dimensions=(9, 8, 7), start=(0, 0, 0), direction=None, origin=(0.5, 0.25, 0)):
+    """An image without arrays."""
+    image = vtkImageData()
+    image.SetExtent([i for a, n in zip(start, dimensions) for i in (a, a + n - 1)])
+    image.SetOrigin(origin)
+    image.SetSpacing(0.9, 1.0, 1.1)
+    if direction is not None:
+        image.SetDirectionMatrix(*np.ravel(direction))
+    return image
+
+
+def add_array(attributes, name, values, vtk_type=None):
+    """Add a copy of `values` (n,) or (n, components); float64 if no type is given."""
+    values = np.asarray(values)
+    array = vtkDataArray.CreateDataArray(vtk_type) if vtk_type else None
+    if array is None:
+        array = arrays.from_numpy(values.astype(np.float64), 11)
+    else:
+        array.SetNumberOfComponents(1 if values.ndim == 1 else values.shape[1])
+        array.SetNumberOfTuples(len(values))
+        for i, value in enumerate(values.ravel().tolist()):
+            array.SetComponent(*divmod(i, array.GetNumberOfComponents()), value)
+    array.SetName(name)
+    attributes.AddArray(array)
+    return array
+
+
+def values_of(image, name):
+    """A point array of an image as (nz, ny, nx) or (nz, ny, nx, components) array."""
+    values = arrays.to_numpy(image.GetPointData().GetArray(name))
+    return values.reshape(image.GetDimensions()[::-1] + values.shape[1:])
+
+
+def update(algorithm):
+    """The output after an update."""
+    assert algorithm.GetExecutive().Update()
+    return algorithm.GetOutputDataObject(0)
+
+
+class Executions:
+    """Counts how often an algorithm runs."""
+
+    def __init__(self, algorithm):
+        self.count = 0
+        algorithm.AddObserver("StartEvent", self._add)
+
+    def _add(self, *_):
+        self.count += 1

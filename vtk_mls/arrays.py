@@ -1,0 +1,292 @@
+"""VTK <-> numpy, in both directions, only here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_FLOAT, vtkDataArray
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+
+from vtk_mls.grid import Grid
+
+GHOSTS = vtkDataSetAttributes.GhostArrayName()
+_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Where the points of a vtkImageData are, in VTK's own terms.
+
+    Attributes
+    ----------
+    extent : (6,) ints
+        First and last index along each axis; the first need not be 0.
+    origin, spacing : (3,) floats, world coordinates and units
+        The origin is the place of index (0, 0, 0), in the extent or not.
+    direction : (9,) floats
+        Direction matrix, row by row.
+    """
+
+    extent: tuple
+    origin: tuple = (0.0, 0.0, 0.0)
+    spacing: tuple = (1.0, 1.0, 1.0)
+    direction: tuple = _IDENTITY
+
+    @classmethod
+    def of_image(cls, image):
+        """Of a vtkImageData."""
+        matrix = image.GetDirectionMatrix()
+        direction = tuple(matrix.GetElement(i, j) for i in range(3) for j in range(3))
+        return cls(image.GetExtent(), image.GetOrigin(), image.GetSpacing(), direction)
+
+    @classmethod
+    def of_information(cls, info):
+        """Whole extent and placement that pipeline information announces."""
+        extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
+        keys = (vtkDataObject.ORIGIN(), vtkDataObject.SPACING(), vtkDataObject.DIRECTION())
+        given = (info.Get(key) if info.Has(key) else None for key in keys)
+        defaults = (cls.origin, cls.spacing, cls.direction)
+        return cls(extent, *(value or default for value, default in zip(given, defaults)))
+
+    @classmethod
+    def of_grid(cls, grid):
+        """Of a `Grid`, its first point at index (0, 0, 0)."""
+        extent = tuple(i for n in grid.dimensions for i in (0, n - 1))
+        direction = tuple(grid.direction.ravel().tolist())
+        return cls(extent, tuple(grid.origin.tolist()), tuple(grid.spacing.tolist()), direction)
+
+    def announce(self, info):
+        """Set pipeline information."""
+        info.Set(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT(), self.extent, 6)
+        info.Set(vtkDataObject.ORIGIN(), self.origin, 3)
+        info.Set(vtkDataObject.SPACING(), self.spacing, 3)
+        info.Set(vtkDataObject.DIRECTION(), self.direction, 9)
+
+    def place(self, image):
+        """Give a vtkImageData this extent, origin, spacing and direction."""
+        image.SetExtent(self.extent)
+        image.SetOrigin(self.origin)
+        image.SetSpacing(self.spacing)
+        image.SetDirectionMatrix(self.direction)
+
+    def part(self, extent):
+        """The lattice cut to another extent."""
+        return Lattice(tuple(extent), self.origin, self.spacing, self.direction)
+
+    def holds(self, extent):
+        """Whether another, non-empty extent lies within."""
+        low, high = np.array(extent[::2]), np.array(extent[1::2])
+        inside = (self.extent[::2] <= low) & (low <= high) & (high <= self.extent[1::2])
+        return bool(inside.all())
+
+    @property
+    def is_empty(self):
+        """Whether there is no point."""
+        return any(first > last for first, last in zip(self.extent[::2], self.extent[1::2]))
+
+    @property
+    def grid(self):
+        """The points as a `Grid`, whose origin is the extent's first point."""
+        first, last = np.array(self.extent[::2]), np.array(self.extent[1::2])
+        base = Grid((1, 1, 1), self.origin, self.spacing, np.reshape(self.direction, (3, 3)))
+        return Grid(last - first + 1, base.at(first[None])[0], base.spacing, base.direction)
+
+
+def cell_grid(grid):
+    """The centres of a grid's cells; along an axis with one point lies one layer of cells."""
+    dimensions = np.array(grid.dimensions)
+    centre = np.where(dimensions > 1, 0.5, 0.0)
+    return Grid(
+        np.maximum(dimensions - 1, 1), grid.at(centre[None])[0], grid.spacing, grid.direction
+    )
+
+
+def to_numpy(array):
+    """Values of a vtkDataArray.
+
+    Parameters
+    ----------
+    array : vtkDataArray
+        Of any type and layout.
+
+    Returns
+    -------
+    (n,) or (n, components) array
+        A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
+    """
+    n, components = array.GetNumberOfTuples(), array.GetNumberOfComponents()
+    shape = (n,) if components == 1 else (n, components)
+    if array.GetDataType() == VTK_BIT:
+        if n == 0:
+            return np.empty(shape, np.uint8)
+        return np.unpackbits(np.frombuffer(array, np.uint8), count=n * components).reshape(shape)
+    dtype = _dtype(array)
+    if n == 0:
+        return np.empty(shape, dtype)
+    if not array.HasStandardMemoryLayout():
+        standard = vtkDataArray.CreateDataArray(array.GetDataType())
+        standard.DeepCopy(array)
+        array = standard
+    return np.frombuffer(array, dtype, n * components).reshape(shape)
+
+
+def from_numpy(values, vtk_type):
+    """A vtkDataArray of the type `vtk_type` over the memory of `values`, which it keeps alive.
+
+    Parameters
+    ----------
+    values : (n,) or (n, components) array
+        Of the dtype that `to_numpy` gives for the type.
+    """
+    array = vtkDataArray.CreateDataArray(vtk_type)
+    array.SetNumberOfComponents(1 if values.ndim == 1 else values.shape[1])
+    flat = np.ascontiguousarray(values).ravel()
+    if vtk_type == VTK_BIT:
+        array.SetNumberOfTuples(len(values))
+        np.frombuffer(array, np.uint8)[:] = np.packbits(flat != 0)
+        return array
+    array.SetVoidArray(flat, flat.size, 1)
+    # An array's memory can outlive the array, in shallow copies of it.
+    owner = array.GetBuffer() if hasattr(array, "GetBuffer") else array
+    owner._numpy_reference = flat
+    return array
+
+
+def image_values(attributes, grid):
+    """All arrays of an image's point or cell data in their order, as numpy arrays.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    grid : Grid
+        Where the values are.
+
+    Returns
+    -------
+    list of (nz, ny, nx) or (nz, ny, nx, components) arrays
+        Views as of `to_numpy`. An array that is not numeric (strings) gives the indices of its
+        own tuples.
+    """
+    values = []
+    for array in _arrays(attributes):
+        if array.GetNumberOfTuples() != grid.size:
+            raise ValueError(
+                f"array `{array.GetName()}` must have one tuple for each of the {grid.size} points "
+                f"or cells of the image, got {array.GetNumberOfTuples()}"
+            )
+        flat = to_numpy(array) if is_numeric(array) else np.arange(grid.size)
+        values.append(flat.reshape(grid.shape + flat.shape[1:]))
+    return values
+
+
+def set_image_values(attributes, values, source):
+    """Fill an image's point or cell data.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    values : list of arrays, as `image_values` gives them
+        An index that is negative leaves a string empty.
+    source : vtkDataSetAttributes
+        Gives types, names, component names, lookup tables and the active attributes.
+    """
+    for new, old in zip(values, _arrays(source)):
+        flat = new.reshape(-1, *new.shape[3:])
+        if is_numeric(old):
+            array = from_numpy(flat, old.GetDataType())
+            array.SetLookupTable(old.GetLookupTable())
+        else:
+            array = _picked(old, flat)
+        array.SetName(old.GetName())
+        array.CopyComponentNames(old)
+        attributes.AddArray(array)
+    for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+        active = source.GetAbstractAttribute(kind)
+        # the same id at several points is no global id any more
+        if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
+            position = [array is active for array in _arrays(source)].index(True)
+            attributes.SetActiveAttribute(position, kind)
+
+
+def is_numeric(array):
+    """Whether a vtkAbstractArray holds numbers."""
+    return isinstance(array, vtkDataArray)
+
+
+def control_points(polydata, displacement, weight=None):
+    """What control-point polydata says.
+
+    Parameters
+    ----------
+    polydata : vtkPointSet
+    displacement : str
+        Point vector array with q - p.
+    weight : str, optional
+        Point array with a factor for each.
+
+    Returns
+    -------
+    rest, deformed : (n, 3) float64, world coordinates
+        p and q.
+    weights : (n,) float64 or None
+
+    Raises
+    ------
+    ValueError
+        If there is no point, or an array is missing or has the wrong shape.
+    """
+    count = polydata.GetNumberOfPoints()
+    if count == 0:
+        raise ValueError(
+            "`ControlPoints` has no points; a deformation needs at least one control point"
+        )
+    rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
+    moved = _handle_values(polydata, displacement, 3).astype(np.float64)
+    weights = None if weight is None else _handle_values(polydata, weight, 1).astype(np.float64)
+    return rest, rest + moved, weights
+
+
+def _handle_values(polydata, name, components):
+    data = polydata.GetPointData()
+    array = data.GetArray(name)
+    if array is None:
+        there = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
+        raise ValueError(
+            f"`ControlPoints` has no numeric point array `{name}`; it has {there or 'none'}"
+        )
+    if array.GetNumberOfComponents() != components:
+        raise ValueError(
+            f"array `{name}` of `ControlPoints` must have {components} "
+            f"component{'s' * (components > 1)}, got {array.GetNumberOfComponents()}"
+        )
+    if array.GetNumberOfTuples() != polydata.GetNumberOfPoints():
+        raise ValueError(
+            f"array `{name}` of `ControlPoints` must have one tuple per point, got "
+            f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points"
+        )
+    return to_numpy(array)
+
+
+def _arrays(attributes):
+    return [attributes.GetAbstractArray(i) for i in range(attributes.GetNumberOfArrays())]
+
+
+def _dtype(array):
+    """The dtype of a vtkDataArray that is not of bits; whether char has a sign is VTK's matter."""
+    if array.GetDataType() in (VTK_FLOAT, VTK_DOUBLE):
+        kind = "f"
+    else:
+        kind = "i" if array.GetDataTypeMin() < 0 else "u"
+    return np.dtype(f"{kind}{array.GetDataTypeSize()}")
+
+
+def _picked(array, index):
+    """The tuples `index` of a vtkAbstractArray; none where negative."""
+    result = array.NewInstance()
+    result.SetNumberOfComponents(array.GetNumberOfComponents())
+    result.SetNumberOfTuples(len(index))
+    for to in np.flatnonzero(index >= 0).tolist():
+        result.SetTuple(to, int(index[to]), array)
+    return result

@@ -1,0 +1,134 @@
+"""What VTK's own algorithms do and those in Python do not: fail, stop, and try again."""
+
+from __future__ import annotations
+
+from vtkmodules.util.misc import calldata_type
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import (
+    VTK_STRING,
+    vtkInformation,
+    vtkInformationVector,
+    vtkObject,
+    vtkOutputWindow,
+)
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonExecutionModel import (
+    vtkDemandDrivenPipeline,
+    vtkStreamingDemandDrivenPipeline,
+)
+
+from vtk_mls import Aborted, DeviceError
+
+
+class Algorithm(VTKPythonAlgorithmBase):
+    """Base of the filters, with one output port.
+
+    An execution that raises ValueError, TypeError or DeviceError ends as a failed one of VTK's
+    own does: one ErrorEvent (or, without an observer, one message in the output window) with the
+    exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is empty,
+    also if a filter upstream failed, and counts as not generated, so that every later Update
+    tries again. After an abort it is the same without an error.
+    """
+
+    _muffled = None
+
+    def ProcessRequest(self, request, inInfo, outInfo):
+        if request.Has(vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT()):
+            self._empty_what_is_out_of_date(outInfo)
+        if not request.Has(vtkDemandDrivenPipeline.REQUEST_DATA()):
+            return super().ProcessRequest(request, inInfo, outInfo)
+        self._unmuffle()
+        try:
+            return super().ProcessRequest(request, inInfo, outInfo)
+        except Aborted:
+            self._discard(outInfo)
+            return 1
+        except (DeviceError, TypeError, ValueError) as error:
+            self._discard(outInfo)
+            self._report(str(error))
+            return 0
+        except BaseException:
+            self._discard(outInfo)
+            raise
+
+    def _set(self, name, value):
+        """Set an attribute; a change makes the filter run again."""
+        if getattr(self, name) != value:
+            setattr(self, name, value)
+            self.Modified()
+
+    def _update_input(self, port):
+        """Bring all of an input up to date and return it.
+
+        For RequestInformation, where the extent of the output depends on data.
+        """
+        connection = self.GetInputConnection(port, 0)
+        producer, index = connection.GetProducer(), connection.GetIndex()
+        requests = vtkInformationVector()
+        requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
+        whole = vtkInformation()
+        ask_for_all(whole)
+        requests.SetInformationObject(index, whole)
+        producer.Update(index, requests)
+        return producer.GetOutputDataObject(index)
+
+    def _progress(self, start=0.0, share=1.0):
+        """Callback for `progress` that reports between `start` and `start + share`."""
+        check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
+
+        def report(fraction):
+            self.UpdateProgress(start + share * fraction)
+            return check_abort()
+
+        return report
+
+    def _empty_what_is_out_of_date(self, out_info):
+        output = out_info.GetInformationObject(0).Get(vtkDataObject.DATA_OBJECT())
+        if self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime():
+            output.Initialize()
+
+    def _discard(self, out_info):
+        info = out_info.GetInformationObject(0)
+        info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
+        info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
+
+    def _report(self, sentence):
+        if not vtkObject.GetGlobalWarningDisplay():
+            return
+        text = f"{type(self).__name__}: {sentence}"
+        if self.HasObserver("ErrorEvent"):
+            self.InvokeEvent("ErrorEvent", text)
+        else:
+            vtkOutputWindow.GetInstance().DisplayErrorText(f"ERROR: {text}\n")
+        self._muffle()
+
+    def _muffle(self):
+        """Keep the executive from adding that its algorithm failed and how the request looked."""
+        executive = self.GetExecutive()
+
+        @calldata_type(VTK_STRING)
+        def heard(caller, event, text):
+            caller.RemoveObserver(tag)
+
+        tag = executive.AddObserver("ErrorEvent", heard)
+        self._muffled = tag
+
+    def _unmuffle(self):
+        if self._muffled is not None:
+            self.GetExecutive().RemoveObserver(self._muffled)
+            self._muffled = None
+
+
+def ask_for_all(info):
+    """Request the whole of an input, on every process."""
+    keys = vtkStreamingDemandDrivenPipeline
+    if info.Has(keys.WHOLE_EXTENT()):
+        info.Set(keys.UPDATE_EXTENT(), info.Get(keys.WHOLE_EXTENT()), 6)
+    info.Set(keys.UPDATE_PIECE_NUMBER(), 0)
+    info.Set(keys.UPDATE_NUMBER_OF_PIECES(), 1)
+    info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
+
+
+def numbers(values):
+    """The arguments of a setter that takes some numbers, or one sequence of them."""
+    return tuple(values[0]) if len(values) == 1 else values

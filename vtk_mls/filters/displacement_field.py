@@ -1,0 +1,110 @@
+"""The displacement map of a deformation as an image."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_FLOAT
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
+
+from vtk_mls import Grid, arrays
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters.algorithm import ask_for_all, numbers
+from vtk_mls.filters.deforming import DeformingFilter
+
+
+class MLSDisplacementField(DeformingFilter):
+    """Makes an image with the displacement G(v) - v of each of its points v.
+
+    On input port 0 is any dataset: an image gives its grid, everything else its bounds, filled
+    with SampleDimensions points (one across a direction in which it is flat). On port 1 are the
+    control points (see `DeformingFilter`). The point array "BackwardDisplacement", three floats,
+    is the output's active scalars and vectors, as `vtkGridTransform` wants it; with that
+    transform `vtkImageReslice` deforms as `MLSDeform` does. (`vtkGridTransform` does not know
+    direction matrices.)
+
+    No data of an input image is used. Pieces of the output are made independently. Another
+    input is brought up to date in RequestInformation, for its bounds.
+
+    Properties
+    ----------
+    Kind, Alpha, Degree, Device
+        See `DeformingFilter`.
+    SampleDimensions : (nx, ny, nz)
+        Numbers of points where the input is not an image.
+    """
+
+    def __init__(self):
+        super().__init__("vtkDataSet")
+        self._sample_dimensions = (32, 32, 32)
+
+    def SetSampleDimensions(self, *dimensions):
+        """Numbers of points (nx, ny, nz) over the bounds of an input that is not an image."""
+        self._set("_sample_dimensions", numbers(dimensions))
+
+    def GetSampleDimensions(self):
+        return self._sample_dimensions
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        info = outInfo.GetInformationObject(0)
+        info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
+        vtkDataObject.SetPointDataActiveScalarInfo(info, VTK_FLOAT, 3)
+        if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
+            Lattice.of_information(inInfo[0].GetInformationObject(0)).announce(info)
+            return 1
+        try:
+            self._sampled_lattice(self._update_input(0)).announce(info)
+        except (TypeError, ValueError):
+            Lattice((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
+        return 1
+
+    def RequestUpdateExtent(self, request, inInfo, outInfo):
+        if not isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
+            ask_for_all(inInfo[0].GetInformationObject(0))
+        ask_for_all(inInfo[1].GetInformationObject(0))
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        dataset = vtkDataSet.GetData(inInfo[0])
+        output = vtkImageData.GetData(outInfo)
+        deformation = self._deformation(vtkPolyData.GetData(inInfo[1]))
+        extent = outInfo.GetInformationObject(0).Get(
+            vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT()
+        )
+        if isinstance(dataset, vtkImageData):
+            target = Lattice.of_image(dataset).part(extent)
+            if target.is_empty:
+                raise ValueError("`Input` is an empty image; it must have at least one point")
+        else:
+            target = self._sampled_lattice(dataset)
+            if target.holds(extent):
+                target = target.part(extent)
+        target.place(output)
+        grid = target.grid
+        field = deformation.displacement_field(
+            grid.dimensions, grid.origin, grid.spacing, grid.direction, self._progress()
+        )
+        array = arrays.from_numpy(field.displacement.reshape(-1, 3), VTK_FLOAT)
+        array.SetName("BackwardDisplacement")
+        output.GetPointData().SetScalars(array)
+        output.GetPointData().SetActiveVectors(array.GetName())
+        return 1
+
+    def _sampled_lattice(self, dataset):
+        """SampleDimensions points over the bounds of a dataset."""
+        if dataset.GetNumberOfPoints() == 0:
+            raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
+        bounds = np.array(dataset.GetBounds())
+        low, size = bounds[::2], bounds[1::2] - bounds[::2]
+        try:
+            wanted = Grid(self._sample_dimensions).dimensions
+        except (TypeError, ValueError):
+            raise ValueError(
+                "`SampleDimensions` must be three positive integers (nx, ny, nz), "
+                f"got {self._sample_dimensions!r}"
+            ) from None
+        dimensions = np.where(size > 0, wanted, 1)
+        steps = np.maximum(dimensions - 1, 1)
+        spacing = np.where(size > 0, size / steps, 1.0)
+        origin = np.where(dimensions > 1, low, low + size / 2)
+        return Lattice.of_grid(Grid(dimensions, origin, spacing))
