@@ -37,7 +37,7 @@ def test_a_device_that_builds_nothing_is_passed_over(found):
     found(GPU, CPU, second, defects=[GPU, CPU])
     assert device.choose() is second
     found(CPU, defects=[CPU])
-    with pytest.raises(DeviceError, match="no OpenCL device found; found 1:0 Slow .*is broken"):
+    with pytest.raises(DeviceError, match=r"found; found 1:0 Slow .*is broken"):
         device.choose()
 
 
@@ -46,7 +46,7 @@ def test_errors_list_what_there_is(found):
     with pytest.raises(DeviceError, match=r"no OpenCL device `gpu`; found 1:0 Slow \(cpu, Other\)"):
         device.choose("gpu")
     found()
-    with pytest.raises(DeviceError, match=r"no OpenCL device found: .*pip install 'pyopencl\[pocl\]'"):
+    with pytest.raises(DeviceError, match=r"no OpenCL device found: .*pyopencl\[pocl\]"):
         device.choose()
 
 
@@ -72,7 +72,7 @@ def test_the_environment_is_asked_after_the_argument(monkeypatch):
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that builds kernels")
 def test_build_errors_are_readable():
     chosen = device.choose(DEVICES[0])
-    with pytest.raises(DeviceError, match="kernels in map.cl do not build on .*LANES is missing"):
+    with pytest.raises(DeviceError, match=r"map.cl do not build on .*LANES is missing"):
         device.program(chosen, "map.cl", ())
 
 

@@ -10,18 +10,6 @@ pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device: install one with `pip install 'pyopencl[pocl]'`"
 )
 
-# Where the fit itself is close to ambiguous, float32 input decides less: the factor on the
-# tolerance that the set's condition costs.
-CONDITION = {
-    "three": 10,
-    "four": 100,
-    "reflection": 1e6,  # on surfaces where two rotations are equally good the map jumps
-    "coincident": 10,
-    "coplanar": 10,
-    "half turn": 3,
-    "rest in one place": 1,
-}
-
 
 @pytest.fixture(params=DEVICES)
 def key(request):
@@ -54,10 +42,12 @@ def test_backward_on_hard_sets(key, hard_set, kind_and_degree, rng):
     expected = deformation(rest, deformed, kind_and_degree).backward(v)
     got = deformation(rest, deformed, kind_and_degree, key).backward(v)
     reach = np.concatenate([deformed, expected])
-    error = voxels(got - expected, reach if np.ptp(deformed) > 0 else np.eye(3))
+    error = voxels(got - expected, reach)
     p99 = TOLERANCE[kind_and_degree][1]
-    assert np.percentile(error, 90) <= p99 * min(CONDITION.get(name, 1), 100)
-    assert error.max() <= 10 * p99 * CONDITION.get(name, 1)
+    # close to a degenerate fit float32 input decides a little less
+    assert np.percentile(error, 99) <= 5 * p99
+    if name != "reflection":  # the map jumps where two rotations are equally good
+        assert error.max() <= 40 * p99
 
 
 @pytest.mark.parametrize("name", [n for n in HARD_SETS if n not in ("reflection", "ten thousand")])
@@ -69,7 +59,7 @@ def test_jacobian(key, kind_and_degree, name, alpha, rng):
     got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha).jacobian(v)
     scale = np.maximum(1, np.abs(expected).max(axis=(1, 2)))
     error = np.abs(got - expected).max(axis=(1, 2)) / scale
-    assert np.percentile(error, 95) <= 1e-3
+    assert error.max() <= (5e-3 if name.startswith("collinear") else 1e-3)
 
 
 @pytest.mark.parametrize("dimensions", [(1, 1, 1), (1, 7, 1), (3, 1, 50), (17, 5, 4), (64, 3, 3)])
@@ -106,7 +96,8 @@ def test_small_memory_gives_the_same_in_slabs(key, kind_and_degree, rng, monkeyp
     slabs = d.displacement_field(
         grid.dimensions, spacing=grid.spacing, progress=steps.append
     ).displacement
-    assert len(steps) > 5 and steps == sorted(steps) and steps[-1] == 1
+    assert len(steps) > 5
+    assert steps == [*sorted(steps[:-1]), 1]
     np.testing.assert_array_equal(slabs, whole)
     np.testing.assert_array_equal(d.resample([image], grid)[0], resampled)
 

@@ -343,9 +343,7 @@ def test_a_part_is_the_same_as_in_the_whole(deform, place, choice):
     assert part_filter.UpdateExtent(extent)
     part = part_filter.GetOutputDataObject(0)
     assert part.GetExtent() == tuple(extent)
-    np.testing.assert_allclose(
-        values_of(part, "values"), wanted[1:3, 1:5, 1:4], rtol=0, atol=1e-4
-    )
+    np.testing.assert_allclose(values_of(part, "values"), wanted[1:3, 1:5, 1:4], rtol=0, atol=1e-4)
     # more than was there is made, and nothing but that asks for it
     runs = Executions(part_filter)
     part_filter.UpdateExtent(extent)

@@ -31,11 +31,11 @@ TIMEOUT = 600  # seconds
 
 @dataclass(frozen=True)
 class ParaView:
-    """A ParaView to run scripts in: what comes before `pvpython`, and where Python looks first."""
+    """A ParaView to run scripts in: what comes before `pvpython`, and the variables it needs."""
 
     name: str
-    prefix: tuple[str, ...] = ()
-    python_path: str = ""
+    prefix: tuple[str, ...]
+    variables: dict[str, str]
 
     def run(self, script, *arguments, display=None):
         """Run a script in pvpython from the project folder; its exit status and all it printed."""
@@ -43,7 +43,7 @@ class ParaView:
         environment = {
             name: value for name, value in os.environ.items() if not name.startswith(hidden)
         }
-        environment["PYTHONPATH"] = self.python_path
+        environment.update(self.variables)
         if display and not self.prefix:
             environment["DISPLAY"] = display
         done = subprocess.run(
@@ -68,7 +68,8 @@ class ParaView:
 def _system_paraview():
     if shutil.which("pvpython") is None:
         return "no pvpython on this system: tests/paraview/install.sh says why"
-    return ParaView("this system's ParaView", (), str(PROJECT / "paraview_plugin/debian12"))
+    debian12 = {"PYTHONPATH": str(PROJECT / "paraview_plugin" / "debian12")}
+    return ParaView("this system's ParaView", (), debian12)
 
 
 def _root_paraviews():
@@ -78,10 +79,10 @@ def _root_paraviews():
     else:
         cache = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview"))
         roots = sorted(path.parents[2] for path in cache.glob("*/usr/bin/pvpython"))
+    egl = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
     for root in roots:
-        yield pytest.param(
-            ParaView(f"the ParaView in {root}", (str(IN_ROOT), str(root))), id=root.name
-        )
+        inside = ParaView(f"the ParaView in {root}", (str(IN_ROOT), str(root)), egl)
+        yield pytest.param(inside, id=root.name)
 
 
 PARAVIEWS = [pytest.param(_system_paraview(), id="system"), *_root_paraviews()]
@@ -99,12 +100,12 @@ def paraview(request):
 
 @pytest.fixture(scope="session")
 def display():
-    """A virtual X display, which ParaView needs to draw unless it can use EGL; else the user's."""
+    """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own."""
     if shutil.which("Xvfb") is None:
         yield os.environ.get("DISPLAY")
         return
     read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24"]
+    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "1280x1024x24"]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, pass_fds=[write], stdout=quiet, stderr=quiet) as server:
         os.close(write)

@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtk_mls.grid import Grid
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
+_EMPTY = (0, -1, 0, -1, 0, -1)
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -43,8 +44,8 @@ class Lattice:
 
     @classmethod
     def of_information(cls, info):
-        """Whole extent and placement that pipeline information announces."""
-        extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
+        """Whole extent and placement that pipeline information announces; empty without them."""
+        extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT()) or _EMPTY
         keys = (vtkDataObject.ORIGIN(), vtkDataObject.SPACING(), vtkDataObject.DIRECTION())
         given = (info.Get(key) if info.Has(key) else None for key in keys)
         defaults = (cls.origin, cls.spacing, cls.direction)

@@ -222,9 +222,7 @@ class Deformation:
                 )
             if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
                 raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
-        methods = (
-            [interpolation] * len(arrays) if isinstance(interpolation, str) else interpolation
-        )
+        methods = [interpolation] * len(arrays) if isinstance(interpolation, str) else interpolation
         if len(methods) != len(arrays) or any(m not in INTERPOLATIONS for m in methods):
             raise ValueError(
                 f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each "
@@ -284,8 +282,7 @@ def _weights(value, count):
         raise TypeError(f"`weights` must be numbers, got {value!r:.60}") from None
     if weights.shape != (count,):
         raise ValueError(
-            f"`weights` must be one number per control point, shape ({count},), "
-            f"got {weights.shape}"
+            f"`weights` must be one number per control point, shape ({count},), got {weights.shape}"
         )
     bad = ~(np.isfinite(weights) & (weights > 0))
     if bad.any():

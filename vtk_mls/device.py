@@ -85,7 +85,7 @@ def choose(name: str | None = None) -> Device:
             f"{device}" + (f", which does not work: {defect(device)}" if defect(device) else "")
             for device in devices
         )
-        raise DeviceError(f"{wanted}; {found}; use one of these, or \"reference\"")
+        raise DeviceError(f'{wanted}; {found}; use one of these, or "reference"')
     raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
 
 
@@ -121,7 +121,7 @@ def _find():
     return devices, "OpenCL has no device"
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def defect(device: Device) -> str | None:
     """Why `device` cannot be used, in its driver's words, or None.
 
@@ -130,13 +130,15 @@ def defect(device: Device) -> str | None:
     import pyopencl as cl
 
     try:
-        cl.Program(queue(device).context, "__kernel void probe(__global int *x) { *x = 1; }").build()
+        cl.Program(
+            queue(device).context, "__kernel void probe(__global int *x) { *x = 1; }"
+        ).build()
     except cl.Error as error:
         return _complaints(error)
     return None
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def queue(device: Device):
     """The command queue of `device`, in a context of its own."""
     import pyopencl as cl
@@ -144,7 +146,7 @@ def queue(device: Device):
     return cl.CommandQueue(cl.Context([device.handle]))
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]):
     """The program `opencl/file`, built once for `device` with -D `constants`.
 

@@ -28,7 +28,7 @@ _C_TYPES = {
 _SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def on(device):
     """The engine on `device`, made once."""
     return Engine(device)
@@ -62,9 +62,7 @@ class Engine:
         """G(v) (m, 3) float64 at `points` v (m, 3) float64, world coordinates."""
         handles = deformation.handles
         result = np.empty_like(points)
-        for part, planes in self._at_points(
-            "point_displacement", deformation, points, 3, progress
-        ):
+        for part, planes in self._at_points("point_displacement", deformation, points, 3, progress):
             result[part] = points[part] + handles.drift + handles.scale * planes.T
         return result
 

@@ -65,7 +65,9 @@ def _is_inside(source, points):
 
 
 def _touched(inside):
-    faces = [(np.take(inside, 0, axis=a).any(), np.take(inside, -1, axis=a).any()) for a in range(3)]
+    faces = [
+        (np.take(inside, 0, axis=a).any(), np.take(inside, -1, axis=a).any()) for a in range(3)
+    ]
     return np.array(faces).T
 
 

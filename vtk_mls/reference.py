@@ -175,9 +175,10 @@ class _Fit:
         if self.handles.rotation_rank == 2:
             # R^T C = S stays symmetric: (tr(S) I - S) omega = q x R^T p for each control point
             s = np.einsum("mba,mbc->mac", self.rotation, self.c)
-            stiffness = np.trace(s, axis1=1, axis2=2)[:, None, None] * np.eye(3) - (
-                s + s.swapaxes(1, 2)
-            ) / 2
+            stiffness = (
+                np.trace(s, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+                - (s + s.swapaxes(1, 2)) / 2
+            )
             torque = np.cross(self.q, np.einsum("mba,mib->mia", self.rotation, self.p))
             omega = np.einsum("mab,mib->mia", np.linalg.pinv(stiffness), torque)
             omega = np.einsum("mab,mib->mia", self.rotation, omega)
@@ -198,8 +199,9 @@ class _Fit:
         strength = np.maximum(self.r_max, np.finfo(float).tiny)[:, None, None]
         da = self.p * np.sum(self.q * b, axis=2, keepdims=True) / strength
         db = self.q * np.sum(self.p * a, axis=2, keepdims=True) / strength
-        da, db = da - a * np.sum(a * da, axis=2, keepdims=True), db - b * np.sum(
-            b * db, axis=2, keepdims=True
+        da, db = (
+            da - a * np.sum(a * da, axis=2, keepdims=True),
+            db - b * np.sum(b * db, axis=2, keepdims=True),
         )
         turned = np.einsum("mab,mib->mia", self.rotation, np.cross(a + b, db))
         opening = np.maximum(1 + np.sum(a * b, axis=2, keepdims=True), 1e-10)

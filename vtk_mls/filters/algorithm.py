@@ -26,7 +26,7 @@ class Algorithm(VTKPythonAlgorithmBase):
     An execution that raises ValueError, TypeError or DeviceError ends as a failed one of VTK's
     own does: one ErrorEvent (or, without an observer, one message in the output window) with the
     exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is empty,
-    also if a filter upstream failed, and counts as not generated, so that every later Update
+    also if upstream failed to make data, and counts as not generated, so that every later Update
     tries again. After an abort it is the same without an error.
     """
 

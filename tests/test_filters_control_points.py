@@ -1,0 +1,93 @@
+"""MLSControlPoints makes the polydata that the other filters read."""
+
+import numpy as np
+from vtk_fixtures import Executions, messages, update  # noqa: F401
+
+from vtk_mls import arrays
+from vtk_mls.filters import MLSControlPoints
+
+
+def test_explicit_points(rng):
+    rest, deformed = rng.normal(size=(2, 5, 3)) * 1e-9 + 5e5
+    source = MLSControlPoints()
+    source.SetRestPoints(rest)
+    source.SetDeformedPoints(deformed)
+    output = update(source)
+    p, q, weights = arrays.control_points(output, "Displacement")
+    np.testing.assert_array_equal(p, rest)
+    np.testing.assert_array_equal(q, deformed)
+    assert weights is None
+    assert output.GetPointData().GetNumberOfArrays() == 1
+    assert output.GetPointData().GetVectors().GetName() == "Displacement"
+    assert output.GetNumberOfVerts() == output.GetNumberOfCells() == 5
+    assert [output.GetCell(i).GetPointId(0) for i in range(5)] == list(range(5))
+    source.SetWeights([1, 2, 3, 4, 5])
+    weights = update(source).GetPointData().GetArray("Weight")
+    assert arrays.to_numpy(weights).tolist() == [1, 2, 3, 4, 5]
+
+
+def test_nothing_moves_without_deformed_points():
+    source = MLSControlPoints()
+    source.SetRestPoints([(1, 2, 3), (4, 5, 6)])
+    displacement = update(source).GetPointData().GetArray("Displacement")
+    np.testing.assert_array_equal(arrays.to_numpy(displacement), np.zeros((2, 3)))
+
+
+def test_no_points_are_none():
+    assert update(MLSControlPoints()).GetNumberOfPoints() == 0
+
+
+def test_lattice():
+    source = MLSControlPoints()
+    source.SetMode("lattice")
+    source.SetLatticeDimensions(2, 3, 1)
+    source.SetBounds(0, 1, 0, 4, -3, 5)
+    p, _, _ = arrays.control_points(update(source), "Displacement")
+    expected = [(0, 0), (1, 0), (0, 2), (1, 2), (0, 4), (1, 4)]
+    np.testing.assert_array_equal(p, [(x, y, 1) for x, y in expected])
+    moved = p + [0, 0, 1]
+    source.SetDeformedPoints(moved)
+    _, q, _ = arrays.control_points(update(source), "Displacement")
+    np.testing.assert_array_equal(q, moved)
+
+
+def test_one_by_one_as_paraview_does():
+    source = MLSControlPoints()
+    source.SetNumberOfRestPoints(2)
+    source.SetRestPoint(0, 1, 2, 3)
+    source.SetRestPoint(1, 4, 5, 6)
+    source.SetDeformedPoint(1, 4, 5, 7)
+    source.SetNumberOfWeights(2)
+    source.SetWeight(0, 3)
+    assert source.GetRestPoints() == ((1, 2, 3), (4, 5, 6))
+    assert source.GetDeformedPoints() == ((0, 0, 0), (4, 5, 7))
+    assert source.GetWeights() == (3, 1)
+    source.SetNumberOfRestPoints(1)
+    source.SetNumberOfDeformedPoints(0)
+    source.SetNumberOfWeights(0)
+    assert source.GetRestPoints() == ((1, 2, 3),)
+    assert source.GetNumberOfRestPoints() == 1
+    assert source.GetNumberOfDeformedPoints() == source.GetNumberOfWeights() == 0
+    assert update(source).GetNumberOfPoints() == 1
+
+
+def test_only_changes_count():
+    source = MLSControlPoints()
+    runs = Executions(source)
+    settings = [
+        lambda: source.SetRestPoints([(0, 0, 0), (1, 1, 1)]),
+        lambda: source.SetRestPoint(1, 1, 2, 1),
+        lambda: source.SetNumberOfDeformedPoints(2),
+        lambda: source.SetDeformedPoints(np.ones((2, 3))),
+        lambda: source.SetDeformedPoint(0, 5, 5, 5),
+        lambda: source.SetWeights([2, 2]),
+        lambda: source.SetWeight(0, 4),
+        lambda: source.SetBounds(0, 1, 0, 1, 0, 1),
+        lambda: source.SetBounds((0, 2, 0, 1, 0, 1)),
+        lambda: (source.SetMode("points"), source.SetLatticeDimensions(1, 2, 1)),
+    ]
+    for number, setting in enumerate(settings, start=1):
+        for _ in range(3):
+            setting()
+            update(source)
+            assert runs.count == number

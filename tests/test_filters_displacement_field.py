@@ -1,0 +1,158 @@
+"""MLSDisplacementField gives the value's map, as vtkGridTransform takes it."""
+
+import numpy as np
+import pytest
+from test_filters_deform import PLACES, smooth_image
+from vtk_fixtures import (
+    DEFORMED,
+    REST,
+    Executions,
+    add_array,
+    connect,
+    control_points,
+    device,  # noqa: F401
+    make_image,
+    messages,  # noqa: F401
+    update,
+    values_of,
+)
+from vtkmodules.vtkFiltersHybrid import vtkGridTransform
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
+from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
+
+from vtk_mls import Deformation
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+
+NAME = "BackwardDisplacement"
+
+
+@pytest.fixture
+def field(device):  # noqa: F811
+    field = MLSDisplacementField()
+    field.SetDevice(device)
+    return field
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_image_gives_its_grid(field, device, place):  # noqa: F811
+    image = smooth_image(**PLACES[place])
+    field.SetKind("similarity")
+    output = update(connect(field, image, control_points()))
+    assert Lattice.of_image(output) == Lattice.of_image(image)
+    grid = Lattice.of_image(image).grid
+    value = Deformation(REST, DEFORMED, "similarity", device=device)
+    expected = value.displacement_field(
+        grid.dimensions, grid.origin, grid.spacing, grid.direction
+    ).displacement
+    np.testing.assert_array_equal(values_of(output, NAME), expected)
+    assert np.abs(expected).max() > 0.5
+    data = output.GetPointData()
+    assert data.GetNumberOfArrays() == 1
+    assert data.GetScalars() is data.GetVectors() is data.GetArray(NAME)
+    assert output.GetScalarTypeAsString() == "float"
+
+
+def test_another_dataset_gives_its_bounds(field, device):  # noqa: F811
+    sphere = vtkSphereSource()
+    sphere.SetRadius(3)
+    sphere.SetCenter(4, 4, 3)
+    field.SetSampleDimensions(5, 6, 1)
+    connect(field, sphere, control_points())
+    field.UpdateInformation()
+    announced = Lattice.of_information(field.GetOutputInformation(0))
+    output = update(field)
+    assert Lattice.of_image(output) == announced
+    assert output.GetDimensions() == (5, 6, 1)
+    bounds = sphere.GetOutput().GetBounds()
+    middle = (bounds[4] + bounds[5]) / 2
+    np.testing.assert_allclose(output.GetBounds(), (*bounds[:4], middle, middle))
+    grid = announced.grid
+    value = Deformation(REST, DEFORMED, device=device)
+    expected = value.displacement_field(grid.dimensions, grid.origin, grid.spacing)
+    np.testing.assert_array_equal(values_of(output, NAME), expected.displacement)
+    sphere.SetRadius(2)
+    assert update(field).GetBounds()[1] == pytest.approx(6, abs=0.1)
+
+
+def test_a_flat_dataset_gives_a_flat_image(field):
+    field.SetSampleDimensions(4, 5, 6)
+    output = update(connect(field, vtkPlaneSource(), control_points()))
+    assert output.GetDimensions() == (4, 5, 1)
+
+
+def test_no_data_of_the_image_are_asked_for_in_full(field):
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(0, 9, 0, 9, 0, 9)
+    connect(field, source, control_points())
+    field.UpdateExtent((2, 4, 2, 4, 2, 4))
+    assert field.GetOutputDataObject(0).GetExtent() == (2, 4, 2, 4, 2, 4)
+    assert source.GetOutput().GetExtent() == (2, 4, 2, 4, 2, 4)
+
+
+def test_nothing_is_done_twice(field):
+    source, handles = vtkSphereSource(), control_points()
+    runs = [Executions(algorithm) for algorithm in (source, handles, field)]
+    connect(field, source, handles)
+
+    def counts():
+        update(field)
+        return [run.count for run in runs]
+
+    assert counts() == counts() == [1, 1, 1]
+    for _ in range(2):
+        field.SetSampleDimensions(4, 4, 4)
+        assert counts() == [1, 1, 2]
+    handles.SetWeights([2.0] * 8)
+    assert counts() == counts() == [1, 2, 3]
+    source.SetRadius(3)
+    assert counts() == counts() == [2, 2, 4]
+
+
+def test_pieces_make_up_the_whole(field):
+    sphere = vtkSphereSource()
+    field.SetSampleDimensions(8, 7, 6)
+    connect(field, sphere, control_points())
+    whole = values_of(update(field), NAME).copy()
+    seen = np.zeros((6, 7, 8), bool)
+    for piece in range(4):
+        field.UpdatePiece(piece, 4, 0)
+        part = field.GetOutputDataObject(0)
+        e = part.GetExtent()
+        where = np.s_[e[4] : e[5] + 1, e[2] : e[3] + 1, e[0] : e[1] + 1]
+        np.testing.assert_allclose(values_of(part, NAME), whole[where], atol=1e-5)
+        seen[where] = True
+    assert seen.all()
+
+
+@pytest.mark.parametrize("start", [(0, 0, 0), (3, -2, 5)])
+@pytest.mark.parametrize("kind", ["rigid", "affine"])
+def test_vtk_grid_transform_deforms_alike(field, device, start, kind):  # noqa: F811
+    origin = -np.multiply(start, (0.9, 1.0, 1.1))
+    image, handles = make_image((12, 11, 10), start, origin=origin), control_points()
+    x, y, z = Lattice.of_image(image).grid.points().T
+    add_array(image.GetPointData(), "values", np.sin(x) + np.cos(y * 0.8) + z)
+    image.GetPointData().SetActiveScalars("values")
+    deform = MLSDeform()
+    deform.SetDevice(device)
+    for each in (deform, field):
+        each.SetKind(kind)
+        connect(each, image, handles)
+    transform, reslice = vtkGridTransform(), vtkImageReslice()
+    transform.SetDisplacementGridConnection(field.GetOutputPort())
+    transform.SetInterpolationModeToLinear()
+    reslice.SetInputData(image)
+    reslice.SetResliceTransform(transform)
+    reslice.SetInterpolationModeToLinear()
+    reslice.SetBackgroundLevel(-5)
+    deform.SetBackground(-5)
+    for deformed in (DEFORMED, DEFORMED[::-1]):
+        handles.SetDeformedPoints(deformed)
+        ours = values_of(update(deform), "values")
+        theirs = update(reslice)
+        theirs = values_of(theirs, theirs.GetPointData().GetScalars().GetName())
+        # VTK's border ends earlier than half a voxel outside
+        both = (ours != -5) & (theirs != -5)
+        assert both.mean() > 0.3
+        np.testing.assert_allclose(ours[both], theirs[both], atol=2e-5)
+        assert np.abs(ours - values_of(image, "values")).max() > 0.5

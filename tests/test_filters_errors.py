@@ -1,0 +1,290 @@
+"""Bad input: one sentence, an empty output, Update says 0, and the same object works once mended."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    DEFORMED,
+    REST,
+    Executions,
+    Messages,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.util.misc import calldata_type
+from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkContourFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+
+POINTS = vtkDataObject.FIELD_ASSOCIATION_POINTS
+
+
+class Scene:
+    """A filter with an image source and control points, all of them good."""
+
+    def __init__(self, kind):
+        self.source, self.handles = vtkRTAnalyticSource(), control_points()
+        self.source.SetWholeExtent(0, 5, 0, 4, 0, 3)
+        self.deforming = kind()
+        self.deforming.SetDevice("reference")
+        connect(self.deforming, self.source, self.handles)
+
+    def feed(self, **polydata):
+        """Give control points as data."""
+        self.deforming.SetInputDataObject(1, _polydata(**polydata))
+
+    def mend(self):
+        self.deforming.SetInputConnection(1, self.handles.GetOutputPort())
+
+    def use(self, index, name):
+        self.deforming.SetInputArrayToProcess(index, 1, 0, POINTS, name)
+
+
+def _polydata(points=REST, **point_arrays):
+    polydata, vtk_points = vtkPolyData(), vtkPoints()
+    for point in points:
+        vtk_points.InsertNextPoint(point)
+    polydata.SetPoints(vtk_points)
+    for name, values in point_arrays.items():
+        add_array(polydata.GetPointData(), name, values)
+    return polydata
+
+
+MOVE = DEFORMED - REST
+NAN = np.where(np.arange(24).reshape(8, 3) == 4, np.nan, MOVE)
+INF = np.where(np.arange(8) == 3, np.inf, 1.0)
+# What is broken, what the sentence says, and how it is mended.
+BOTH = {
+    "unknown kind": (lambda s: s.deforming.SetKind("elastic"), "`kind`.*rigid.*elastic"),
+    "kind of another type": (lambda s: s.deforming.SetKind(3), "`kind`.* 3"),
+    "alpha 0": (lambda s: s.deforming.SetAlpha(0), "`alpha` must be .*positive.* 0"),
+    "alpha -1": (lambda s: s.deforming.SetAlpha(-1.0), "`alpha` must be .*positive.* -1"),
+    "alpha NaN": (lambda s: s.deforming.SetAlpha(float("nan")), "`alpha` .*nan"),
+    "alpha of text": (lambda s: s.deforming.SetAlpha("much"), "`alpha` .*much"),
+    "degree 0": (lambda s: s.deforming.SetDegree(0), "`degree` must be 1, 2 or 3, got 0"),
+    "degree 4": (lambda s: s.deforming.SetDegree(4), "`degree` must be 1, 2 or 3, got 4"),
+    "no device": (lambda s: s.deforming.SetDevice("77:0"), "no OpenCL device `77:0`"),
+    "no handles": (lambda s: s.deforming.SetInputDataObject(1, vtkPolyData()), "has no points"),
+    "no array": (lambda s: s.feed(Weight=INF), "no numeric point array `Displacement`.*`Weight`"),
+    "no array at all": (lambda s: s.feed(), "no numeric point array `Displacement`.*none"),
+    "array named wrongly": (lambda s: s.use(0, "Moved"), "array `Moved`; it has `Displacement`"),
+    "no such weight": (lambda s: s.use(1, "Mass"), "array `Mass`; it has `Displacement`"),
+    "flat vectors": (lambda s: s.feed(Displacement=MOVE[:, :2]), "must have 3 components, got 2"),
+    "few vectors": (lambda s: s.feed(Displacement=MOVE[:5]), "one tuple per point, got 5 for 8"),
+    "NaN": (lambda s: s.feed(Displacement=NAN), "`deformed` must be finite.*nan.* row 1"),
+    "NaN rest": (lambda s: s.feed(points=NAN, Displacement=MOVE), "`rest` must be finite"),
+    "weight 0": (lambda s: s.feed(Displacement=MOVE, Weight=np.arange(8)), "positive, got 0"),
+    "weight -1": (lambda s: s.feed(Displacement=MOVE, Weight=-INF), "`weights` must be positive"),
+    "weight inf": (lambda s: s.feed(Displacement=MOVE, Weight=INF), "`weights` must be .* inf"),
+    "weight vectors": (
+        lambda s: s.feed(Displacement=MOVE, Weight=MOVE),
+        "must have 1 component, got 3",
+    ),
+    "empty image": (lambda s: s.deforming.SetInputDataObject(0, vtkImageData()), "empty image"),
+    "uneven handles": (lambda s: s.handles.SetDeformedPoints(REST[:3]), "8 rest points, got 3"),
+    "uneven weights": (lambda s: s.handles.SetWeights([1, 2]), "`Weights` .*8 rest.*got 2"),
+    "ragged points": (lambda s: s.handles.SetRestPoints([(1, 2)]), "`RestPoints` must be rows of"),
+    "unknown mode": (lambda s: s.handles.SetMode("random"), "`Mode` must be .*random"),
+    "empty lattice": (
+        lambda s: (s.handles.SetMode("lattice"), s.handles.SetLatticeDimensions(2, 0, 1)),
+        r"`LatticeDimensions` .*\(2, 0, 1\)",
+    ),
+    "lattice inside out": (
+        lambda s: (s.handles.SetMode("lattice"), s.handles.SetBounds(1, -1, 0, 1, 0, 1)),
+        "`Bounds` must be",
+    ),
+}
+DEFORM = {
+    "unknown interpolation": (lambda s: s.deforming.SetInterpolation("sharp"), "linear.*sharp"),
+    "unknown grid": (lambda s: s.deforming.SetOutputGrid("own"), "`OutputGrid` .*fitted.*own"),
+    "background of text": (lambda s: s.deforming.SetBackground("air"), "`background` .*air"),
+    "no such label": (lambda s: s.deforming.AddLabelArray("Bone"), "`Bone`.*it has `RTData`"),
+    "no dimensions": (
+        lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputDimensions(3, 0, 3)),
+        r"output grid .*`dimensions`.*\(3, 0, 3\)",
+    ),
+    "no spacing": (
+        lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputSpacing(1, 0, 1)),
+        "output grid .*`spacing`",
+    ),
+    "no fit": (
+        lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetAlpha(-2)),
+        "`alpha` must be .*-2",
+    ),
+    "no device to fit": (
+        lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetDevice("77:0")),
+        "no OpenCL device `77:0`",
+    ),
+}
+FIELD = {
+    "empty mesh": (lambda s: s.deforming.SetInputDataObject(0, vtkPolyData()), "`Input` is empty"),
+    "no samples": (
+        lambda s: (
+            s.deforming.SetInputConnection(0, s.sphere.GetOutputPort()),
+            s.deforming.SetSampleDimensions(0, 1, 2),
+        ),
+        r"`SampleDimensions` must be .*\(0, 1, 2\)",
+    ),
+}
+CASES = [
+    pytest.param(kind, *case, id=f"{kind.__name__}-{name}")
+    for kind, cases in (
+        (MLSDeform, {**BOTH, **DEFORM}),
+        (MLSDisplacementField, {**BOTH, **FIELD}),
+    )
+    for name, case in cases.items()
+]
+
+
+def mend(scene, kind):
+    """Set every property and input to what is good, on the same filter."""
+    scene.source.Modified()
+    handles, deforming = scene.handles, scene.deforming
+    handles.SetMode("points")
+    handles.SetRestPoints(REST)
+    handles.SetDeformedPoints(DEFORMED)
+    handles.SetWeights(())
+    connect(deforming, scene.source, handles)
+    fresh = kind()
+    for name in dir(kind):
+        if name.startswith("Set") and name[3:] in GOOD and hasattr(fresh, f"Get{name[3:]}"):
+            getattr(deforming, name)(GOOD[name[3:]])
+    if kind is MLSDeform:
+        deforming.ClearLabelArrays()
+    deforming.SetInputArrayToProcess(0, 1, 0, POINTS, "Displacement")
+    deforming.SetInputArrayToProcess(1, 1, 0, POINTS, "Weight")
+
+
+GOOD = {
+    "Kind": "rigid",
+    "Alpha": 1.0,
+    "Degree": 2,
+    "Device": "reference",
+    "Interpolation": "linear",
+    "Background": 0.0,
+    "OutputGrid": "input",
+}
+
+
+@pytest.mark.parametrize("after_a_success", [False, True], ids=["at once", "later"])
+@pytest.mark.parametrize(("kind", "spoil", "sentence"), CASES)
+def test_bad_input(kind, spoil, sentence, after_a_success, messages):  # noqa: F811
+    scene = Scene(kind)
+    scene.sphere = vtkSphereSource()
+    deforming = scene.deforming
+    if after_a_success:
+        assert update(deforming).GetNumberOfPoints() == 120
+    spoil(scene)
+    for _ in range(2):  # it stays an error until it is mended
+        assert not deforming.GetExecutive().Update()
+        messages.assert_one(rf"^ERROR: MLS\w+: .*{sentence}")
+        assert deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
+        assert deforming.GetOutputDataObject(0).GetPointData().GetNumberOfArrays() == 0
+    mend(scene, kind)
+    assert update(deforming).GetNumberOfPoints() == 120
+    runs = Executions(deforming)
+    update(deforming)
+    assert runs.count == 0
+
+
+@pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField, MLSControlPoints])
+def test_observers_hear_the_sentence_once(kind):
+    heard = []
+
+    @calldata_type(VTK_STRING)
+    def hear(caller, event, text):
+        heard.append(text)
+
+    if kind is MLSControlPoints:
+        algorithm = kind()
+        algorithm.SetMode("random")
+    else:
+        scene = Scene(kind)
+        algorithm = scene.deforming
+        algorithm.SetKind("elastic")
+    algorithm.AddObserver("ErrorEvent", hear)
+    algorithm.Update()
+    assert len(heard) == 1
+    assert heard[0].startswith(f"{kind.__name__}: `")
+    assert heard[0].count("\n") == 0
+
+
+def test_the_executive_may_still_report_its_own(messages):  # noqa: F811
+    scene = Scene(MLSDeform)
+    scene.deforming.SetAlpha(-1)
+    scene.deforming.Update()
+    messages.take()
+    scene.deforming.SetInputConnection(1, None)
+    scene.deforming.Update()
+    assert "Input port 1" in messages.take()
+
+
+def test_silence_when_vtk_is_told_to_be_silent(messages):  # noqa: F811
+    scene = Scene(MLSDeform)
+    scene.deforming.SetAlpha(-1)
+    vtkObject.SetGlobalWarningDisplay(0)
+    try:
+        assert not scene.deforming.GetExecutive().Update()
+    finally:
+        vtkObject.SetGlobalWarningDisplay(1)
+    assert messages.take() == ""
+
+
+def test_the_environment_names_the_device(monkeypatch, messages):  # noqa: F811
+    monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
+    for choice in ("input", "fitted"):
+        scene = Scene(MLSDeform)
+        scene.deforming.SetDevice("")
+        scene.deforming.SetOutputGrid(choice)
+        assert not scene.deforming.GetExecutive().Update()
+        messages.assert_one("no OpenCL device `77:0`")
+        monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+        # nothing in the pipeline has changed, and yet it works now
+        assert update(scene.deforming).GetNumberOfPoints() >= 120
+        monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
+
+
+def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # noqa: F811
+    scene = Scene(MLSDeform)
+    update(scene.deforming)
+    monkeypatch.setattr(scene.deforming, "_resample", None)
+    monkeypatch.setattr(MLSDeform, "_check_labels", lambda self, image: image.no_such_method())
+    scene.deforming.SetAlpha(2)
+    assert not scene.deforming.GetExecutive().Update()
+    assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    assert "Failure when calling method" in messages.take()
+    assert "no_such_method" in capfd.readouterr().err
+    monkeypatch.undo()
+    assert update(scene.deforming).GetNumberOfPoints() == 120
+
+
+def test_downstream_sees_the_failure(messages):  # noqa: F811
+    scene = Scene(MLSDeform)
+    contour = vtkContourFilter()
+    contour.SetInputConnection(scene.deforming.GetOutputPort())
+    contour.SetValue(0, 150)
+    assert update(contour).GetNumberOfPoints() > 0
+    scene.deforming.SetAlpha(-1)
+    assert not contour.GetExecutive().Update()
+    messages.assert_one("`alpha`")
+    scene.deforming.SetAlpha(1)
+    assert update(contour).GetNumberOfPoints() > 0
+
+
+def test_this_harness_can_fail():
+    window = vtkStringOutputWindow()
+    heard = Messages(window)
+    heard.assert_none()
+    window.DisplayErrorText("ERROR: something\n")
+    with pytest.raises(AssertionError, match="VTK said: .*something"):
+        heard.assert_none()
+    window.DisplayErrorText("ERROR: one\nERROR: two\n")
+    with pytest.raises(AssertionError, match="two"):
+        heard.assert_one("one")
