@@ -59,7 +59,9 @@ def test_jacobian(key, kind_and_degree, name, alpha, rng):
     got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha).jacobian(v)
     scale = np.maximum(1, np.abs(expected).max(axis=(1, 2)))
     error = np.abs(got - expected).max(axis=(1, 2)) / scale
-    assert error.max() <= (5e-3 if name.startswith("collinear") else 1e-3)
+    assert np.percentile(error, 98) <= 1e-3
+    nearly_open = name.startswith("collinear") or kind_and_degree == ("polynomial", 3)
+    assert error.max() <= (1e-2 if nearly_open else 1e-3)
 
 
 @pytest.mark.parametrize("dimensions", [(1, 1, 1), (1, 7, 1), (3, 1, 50), (17, 5, 4), (64, 3, 3)])
