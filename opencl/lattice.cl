@@ -24,12 +24,7 @@ inline vec lattice_index(const lattice_t *lattice, long n) {
     j = select(j, j - lattice->ny, over);
     k = select(k, k + 1, over);
   }
-#if LANES == 1
-  return (vec){(float)i, (float)j, (float)k};
-#else
-  return (vec){GLUE(convert_float, LANES)(i), GLUE(convert_float, LANES)(j),
-               GLUE(convert_float, LANES)(k)};
-#endif
+  return (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
 }
 
 // An affine transform t: columns for x, y, z, then the offset, three numbers each.

@@ -13,15 +13,11 @@
 #if LANES == 1
 typedef SUM sum_t;
 #define TO_SUM(w) ((SUM)(w))
-#define TO_INTEGER(x) ((int)(x))
-#define TO_REAL(i) ((float)(i))
 #define TO_OFFSET(i) ((OFFSET)(i))
 typedef OFFSET offset_t;
 #else
 typedef GLUE(SUM, LANES) sum_t;
 #define TO_SUM(w) GLUE(GLUE(convert_, SUM), LANES)(w)
-#define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
-#define TO_REAL(i) GLUE(convert_float, LANES)(i)
 #define TO_OFFSET(i) GLUE(GLUE(convert_, OFFSET), LANES)(i)
 typedef GLUE(OFFSET, LANES) offset_t;
 #endif

@@ -10,6 +10,8 @@
 typedef float real;
 typedef int integer;
 #define ANY(condition) (condition)
+#define TO_INTEGER(x) ((int)(x))
+#define TO_REAL(i) ((float)(i))
 #define LOAD(from) (*(from))
 #define STORE(value, to) (*(to) = (value))
 #else
@@ -18,6 +20,10 @@ typedef int integer;
 typedef GLUE(float, LANES) real;
 typedef GLUE(int, LANES) integer;
 #define ANY(condition) any(condition)
+#define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
+#define TO_REAL(i) GLUE(convert_float, LANES)(i)
+#define AS_INTEGER(x) GLUE(as_int, LANES)(x)
+#define AS_REAL(i) GLUE(as_float, LANES)(i)
 #define LOAD(from) GLUE(vload, LANES)(0, from)
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
