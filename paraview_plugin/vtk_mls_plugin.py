@@ -1,0 +1,380 @@
+"""ParaView plugin: the filters MLSDeform and MLSDisplacementField, the source MLSControlPoints.
+
+In the GUI: Tools > Manage Plugins > Load New, then choose this file.  In pvpython:
+`LoadPlugin("/path/to/vtk_mls_plugin.py", ns=globals())`.  The work is done by `vtk_mls.filters`;
+this file says how ParaView shows it.
+
+Properties are declared as XML on the class: ParaView's method decorators do not see inherited
+setters, and before ParaView 5.12 the panel would list their properties in alphabetical order.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
+
+# This file lies in <checkout>/paraview_plugin or <site-packages>/vtk_mls/paraview_plugin.  Folders
+# are appended to sys.path, not put in front: a site-packages may hold a VTK and a numpy, which must
+# not replace ParaView's own.
+try:
+    import vtk_mls
+except ModuleNotFoundError as error:
+    if error.name != "vtk_mls":
+        raise
+    _above = Path(__file__).resolve().parents[1]
+    sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
+    import vtk_mls
+
+from vtk_mls import filters
+
+_here = str(Path(__file__).resolve().parent)
+if _here not in sys.path:
+    sys.path.append(_here)  # ParaView 5.11 can reload a plugin only from there
+
+paraview_plugin_version = vtk_mls.__version__
+
+MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
+
+
+def xml(tag, *children, **attributes):
+    """An XML element; `children` are XML already."""
+    pairs = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    return f"<{tag}{pairs}>{''.join(children)}</{tag}>"
+
+
+def documentation(text):
+    """The tooltip of a property or the help page of a proxy."""
+    return xml("Documentation", escape(" ".join(text.split())))
+
+
+def vector(kind, name, default, text, *children, **attributes):
+    """A property with the setter Set<name>; `kind` is "Int", "Double" or "String"."""
+    default = str(default)
+    settings = {
+        "name": name,
+        "command": f"Set{name}",
+        "number_of_elements": 1 if kind == "String" else len(default.split()),
+        "default_values": default,
+    }
+    settings.update(attributes)
+    return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
+
+
+def choice(name, options, default, text, *children):
+    """A string property shown as a drop-down list."""
+    strings = (xml("String", value=option) for option in options)
+    return vector(
+        "String", name, default, text, xml("StringListDomain", *strings, name="options"), *children
+    )
+
+
+def table(name, setter, default, columns, text, *hints):
+    """A list of numbers or vectors; setters SetNumberOf<name>(n) and <setter>(index, *row)."""
+    labels = (xml("ComponentLabel", component=i, label=label) for i, label in enumerate(columns))
+    return vector(
+        "Double",
+        name,
+        default or "none",
+        text,
+        xml("Hints", xml("ShowComponentLabels", *labels), *hints),
+        command=setter,
+        use_index=1,
+        repeat_command=1,
+        set_number_command=f"SetNumberOf{name}",
+        number_of_elements=len(default.split()),
+        number_of_elements_per_command=len(columns),
+    )
+
+
+def limits(kind, **bounds):
+    """The range of a number, for the slider."""
+    return xml(f"{kind}RangeDomain", name="range", **bounds)
+
+
+def shown_when(name, value):
+    """A hint: show a property only while the property `name` has that value."""
+    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
+    return xml("PropertyWidgetDecorator", **decorator)
+
+
+def data_input(name, port, data_type, text, *array_domains):
+    """An input port that takes one dataset, whatever arrays it has."""
+    groups = (xml("Group", name=group) for group in ("sources", "filters"))
+    return xml(
+        "InputProperty",
+        xml("ProxyGroupDomain", *groups, name="groups"),
+        xml(
+            "DataTypeDomain",
+            xml("DataType", value=data_type),
+            name="input_type",
+            composite_data_supported=0,
+        ),
+        *array_domains,
+        documentation(text),
+        name=name,
+        port_index=port,
+        command="SetInputConnection",
+    )
+
+
+def input_arrays(name, association, components=0):
+    """A named set of arrays of an input; 0 components are any number."""
+    return xml(
+        "InputArrayDomain",
+        name=name,
+        attribute_type=association,
+        number_of_components=components,
+        optional=1,
+    )
+
+
+def arrays_of(name, input_name, **attributes):
+    """The domain of a property that chooses among such a set of arrays."""
+    source = xml("Property", name=input_name, function="Input")
+    return xml(
+        "ArrayListDomain",
+        xml("RequiredProperties", source),
+        name="arrays",
+        input_domain_name=name,
+        **attributes,
+    )
+
+
+def handle_array(name, index, default, domain, text):
+    """A choice among the point arrays of the control points, not made for the user by ParaView."""
+    return vector(
+        "String",
+        name,
+        f"{index};1;0;0;{default}",
+        text,
+        domain,
+        xml("Hints", xml("NoDefault")),
+        default_values_delimiter=";",
+        command="SetInputArrayToProcess",
+        number_of_elements=5,
+        element_types="0 0 0 0 2",
+        animateable=0,
+    )
+
+
+CONTROL_POINTS = data_input(
+    "ControlPoints",
+    1,
+    "vtkPolyData",
+    """The control points: their positions are p, where the material is at rest; a point vector
+    array holds the displacement q - p to where they were dragged.""",
+    input_arrays("vectors", "point", components=3),
+    input_arrays("factors", "point", components=1),
+)
+
+# What both filters ask of the deformation, in the order of the panel.
+DEFORMATION = [
+    choice(
+        "Kind",
+        vtk_mls.KINDS,
+        "rigid",
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
+        most freely.""",
+    ),
+    vector(
+        "Int",
+        "Degree",
+        2,
+        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
+        limits("Int", min=1, max=3),
+        xml("Hints", shown_when("Kind", "polynomial")),
+    ),
+    vector(
+        "Double",
+        "Alpha",
+        1.0,
+        """How local the influence of a control point is: its weight at distance r is
+        1 / r^(2 alpha). Must be greater than 0.""",
+        limits("Double", min=0.1, max=4),
+    ),
+    handle_array(
+        "DisplacementArray",
+        0,
+        "Displacement",
+        arrays_of("vectors", "ControlPoints"),
+        "Point vector array of the control points with their displacement q - p.",
+    ),
+    # "Weight" is offered even where there is no such array, and then means that all count alike.
+    handle_array(
+        "WeightArray",
+        1,
+        "Weight",
+        arrays_of("factors", "ControlPoints", none_string="Weight"),
+        """Point array of the control points with a positive factor for each; without it all count
+        alike.""",
+    ),
+]
+
+DEVICE = vector(
+    "String",
+    "Device",
+    "",
+    """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device as
+    in 0:1; reference for the slow float64 specification in numpy.""",
+    panel_visibility="advanced",
+)
+
+DEFORM = [
+    documentation(
+        """Deforms an image (a volume) by control points that are dragged from p to q, by moving
+        least squares. Every array of the input is resampled on the deformed image."""
+    ),
+    data_input(
+        "Input",
+        0,
+        "vtkImageData",
+        "The image to deform.",
+        input_arrays("arrays", "any"),
+    ),
+    CONTROL_POINTS,
+    *DEFORMATION,
+    choice(
+        "Interpolation",
+        vtk_mls.INTERPOLATIONS,
+        "linear",
+        "How values between the points of the input are made.",
+    ),
+    vector(
+        "String",
+        "LabelArrays",
+        "none",
+        """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
+        the interpolation is.""",
+        arrays_of("arrays", "Input"),
+        xml("Hints", xml("NoDefault")),
+        command="AddLabelArray",
+        clean_command="ClearLabelArrays",
+        repeat_command=1,
+        number_of_elements=0,
+        number_of_elements_per_command=1,
+    ),
+    vector("Double", "Background", 0.0, "Value where the deformed image has no material."),
+    choice(
+        "OutputGrid",
+        ("input", "fitted", "given"),
+        "input",
+        """Grid of the output: that of the input; fitted, with the input's spacing but large enough
+        for the deformed volume; or given by dimensions, spacing and origin.""",
+    ),
+    vector(
+        "Int",
+        "OutputDimensions",
+        "64 64 64",
+        "Number of points of the output in each direction.",
+        xml("Hints", shown_when("OutputGrid", "given")),
+    ),
+    vector(
+        "Double",
+        "OutputSpacing",
+        "1 1 1",
+        "Distance of the output's points in each direction.",
+        xml("Hints", shown_when("OutputGrid", "given")),
+    ),
+    vector(
+        "Double",
+        "OutputOrigin",
+        "0 0 0",
+        "Position of the output's first point.",
+        xml("Hints", shown_when("OutputGrid", "given")),
+    ),
+    DEVICE,
+]
+
+FIELD = [
+    documentation(
+        """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
+        place that the material now at v came from."""
+    ),
+    data_input(
+        "Input",
+        0,
+        "vtkDataSet",
+        "Gives the grid of the field: its own if it is an image, else one over its bounds.",
+    ),
+    CONTROL_POINTS,
+    *DEFORMATION,
+    vector(
+        "Int",
+        "SampleDimensions",
+        "32 32 32",
+        "Number of points in each direction where the input is not an image.",
+    ),
+    DEVICE,
+]
+
+HANDLES = [
+    documentation("Control points for the MLS filters, from lists or as a lattice over a box."),
+    choice(
+        "Mode",
+        ("points", "lattice"),
+        "points",
+        "points: the rest positions are listed; lattice: they fill a box regularly.",
+    ),
+    table(
+        "RestPoints",
+        "SetRestPoint",
+        "-1 -1 -1  1 -1 -1  -1 1 -1  1 1 -1  -1 -1 1  1 -1 1  -1 1 1  1 1 1",
+        ("x", "y", "z"),
+        "Positions p of the control points in the undeformed space.",
+        shown_when("Mode", "points"),
+    ),
+    vector(
+        "Int",
+        "LatticeDimensions",
+        "3 3 3",
+        "Number of control points in each direction of the lattice.",
+        xml("Hints", shown_when("Mode", "lattice")),
+    ),
+    vector(
+        "Double",
+        "Bounds",
+        "-1 1 -1 1 -1 1",
+        "Box of the lattice: xmin, xmax, ymin, ymax, zmin, zmax.",
+        xml("Hints", shown_when("Mode", "lattice")),
+    ),
+    table(
+        "DeformedPoints",
+        "SetDeformedPoint",
+        "",
+        ("x", "y", "z"),
+        """Positions q to which the control points were dragged, one for each; empty: they stay at
+        rest.""",
+    ),
+    table(
+        "Weights",
+        "SetWeight",
+        "",
+        ("weight",),
+        "A positive factor for each control point; empty: all count alike.",
+    ),
+]
+
+
+@smproxy.filter(name="MLSDeform", label="MLS Deform")
+@MENU
+@smproperty.xml("".join(DEFORM))
+class MLSDeform(filters.MLSDeform):
+    """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
+
+
+@smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
+@MENU
+@smproperty.xml("".join(FIELD))
+class MLSDisplacementField(filters.MLSDisplacementField):
+    """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
+
+
+@smproxy.source(name="MLSControlPoints", label="MLS Control Points")
+@MENU
+@smproperty.xml("".join(HANDLES))
+class MLSControlPoints(filters.MLSControlPoints):
+    """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""

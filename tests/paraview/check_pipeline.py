@@ -1,0 +1,120 @@
+"""The proxies give the numbers of `vtk_mls.Deformation`, and follow every change."""
+
+import numpy as np
+from paraview import simple
+from scene import DEFORMED, REST, array, control_points, data, grid, wavelet
+
+import vtk_mls
+
+source = wavelet()
+handles = control_points()
+deform = simple.MLSDeform(Input=source, ControlPoints=handles)
+field = simple.MLSDisplacementField(Input=source, ControlPoints=handles)
+volume = array(data(source), "RTData")
+lattice = grid(data(source))
+
+
+def check(deformed=DEFORMED, interpolation="linear", **settings):
+    """Both filters against the value outside of the pipeline, and against the specification."""
+    value = vtk_mls.Deformation(REST, deformed, **settings)
+    (expected,) = value.resample([volume], lattice, interpolation=interpolation)
+    result = array(data(deform), "RTData")
+    assert result.dtype == volume.dtype
+    np.testing.assert_array_equal(result, expected)
+    displacement = array(data(field), "BackwardDisplacement")
+    expected = value.displacement_field(lattice.dimensions, lattice.origin, lattice.spacing)
+    np.testing.assert_array_equal(displacement, expected.displacement)
+    reference = vtk_mls.Deformation(REST, deformed, device="reference", **settings)
+    expected = reference.displacement_field(lattice.dimensions, lattice.origin, lattice.spacing)
+    np.testing.assert_allclose(displacement, expected.displacement, atol=1e-4)
+    assert np.abs(displacement).max() > 1
+    return result
+
+
+# Every kind, and every property of the map.
+results = []
+for settings in (
+    {"kind": "rigid"},
+    {"kind": "affine"},
+    {"kind": "similarity"},
+    {"kind": "polynomial", "degree": 1},
+    {"kind": "polynomial", "degree": 2},
+    {"kind": "rigid", "alpha": 1.5},
+):
+    for proxy in (deform, field):
+        proxy.Kind = settings["kind"]
+        proxy.Degree = settings.get("degree", 2)
+        proxy.Alpha = settings.get("alpha", 1.0)
+    results.append(check(**settings))
+assert not np.array_equal(results[0], results[-1])
+for proxy in (deform, field):
+    proxy.Alpha = 1.0
+
+# Interpolation, and labels that no interpolation may mix.
+deform.Interpolation = "cubic"
+check(interpolation="cubic")
+deform.LabelArrays = ["RTData"]
+assert np.isin(check(interpolation="nearest"), [*volume.ravel(), 0]).all()
+deform.LabelArrays = []
+deform.Interpolation = "linear"
+
+
+# Nothing is done again without a change; a dragged handle changes the result.
+def times():
+    return [p.GetClientSideObject().GetOutputDataObject(0).GetMTime() for p in (deform, field)]
+
+
+check()
+before = times()
+check()
+assert times() == before
+dragged = DEFORMED + np.array([0.5, 0, -1])
+handles.DeformedPoints = list(dragged.ravel())
+assert not np.array_equal(check(deformed=dragged), results[0])
+
+# Weights that the source gets later are found.
+weights = np.arange(1.0, len(REST) + 1)
+handles.Weights = list(weights)
+check(deformed=dragged, weights=weights)
+handles.Weights = []
+check(deformed=dragged)
+
+# Another displacement array, by name.
+halved = simple.Calculator(Input=handles, Function="Displacement / 2", ResultArrayName="Half")
+deform.ControlPoints = field.ControlPoints = halved
+deform.DisplacementArray = field.DisplacementArray = ["POINTS", "Half"]
+check(deformed=(REST + dragged) / 2)
+deform.ControlPoints = field.ControlPoints = handles
+deform.DisplacementArray = field.DisplacementArray = ["POINTS", "Displacement"]
+check(deformed=dragged)
+
+# Grids of the output.
+value = vtk_mls.Deformation(REST, dragged)
+deform.OutputGrid = "fitted"
+fitted = data(deform)
+assert np.prod(fitted.GetDimensions()) > np.prod(lattice.dimensions)
+(expected,) = value.resample([volume], lattice, value.fitted_grid(lattice))
+np.testing.assert_array_equal(array(fitted, "RTData"), expected)
+deform.OutputGrid = "given"
+deform.OutputDimensions, deform.OutputSpacing = [20, 15, 10], [1.0, 1.5, 0.5]
+deform.OutputOrigin = [-8.0, -9.0, 0.25]
+deform.Background = -1.0
+target = vtk_mls.Grid((20, 15, 10), (-8.0, -9.0, 0.25), (1.0, 1.5, 0.5))
+(expected,) = value.resample([volume], lattice, target, background=-1.0)
+np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
+assert (expected == -1).any()
+
+# A field over something that is no image.
+sphere = simple.Sphere(Radius=7.0)
+field.Input = sphere
+field.SampleDimensions = [7, 8, 9]
+result = data(field)
+assert result.GetDimensions() == (7, 8, 9)
+np.testing.assert_allclose(result.GetBounds(), data(sphere).GetBounds(), rtol=1e-6)
+expected = value.displacement_field((7, 8, 9), result.GetPoint(0), result.GetSpacing())
+np.testing.assert_allclose(array(result, "BackwardDisplacement"), expected.displacement, atol=1e-5)
+
+# The same on the numpy specification.
+deform.OutputGrid, deform.Background, deform.Device = "input", 0.0, "reference"
+(expected,) = vtk_mls.Deformation(REST, dragged, device="reference").resample([volume], lattice)
+np.testing.assert_array_equal(array(data(deform), "RTData"), expected)

@@ -1,0 +1,101 @@
+"""The proxies offer the properties of their filters, with help, and defaults that do nothing."""
+
+import numpy as np
+from paraview import simple
+from scene import PLUGIN, REST, array, control_points, data, wavelet
+
+source = wavelet()
+volume = array(data(source), "RTData")
+
+# What a user meets who adds the three and presses Apply: the identity.
+handles = simple.MLSControlPoints()
+deform = simple.MLSDeform(Input=source, ControlPoints=handles)
+field = simple.MLSDisplacementField(Input=source, ControlPoints=handles)
+assert data(handles).GetNumberOfPoints() == data(handles).GetNumberOfVerts() == 8
+assert not array(data(handles), "Displacement").any()
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
+assert data(deform).GetExtent() == data(source).GetExtent()
+assert not array(data(field), "BackwardDisplacement").any()
+
+defaults = {
+    "Kind": "rigid",
+    "Degree": 2,
+    "Alpha": 1.0,
+    "DisplacementArray": ["POINTS", "Displacement"],
+    "WeightArray": ["POINTS", "Weight"],
+    "Device": "",
+}
+of_deform = {
+    "Interpolation": "linear",
+    "LabelArrays": [],
+    "Background": 0.0,
+    "OutputGrid": "input",
+    "OutputDimensions": [64, 64, 64],
+    "OutputSpacing": [1.0, 1.0, 1.0],
+    "OutputOrigin": [0.0, 0.0, 0.0],
+}
+of_handles = {
+    "Mode": "points",
+    "DeformedPoints": [],
+    "Weights": [],
+    "LatticeDimensions": [3, 3, 3],
+    "Bounds": [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
+}
+for proxy, expected in (
+    (deform, {**defaults, **of_deform}),
+    (field, {**defaults, "SampleDimensions": [32, 32, 32]}),
+    (handles, of_handles),
+):
+    for name, default in expected.items():
+        value = getattr(proxy, name)
+        value = list(value) if isinstance(default, list) else value
+        assert value == default, (name, value)
+    inputs = {"Input", "ControlPoints"} if proxy is not handles else {"RestPoints"}
+    assert set(proxy.ListProperties()) - {"ReloadPythonModule"} == {*expected, *inputs}
+    for name in {*expected, *inputs}:
+        assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
+    assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
+    # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
+    for name in set(expected) - {"DisplacementArray", "WeightArray", "LabelArrays"}:
+        own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
+        own = list(own) if isinstance(expected[name], list) else own or expected[name]
+        assert own == expected[name], (name, own)
+
+# Drop-down lists.
+for proxy, name, options in (
+    (deform, "Kind", ["affine", "rigid", "similarity", "polynomial"]),
+    (field, "Kind", ["affine", "rigid", "similarity", "polynomial"]),
+    (deform, "Interpolation", ["nearest", "linear", "cubic"]),
+    (deform, "OutputGrid", ["input", "fitted", "given"]),
+    (handles, "Mode", ["points", "lattice"]),
+):
+    assert list(proxy.GetProperty(name).Available) == options
+
+# The arrays that can be chosen are those of the right input.
+weighted = control_points(Weights=[1.0] * len(REST))
+weighted.UpdatePipeline()
+other = simple.MLSDeform(Input=source, ControlPoints=weighted)
+
+
+def offered(proxy, name):
+    domain = proxy.GetProperty(name).FindDomain("vtkSMArrayListDomain")
+    return [domain.GetString(i) for i in range(domain.GetNumberOfStrings())]
+
+
+assert offered(other, "DisplacementArray") == ["Displacement"]
+assert offered(other, "WeightArray") == ["Weight"] == offered(deform, "WeightArray")
+assert offered(other, "LabelArrays") == ["RTData"]
+
+# A lattice fills its box, x fastest, and follows changes.
+handles.Mode, handles.LatticeDimensions, handles.Bounds = "lattice", [2, 3, 4], [0, 1, 0, 4, -3, 3]
+points = data(handles)
+assert points.GetNumberOfPoints() == 24
+assert points.GetBounds() == (0, 1, 0, 4, -3, 3)
+assert points.GetPoint(1) == (1, 0, -3)
+
+# Reloading the plugin, as its button does, leaves a working pipeline.
+reloaded = simple.MLSDeform(Input=source, ControlPoints=handles, Kind="affine")
+simple.LoadPlugin(str(PLUGIN), ns=vars(simple))
+reloaded.SMProxy.RecreateVTKObjects()
+np.testing.assert_array_equal(array(data(reloaded), "RTData"), volume)
+assert reloaded.GetClientSideObject().GetKind() == "affine"

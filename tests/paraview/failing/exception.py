@@ -1,0 +1,3 @@
+"""Must be seen to fail: an exception."""
+
+raise SystemExit(1)

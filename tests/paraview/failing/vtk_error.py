@@ -1,0 +1,5 @@
+"""Must be seen to fail: a pipeline that only prints a VTK error."""
+
+from vtkmodules.vtkFiltersCore import vtkContourFilter
+
+vtkContourFilter().Update()
