@@ -117,8 +117,8 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   vec a, b;
   line_of(&c, &a, &b);
   vec both = vec_add(a, b);
-  real strength = 1 / fmax(s.a[0] + s.a[4] + s.a[8], 1e-30f);
-  real opening = 1 / fmax(1 + dot3(a, b), 1e-10f);
+  real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
+  real opening = 1 / most(1 + dot3(a, b), 1e-10f);
 
   mat jacobian = {{0}};
   __global const float *handle = map->handles;

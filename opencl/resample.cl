@@ -23,6 +23,12 @@ typedef GLUE(OFFSET, LANES) offset_t;
 #endif
 #define LANE_SUM(vector, l) (((SUM *)&(vector))[l])
 
+#if TAPS == 2
+#define UNROLL _Pragma("unroll")
+#else
+#define UNROLL
+#endif
+
 // Weights of the taps along one axis at the fraction t: two for linear, four for Catmull-Rom.
 inline void tap_weights(real t, real w[TAPS]) {
 #if TAPS == 2
@@ -73,17 +79,23 @@ __kernel void resample(const long count, __global const float *restrict index, c
   integer exact = x.exact & y.exact & z.exact;
   OFFSET line = (OFFSET)nx * components;
   __global VALUE *to = result + first * components;
+  offset_t ox[TAPS], oy[TAPS], oz[TAPS];
+  for (int tap = 0; tap < TAPS; ++tap) {
+    ox[tap] = TO_OFFSET(x.tap[tap]) * components;
+    oy[tap] = TO_OFFSET(y.tap[tap]) * line;
+    oz[tap] = TO_OFFSET(z.tap[tap] - slice) * (line * ny);
+  }
   for (int c = 0; c < components; ++c) {
     sum_t sum = 0;
 #if TAPS > 1
-    for (int kk = 0; kk < TAPS; ++kk)
-      for (int jj = 0; jj < TAPS; ++jj) {
-        offset_t row = (TO_OFFSET(z.tap[kk] - slice) * ny + TO_OFFSET(y.tap[jj])) * line + c;
+    UNROLL for (int kk = 0; kk < TAPS; ++kk)
+      UNROLL for (int jj = 0; jj < TAPS; ++jj) {
+        offset_t row = oz[kk] + oy[jj] + c;
         real wyz = y.weight[jj] * z.weight[kk];
-        for (int ii = 0; ii < TAPS; ++ii) {
-          offset_t from = row + TO_OFFSET(x.tap[ii]) * components;
+        UNROLL for (int ii = 0; ii < TAPS; ++ii) {
+          offset_t from = row + ox[ii];
           sum_t tap;
-          for (int l = 0; l < LANES; ++l) LANE_SUM(tap, l) = (SUM)values[((OFFSET *)&from)[l]];
+          UNROLL for (int l = 0; l < LANES; ++l) LANE_SUM(tap, l) = (SUM)values[((OFFSET *)&from)[l]];
           real w = x.weight[ii] * wyz;
           // a tap without weight must not bring in its NaN or infinity
           sum_t weighted = TO_SUM(w) * tap;

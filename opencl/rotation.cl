@@ -93,7 +93,7 @@ inline real largest_root(const mat *c, real *slope) {
     *slope = fma(4 * (root + 1), t, -8 * det);
     real change = select(value / *slope, (real)(0), *slope < 1e-12f);
     root -= change;
-    if (!ANY(fabs(change) > 1e-6f * root)) break;
+    if (!ANY(fabs(change) > 1e-4f * root)) break;
   }
   return root;
 }
@@ -115,15 +115,15 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   quaternion_t q = {d00, d01, d02, d03};
   real best = fabs(d00);
   integer better = fabs(d11) > best;
-  best = fmax(best, fabs(d11));
+  best = most(best, fabs(d11));
   q = (quaternion_t){select(q.w, d01, better), select(q.x, d11, better), select(q.y, d12, better),
                      select(q.z, d13, better)};
   better = fabs(d22) > best;
-  best = fmax(best, fabs(d22));
+  best = most(best, fabs(d22));
   q = (quaternion_t){select(q.w, d02, better), select(q.x, d12, better), select(q.y, d22, better),
                      select(q.z, d23, better)};
   better = fabs(d33) > best;
-  best = fmax(best, fabs(d33));
+  best = most(best, fabs(d33));
   q = (quaternion_t){select(q.w, d03, better), select(q.x, d13, better), select(q.y, d23, better),
                      select(q.z, d33, better)};
   integer none = best < 1e-30f;
@@ -141,7 +141,7 @@ inline quaternion_t twisted(quaternion_t q, const mat *c) {
   vec axis = {2 * s.a[0], off01, off02};
   real best = s.a[0];
   integer better = s.a[4] > best;
-  best = fmax(best, s.a[4]);
+  best = most(best, s.a[4]);
   axis = vec_select(axis, (vec){off01, 2 * s.a[4], off12}, better);
   better = s.a[8] > best;
   axis = unit3(vec_select(axis, (vec){off02, off12, 2 * s.a[8]}, better));
@@ -200,7 +200,7 @@ inline void line_of(const mat *c, vec *a, vec *b) {
     vec other = {c->a[3 * i], c->a[3 * i + 1], c->a[3 * i + 2]};
     real square = dot3(other, other);
     row = vec_select(row, other, square > best);
-    best = fmax(best, square);
+    best = most(best, square);
   }
   *b = unit3(row);
   *a = unit3(mat_vec(c, *b));

@@ -35,6 +35,10 @@ typedef GLUE(int, LANES) integer;
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
 
+// One instruction each, which fmin() and fmax() with their rules for NaN are not.
+inline real least(real a, real b) { return a < b ? a : b; }
+inline real most(real a, real b) { return a > b ? a : b; }
+
 inline vec vec_add(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline vec vec_sub(vec a, vec b) { return (vec){a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline vec vec_scale(real s, vec a) { return (vec){s * a.x, s * a.y, s * a.z}; }

@@ -45,7 +45,7 @@ typedef struct {
 // 2^x for x <= 0, relative error 1e-7. The built-in functions are exact to the last digit, and in
 // vectors several times slower.
 inline real fast_exp2(real x) {
-  x = fmax(x, (real)(-126));
+  x = most(x, (real)(-126));
   real whole = rint(x), f = x - whole;
   real power = 0.00132764715f;
   power = fma(power, f, (real)(0.00967554133f));
@@ -129,7 +129,7 @@ inline pivot_t find_pivot(const map_t *map, vec v) {
     }
   pivot.x = vec_sub(v, pivot.q);
   pivot.d2 = first;
-  pivot.e2 = fmax(second, 1e-30f);
+  pivot.e2 = most(second, 1e-30f);
   pivot.r = power(first / pivot.e2, map->alpha);
   return pivot;
 }
@@ -138,14 +138,14 @@ inline pivot_t find_pivot(const map_t *map, vec v) {
 inline real handle_weight(const map_t *map, __global const float *handle, const pivot_t *pivot,
                           vec v) {
   real d2 = handle_distance2(handle, v);
-  return handle[3] * power(pivot->e2 / fmax(d2, pivot->e2), map->alpha);
+  return handle[3] * power(pivot->e2 / most(d2, pivot->e2), map->alpha);
 }
 
 // d log(w_i)/dv - d log(w_k)/dv: what changes of a weight when the common factor is left out.
 inline vec weight_slope(const map_t *map, __global const float *handle, const pivot_t *pivot,
                         vec v) {
-  real near = 2 * map->alpha / fmax(pivot->d2, 1e-30f);
-  real far = 2 * map->alpha / fmax(handle_distance2(handle, v), 1e-30f);
+  real near = 2 * map->alpha / most(pivot->d2, 1e-30f);
+  real far = 2 * map->alpha / most(handle_distance2(handle, v), 1e-30f);
   return (vec){fma(near, pivot->x.x, far * (handle[0] - v.x)),
                fma(near, pivot->x.y, far * (handle[1] - v.y)),
                fma(near, pivot->x.z, far * (handle[2] - v.z))};

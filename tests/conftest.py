@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -142,3 +144,13 @@ def places(rng, deformed, count=500):
 def deformation(rest, deformed, kind_and_degree, device="reference", **options):
     kind, degree = kind_and_degree
     return Deformation(rest, deformed, kind, degree=degree, device=device, **options)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say loudly what was not tested on this machine, and why."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(report.longrepr[2].replace("Skipped: ", "", 1) for report in skipped)
+    if reasons:
+        terminalreporter.section("LEFT OUT ON THIS MACHINE", sep="*", red=True, bold=True)
+        for reason, count in reasons.items():
+            terminalreporter.write_line(f"tests left out: {count}, because: {reason}", yellow=True)

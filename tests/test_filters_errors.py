@@ -1,4 +1,4 @@
-"""Bad input: one sentence, an empty output, Update says 0, and the same object works once mended."""
+"""Bad input: one sentence, an empty output, 0 from Update; mended, the same object works."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ from vtk_fixtures import (
     add_array,
     connect,
     control_points,
-    make_image,
     messages,  # noqa: F401
     update,
 )
@@ -117,6 +116,10 @@ DEFORM = {
     "no fit": (
         lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetAlpha(-2)),
         "`alpha` must be .*-2",
+    ),
+    "nothing to fit": (
+        lambda s: (s.deforming.SetOutputGrid("fitted"), s.handles.SetDeformedPoints(REST[:3])),
+        "8 rest points, got 3",
     ),
     "no device to fit": (
         lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetDevice("77:0")),

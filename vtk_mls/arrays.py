@@ -134,7 +134,10 @@ def to_numpy(array):
 
 
 def from_numpy(values, vtk_type):
-    """A vtkDataArray of the type `vtk_type` over the memory of `values`, which it keeps alive.
+    """A vtkDataArray of the type `vtk_type` that shares the memory of `values` if it can.
+
+    Memory is shared from VTK 9.7 on. Before, nothing could keep it alive for shallow copies of the
+    array, which ParaView makes, and it is copied.
 
     Parameters
     ----------
@@ -147,11 +150,12 @@ def from_numpy(values, vtk_type):
     if vtk_type == VTK_BIT:
         array.SetNumberOfTuples(len(values))
         np.frombuffer(array, np.uint8)[:] = np.packbits(flat != 0)
-        return array
-    array.SetVoidArray(flat, flat.size, 1)
-    # An array's memory can outlive the array, in shallow copies of it.
-    owner = array.GetBuffer() if hasattr(array, "GetBuffer") else array
-    owner._numpy_reference = flat
+    elif hasattr(array, "GetBuffer"):
+        array.SetVoidArray(flat, flat.size, 1)
+        array.GetBuffer()._numpy_reference = flat
+    elif flat.size:
+        array.SetNumberOfTuples(len(values))
+        np.frombuffer(array, flat.dtype)[:] = flat
     return array
 
 

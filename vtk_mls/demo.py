@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
-from vtk_mls import KINDS, DeviceError, reference
+from vtk_mls import KINDS, DeviceError
 from vtk_mls.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
@@ -57,6 +57,7 @@ def main(directory):
         If the package that carries the volume is not installed.
     """
     engine = _engine()
+    slow = engine is engine_for("reference")
     frog = vtkXMLImageDataReader()
     frog.SetFileName(str(_frog()))
     frog.Update()
@@ -70,7 +71,7 @@ def main(directory):
     handles.SetDeformedPoints((rest + drag).tolist())
 
     spacing = np.array(frog.GetOutput().GetSpacing())
-    if engine is reference:
+    if slow:
         spacing = 4 * spacing  # some microseconds for each voxel
     dimensions = (np.ceil((UPPER - LOWER) / spacing) + 1).astype(int)
 
@@ -79,7 +80,7 @@ def main(directory):
     deform.SetInputConnection(1, handles.GetOutputPort())
     deform.AddLabelArray(labels)
     deform.SetOutputGrid("given")
-    if engine is reference:
+    if slow:
         deform.SetDevice("reference")
     deform.SetOutputOrigin(*LOWER)
     deform.SetOutputSpacing(*spacing)
@@ -130,7 +131,7 @@ def _engine():
             "The demo goes on without it, slowly and on a coarser grid. "
             "On Debian, `apt-get install pocl-opencl-icd` gives the CPU an OpenCL."
         )
-        return reference
+        return engine_for("reference")
 
 
 def _frog():

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from vtk_mls.resources import resource
 
 _INSTALL = (
-    "install an OpenCL driver: `pip install 'pyopencl[pocl]'` for the CPU, or the one of your GPU"
+    "install an OpenCL driver: `pip install 'pyopencl[pocl]'` or, for newer processors, "
+    "`apt-get install pocl-opencl-icd` for the CPU, or the one of your GPU"
 )
 
 

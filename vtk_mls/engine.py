@@ -17,7 +17,7 @@ from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
-_CACHED = 1 << 20
+_CACHED = 1 << 18
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 _C_TYPES = {
     **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},

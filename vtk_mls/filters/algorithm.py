@@ -51,6 +51,10 @@ class Algorithm(VTKPythonAlgorithmBase):
             self._discard(outInfo)
             raise
 
+    def GetOutput(self):
+        """The output, not updated."""
+        return self.GetOutputDataObject(0)
+
     def _set(self, name, value):
         """Set an attribute; a change makes the filter run again."""
         if getattr(self, name) != value:
@@ -69,7 +73,11 @@ class Algorithm(VTKPythonAlgorithmBase):
         whole = vtkInformation()
         ask_for_all(whole)
         requests.SetInformationObject(index, whole)
+        shown = vtkObject.GetGlobalWarningDisplay()
+        if isinstance(producer, Algorithm):  # it will say the same when data are asked for
+            vtkObject.SetGlobalWarningDisplay(0)
         producer.Update(index, requests)
+        vtkObject.SetGlobalWarningDisplay(shown)
         return producer.GetOutputDataObject(index)
 
     def _progress(self, start=0.0, share=1.0):

@@ -38,6 +38,10 @@ class DeformingFilter(Algorithm):
         info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), kind)
         return 1
 
+    def SetInputData(self, *port_and_data):
+        """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
+        self.SetInputDataObject(*port_and_data)
+
     def SetKind(self, kind):
         """One of `vtk_mls.KINDS`."""
         self._set("_kind", kind)

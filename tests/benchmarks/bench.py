@@ -1,0 +1,205 @@
+"""Measure vtk_mls against other programs, side by side in one run.
+
+Two questions, each asked of everyone who can answer it, with 15 handles:
+
+- the displacement map of a grid (the paper's Table 1);
+- a volume, deformed: one filter from image to image.
+
+Everyone runs once to warm up (kernels are built, threads started) and then several times, in
+turns; the smallest and the median time are printed. VTK's filters use its thread pool (STDThread).
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints, vtkSMPTools
+from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
+from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
+from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
+
+import vtk_mls
+from vtk_mls.dispatch import engine_for
+from vtk_mls.filters import MLSControlPoints, MLSDeform
+
+HANDLES = 15
+KINDS = {
+    "affine": {"kind": "affine"},
+    "rigid": {"kind": "rigid"},
+    "similarity": {"kind": "similarity"},
+    "polynomial, degree 2": {"kind": "polynomial", "degree": 2},
+    "polynomial, degree 3": {"kind": "polynomial", "degree": 3},
+}
+# Table 1 of the paper, milliseconds on its GPU (GeForce 8800 Ultra) and its CPU (2 GHz).
+PAPER = {
+    (64, "affine"): (4, 633),
+    (64, "rigid"): (8, 1125),
+    (64, "similarity"): (8, 1133),
+    (64, "polynomial, degree 2"): (102, 9270),
+    (128, "affine"): (15, 4868),
+    (128, "rigid"): (45, 8779),
+    (128, "similarity"): (45, 8976),
+    (128, "polynomial, degree 2"): (460, 117180),
+    (256, "affine"): (104, 38550),
+    (256, "rigid"): (325, 69970),
+    (256, "similarity"): (325, 70550),
+    (256, "polynomial, degree 2"): (730, 793000),
+}
+GOALS = {"displacement map": 5.0, "deformed volume": 3.0}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--large", action="store_true", help="also 256^3")
+    arguments = parser.parse_args()
+    vtkSMPTools.SetBackend("STDThread")
+    absent = [name for name, peer in OPTIONAL.items() if peer(*_handles(8), 8) is None]
+    print(f"vtk_mls {vtk_mls.__version__} on {engine_for().NAME}; {HANDLES} handles")
+    print(
+        f"VTK on {vtkSMPTools.GetEstimatedNumberOfThreads()} threads ({vtkSMPTools.GetBackend()})"
+    )
+    for name in absent:
+        print(f"Not installed here, so not measured: {name} (pip install 'vtk-mls[bench]')")
+    ratios = []
+    for n in (64, 128, 256) if arguments.large else (64, 128):
+        ratios.append(_compare("displacement map", n, _maps(n)))
+        ratios.append(_compare("deformed volume", n, _volumes(n)))
+    print("\nTimes of VTK's thin-plate spline over ours (rigid)")
+    for line in ratios:
+        print(line)
+
+
+def _maps(n):
+    """Everyone who makes a displacement map, as (name, function)."""
+    rest, deformed = _handles(n)
+    for name, options in KINDS.items():
+        ours = vtk_mls.Deformation(rest, deformed, **options)
+        yield name, lambda ours=ours: ours.displacement_field((n, n, n))
+    to_grid = vtkTransformToGrid()
+    to_grid.SetInput(_spline(rest, deformed))
+    to_grid.SetGridExtent(0, n - 1, 0, n - 1, 0, n - 1)
+    to_grid.SetGridScalarTypeToFloat()
+    yield "vtkTransformToGrid (TPS)", lambda: _again(to_grid)
+    for name, peer in OPTIONAL.items():
+        function = peer(rest, deformed, n)
+        if function is not None:
+            yield name, function
+
+
+def _volumes(n):
+    """Everyone who deforms an image, as (name, function)."""
+    rest, deformed = _handles(n)
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(0, n - 1, 0, n - 1, 0, n - 1)
+    source.SetCenter(n / 2, n / 2, n / 2)
+    source.Update()
+    image = source.GetOutput()
+    handles = MLSControlPoints()
+    handles.SetRestPoints(rest.tolist())
+    handles.SetDeformedPoints(deformed.tolist())
+    for name, options in KINDS.items():
+        deform = MLSDeform()
+        deform.SetInputDataObject(0, image)
+        deform.SetInputConnection(1, handles.GetOutputPort())
+        deform.SetKind(options["kind"])
+        deform.SetDegree(options.get("degree", 2))
+        yield name, lambda deform=deform: _again(deform)
+    reslice = vtkImageReslice()
+    reslice.SetInputDataObject(0, image)
+    reslice.SetResliceTransform(_spline(rest, deformed))
+    reslice.SetInterpolationModeToLinear()
+    yield "vtkImageReslice (TPS)", lambda: _again(reslice)
+
+
+def _scipy(rest, deformed, n):
+    try:
+        from scipy.interpolate import RBFInterpolator
+    except ImportError:
+        return None
+    spline = RBFInterpolator(deformed, rest - deformed, kernel="linear", degree=1)
+    points = vtk_mls.Grid((n, n, n)).points()
+    return lambda: spline(points)
+
+
+def _molesq(rest, deformed, n):
+    try:
+        from molesq import Transformer
+    except ImportError:
+        return None
+    affine = Transformer(deformed, rest)
+    points = vtk_mls.Grid((n, n, n)).points()
+    parts = np.array_split(points, max(1, len(points) // 2**16))  # it holds all pairs in memory
+    return lambda: [affine.transform(part) for part in parts]
+
+
+OPTIONAL = {"scipy RBFInterpolator": _scipy, "molesq (affine MLS)": _molesq}
+
+
+def _compare(title, n, peers):
+    """Measure and print one table; the line for the summary."""
+    papers = {name: PAPER[size, name] for size, name in PAPER if size == n and "map" in title}
+    print(f"\n{title}, {n}^3, milliseconds")
+    print(f"{'':28}{'smallest':>10}{'median':>10}{'x rigid':>10}", end="")
+    print(f"{'paper GPU':>12}{'paper CPU':>12}" if papers else "")
+    times = _measure(dict(peers))
+    for name, (smallest, median) in times.items():
+        columns = "".join(f"{t:12.0f}" for t in papers.get(name, ()))
+        ratio = smallest / times["rigid"][0]
+        print(f"{name:28}{smallest:10.1f}{median:10.1f}{ratio:10.2f}{columns}")
+    (spline,) = (name for name in times if "TPS" in name)
+    smallest, median = (times[spline][i] / times["rigid"][i] for i in (0, 1))
+    goal = f"   (goal: at least {GOALS[title]:.0f})" if n == 128 else ""
+    return f"  {title:18}{n:5}^3{smallest:8.1f} of the smallest,{median:6.1f} of the medians{goal}"
+
+
+def _measure(functions, seconds=2.0, least=5, most=30):
+    """Smallest and median time of each function in milliseconds, after one run to warm up.
+
+    They take turns, so that what else the machine does meets them all alike.
+    """
+    times = {name: [] for name in functions}
+    for function in functions.values():
+        function()
+    for turn in range(most):
+        for name, function in functions.items():
+            if turn < least or sum(times[name]) < seconds:
+                start = time.perf_counter()
+                function()
+                times[name].append(time.perf_counter() - start)
+    return {name: (1000 * min(t), 1000 * statistics.median(t)) for name, t in times.items()}
+
+
+def _handles(n):
+    """Random handles in a cube of n voxels, moved by some percent of its size."""
+    random = np.random.default_rng(1)
+    rest = random.uniform(0.1 * n, 0.9 * n, (HANDLES, 3))
+    return rest, rest + random.normal(0, 0.05 * n, rest.shape)
+
+
+def _spline(rest, deformed):
+    """VTK's thin-plate spline, backward as ours: from the deformed to the rest positions."""
+    spline = vtkThinPlateSplineTransform()
+    spline.SetBasisToR()
+    spline.SetSourceLandmarks(_vtk_points(deformed))
+    spline.SetTargetLandmarks(_vtk_points(rest))
+    return spline
+
+
+def _vtk_points(array):
+    points = vtkPoints()
+    points.SetDataType(VTK_FLOAT)
+    for point in array:
+        points.InsertNextPoint(point)
+    return points
+
+
+def _again(algorithm):
+    algorithm.Modified()
+    algorithm.Update()
+
+
+if __name__ == "__main__":
+    main()

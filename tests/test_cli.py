@@ -1,0 +1,182 @@
+"""The command `vtk-mls`, in this process and in ones of its own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    add_array,
+    make_image,
+    messages,  # noqa: F401
+    values_of,
+)
+
+from vtk_mls import KINDS, Deformation, __version__, io
+from vtk_mls.arrays import Lattice
+from vtk_mls.cli import main
+
+PROJECT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder with in.vti and handles.csv, as the current one."""
+    image = make_image()
+    x, y, z = Lattice.of_image(image).grid.points().T
+    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
+    add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
+    image.GetPointData().SetActiveScalars("values")
+    monkeypatch.chdir(tmp_path)
+    io.write_image(image, "in.vti")
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    return tmp_path
+
+
+def run(*arguments, code=None, **environment):
+    """A process of its own: (exit status, stdout, stderr)."""
+    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
+    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_deform(files, kind, capsys):
+    options = ["--kind", kind, "--alpha", "1.5", "--degree", "1", "--background", "-2"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    image, output = io.read_image("in.vti"), io.read_image("out.vti")
+    value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
+    (expected,) = value.resample(
+        [values_of(image, "values")], Lattice.of_image(image).grid, background=-2
+    )
+    np.testing.assert_array_equal(values_of(output, "values"), expected)
+    printed = capsys.readouterr()
+    assert "out.vti: 9 x 8 x 7 points" in printed.out
+    assert printed.err == ""
+
+
+def test_deform_with_labels_on_a_fitted_grid(files):
+    options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    output = io.read_image("out.vti")
+    assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
+    value = Deformation(REST, DEFORMED, device=FAST)
+    target = value.fitted_grid(Lattice.of_image(io.read_image("in.vti")).grid)
+    assert output.GetDimensions() == target.dimensions
+
+
+def test_progress_bar(files, capsys):
+    arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference"]
+    assert main([*arguments, "--progress"]) == 0
+    bars = capsys.readouterr().err.strip("\r\n").split("\r")
+    assert bars[-1] == f"[{'#' * 40}] 100%"
+    assert all(len(bar) == len(bars[-1]) for bar in bars)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({0: "none.vti"}, "there is no file `none.vti`"),
+        ({1: "none.csv"}, "there is no file `none.csv`"),
+        ({1: "in.vti"}, "cannot read control points from `in.vti`"),
+        ({2: "out.png"}, "cannot write an image to `out.png`"),
+        ({2: "none/out.vti"}, "there is no folder `none`"),
+        ({3: "--alpha=0"}, "`alpha` must be a positive number, got 0.0"),
+        ({3: "--degree=7"}, "`degree` must be 1, 2 or 3, got 7"),
+        ({3: "--label=bone"}, "`LabelArrays` names `bone`"),
+        ({3: "--device=77:0"}, "no OpenCL device `77:0`"),
+    ],
+)
+def test_errors_are_one_sentence(files, capsys, change, sentence):
+    arguments = ["in.vti", "handles.csv", "out.vti", "--background=0"]
+    for position, argument in change.items():
+        arguments[position] = argument
+    assert main(["deform", *arguments]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(f"vtk-mls: {sentence}")
+    assert printed.err.count("\n") == 1
+    assert not Path("out.vti").exists()
+
+
+def test_as_a_process(files):
+    arguments = ["deform", "in.vti", "handles.csv", "out.nii.gz", "--device", "reference"]
+    status, out, err = run(*arguments)
+    assert (status, err) == (0, "")
+    assert "out.nii.gz" in out
+    status, out, err = run("deform", "handles.csv", "handles.csv", "out.vti")
+    assert (status, out) == (1, "")
+    assert err.startswith("vtk-mls: cannot read an image from `handles.csv`")
+    assert err.count("\n") == 1
+
+
+def test_info():
+    status, out, err = run("info", VTK_MLS_DEVICE="reference")
+    assert (status, err) == (0, "")
+    assert f"vtk_mls    {__version__}" in out
+    assert f"numpy      {np.__version__}" in out
+    for word in ("Python", "VTK", "pyopencl", "ParaView", "OpenCL devices"):
+        assert word in out
+    assert "vtk_mls_plugin.py" in out
+
+
+def test_doctor_says_what_is_wrong():
+    status, out, _ = run("doctor", VTK_MLS_DEVICE="77:0")
+    assert status == 1
+    assert "wrong: no OpenCL device `77:0`" in out
+
+
+WITHOUT = """
+import sys
+for name in {names}:
+    sys.modules[name] = None
+from vtk_mls.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_without_vtk_and_opencl(files):
+    code = WITHOUT.format(names=["vtkmodules", "vtk", "pyopencl"])
+    status, out, err = run("info", code=code, VTK_MLS_DEVICE="")
+    assert (status, err) == (1, "")
+    assert "VTK        not installed" in out
+    assert "pip install 'vtk-mls[vtk]'" in out
+    assert "pip install 'vtk-mls[pocl]'" in out
+    status, out, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code)
+    assert (status, out) == (1, "")
+    assert err == "vtk-mls: VTK is not installed: pip install 'vtk-mls[vtk]'\n"
+    code = WITHOUT.format(names=["pyopencl"])
+    status, _, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code, VTK_MLS_DEVICE="")
+    assert status == 1
+    assert err.startswith("vtk-mls: no OpenCL device found: pyopencl cannot be imported")
+    assert err.count("\n") == 1
+
+
+def test_demo_is_called_with_the_folder(monkeypatch):
+    demo = pytest.importorskip("vtk_mls.demo", reason="the demo needs VTK")
+    called = []
+    monkeypatch.setattr(demo, "main", called.append)
+    assert main(["demo", "there"]) == 0
+    assert called == ["there"]
+
+
+def test_usage(capsys):
+    for arguments in ([], ["deform"], ["deform", "a", "b", "c", "--kind", "elastic"]):
+        with pytest.raises(SystemExit, match="2"):
+            main(arguments)
+        assert "usage: vtk-mls" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"vtk-mls {__version__}\n"

@@ -1,0 +1,316 @@
+"""Files keep values, types and places, and say what is wrong with them."""
+
+import bz2
+import gzip
+import re
+import struct
+
+import numpy as np
+import pytest
+from test_arrays import TYPES
+from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+from vtk_mls import arrays, io
+from vtk_mls.arrays import Lattice
+
+SUFFIXES = (".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz")
+LEFT_HANDED = TURNED * [1, -1, 1]
+
+
+def image_with(values, vtk_type, **place):
+    image = make_image((4, 3, 2), **place)
+    add_array(image.GetPointData(), "values", values, vtk_type)
+    image.GetPointData().SetActiveScalars("values")
+    return image
+
+
+def scalars(image):
+    return arrays.to_numpy(image.GetPointData().GetScalars())
+
+
+def assert_same_place(image, other, atol=0.0):
+    np.testing.assert_allclose(
+        Lattice.of_image(image).grid.points(), Lattice.of_image(other).grid.points(), atol=atol
+    )
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("name", ["unsigned char", "short", "int", "float", "double"])
+def test_values_and_places_come_back(tmp_path, suffix, name, rng):
+    for shape in ((24,), (24, 3)):
+        image = image_with(rng.integers(0, 200, shape), TYPES[name], start=(2, -1, 3))
+        io.write_image(image, tmp_path / f"x{suffix}")
+        back = io.read_image(str(tmp_path / f"x{suffix}"))
+        assert back.GetPointData().GetScalars().GetDataType() == TYPES[name]
+        np.testing.assert_array_equal(scalars(back), scalars(image))
+        # NIfTI has float32 spacings
+        assert_same_place(back, image, 1e-5 if ".nii" in suffix else 1e-12)
+
+
+@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".vtk"}))
+@pytest.mark.parametrize("direction", [TURNED, LEFT_HANDED], ids=["turned", "left-handed"])
+def test_directions_come_back(tmp_path, suffix, direction):
+    image = image_with(np.arange(24), TYPES["short"], direction=direction, start=(2, -1, 3))
+    io.write_image(image, tmp_path / f"x{suffix}")
+    back = io.read_image(tmp_path / f"x{suffix}")
+    # VTK may turn the order of NIfTI's slices round
+    points = [Lattice.of_image(each).grid.points().round(4) + 0.0 for each in (image, back)]
+    values = [scalars(each).tolist() for each in (image, back)]
+    pairs = [dict(zip(map(tuple, p.tolist()), v)) for p, v in zip(points, values)]
+    assert pairs[0] == pairs[1]
+
+
+def test_legacy_files_refuse_a_direction_rather_than_lose_it(tmp_path):
+    image = image_with(np.arange(24), TYPES["short"], direction=TURNED)
+    with pytest.raises(ValueError, match=r"`.*x\.vtk` cannot hold the image's direction matrix"):
+        io.write_image(image, tmp_path / "x.vtk")
+
+
+def test_everything_fits_into_vti(tmp_path):
+    image = image_with(np.arange(24), TYPES["id type"], start=(3, 4, 5))
+    add_array(image.GetCellData(), "cells", np.arange(6), TYPES["char"])
+    add_array(image.GetFieldData(), "field", [3])
+    io.write_image(image, tmp_path / "x.vti")
+    back = io.read_image(tmp_path / "x.vti")
+    assert back.GetExtent() == image.GetExtent()
+    assert back.GetCellData().GetArray("cells").GetNumberOfTuples() == 6
+    assert back.GetFieldData().GetArray("field").GetValue(0) == 3
+
+
+def test_the_only_array_is_written_where_there_is_room_for_one(tmp_path):
+    image = make_image((4, 3, 2))
+    add_array(image.GetPointData(), "a", np.arange(24), TYPES["float"])
+    for suffix in (".mha", ".nii"):
+        io.write_image(image, tmp_path / f"x{suffix}")
+        np.testing.assert_array_equal(
+            scalars(io.read_image(tmp_path / f"x{suffix}")), np.arange(24)
+        )
+    add_array(image.GetPointData(), "b", np.arange(24), TYPES["float"])
+    with pytest.raises(ValueError, match=r"x\.mha` can hold one array, and none of `a`, `b` is"):
+        io.write_image(image, tmp_path / "x.mha")
+
+
+def test_metaimage_as_itk_writes_it(tmp_path):
+    header = (
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+        "CompressedData = False\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 5 6 7\n"
+        "ElementSpacing = 2 3 4\nDimSize = 2 1 1\nElementType = MET_SHORT\n"
+        "ElementDataFile = LOCAL\n"
+    )
+    path = tmp_path / "x.mha"
+    path.write_bytes(header.encode() + struct.pack("<2h", 7, 9))
+    image = io.read_image(path)
+    assert scalars(image).tolist() == [7, 9]
+    # the first axis of the file runs along +y
+    np.testing.assert_allclose(Lattice.of_image(image).grid.points(), [(5, 6, 7), (5, 8, 7)])
+
+
+NRRD = """NRRD0004
+# a comment: with a colon
+type: short
+dimension: 3
+space: left-anterior-superior
+sizes: 2 2 1
+space directions: (0,2,0) (-3,0,0) (0,0,4)
+kinds: domain domain domain
+endian: little
+encoding: raw
+space origin: (5,6,7)
+key:=value
+"""
+NRRD_DATA = struct.pack("<4h", 1, 2, 3, 400)
+
+
+@pytest.mark.parametrize(
+    ("changes", "data"),
+    [
+        ({}, NRRD_DATA),
+        ({"encoding: raw": "encoding: gzip"}, gzip.compress(NRRD_DATA)),
+        ({"encoding: raw": "encoding: bz2"}, bz2.compress(NRRD_DATA)),
+        ({"encoding: raw": "encoding: ascii"}, b"1 2\n3 400\n"),
+        ({"endian: little": "endian: big"}, struct.pack(">4h", 1, 2, 3, 400)),
+        ({"endian: little": "byte skip: -1"}, b"rubbish" + NRRD_DATA),
+        ({"endian: little": "line skip: 1\nbyte skip: 2"}, b"rubbish\n??" + NRRD_DATA),
+    ],
+    ids=["raw", "gzip", "bzip2", "text", "big-endian", "at the end", "skips"],
+)
+def test_nrrd(tmp_path, changes, data):
+    header = NRRD
+    for old, new in changes.items():
+        header = header.replace(old, new)
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + b"\n" + data)
+    (tmp_path / "y.nhdr").write_text(header + "data file: y.raw\n")
+    (tmp_path / "y.raw").write_bytes(data)
+    for path in (tmp_path / "x.nrrd", tmp_path / "y.nhdr"):
+        image = io.read_image(path)
+        assert scalars(image).tolist() == [1, 2, 3, 400]
+        assert scalars(image).dtype == np.int16
+        points = Lattice.of_image(image).grid.points()
+        np.testing.assert_allclose(points, [(5, 6, 7), (5, 8, 7), (2, 6, 7), (2, 8, 7)])
+
+
+def test_nrrd_components_and_spacings(tmp_path):
+    header = (
+        "NRRD0001\ntype: uchar\ndimension: 4\nsizes: 2 1 1 3\nkinds: domain domain space vector\n"
+        "spacings: 0.5 2 nan nan\nencoding: raw\n\n"
+    )
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + bytes(range(6)))
+    image = io.read_image(tmp_path / "x.nrrd")
+    assert image.GetDimensions() == (2, 1, 1)
+    assert image.GetSpacing() == (0.5, 2, 1)
+    assert scalars(image).tolist() == [[0, 2, 4], [1, 3, 5]]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("sizes: 2 2 1\n", ""), "it has no field 'sizes'"),
+        (("type: short", "type: block"), "values of type `block` are not known"),
+        (("encoding: raw", "encoding: hex"), "the encoding `hex` is not known"),
+        (("sizes: 2 2 1", "sizes: 2 2 2"), "expected 8 values, got 4"),
+        (("encoding: raw", "encoding: gzip"), "incorrect header check"),
+        (("(0,0,4)", "none"), "three axes in space"),
+        (("NRRD", "nrrd"), "does not begin with NRRD"),
+    ],
+)
+def test_bad_nrrd(tmp_path, change, sentence):
+    (tmp_path / "x.nrrd").write_bytes(NRRD.replace(*change).encode() + b"\n" + NRRD_DATA)
+    with pytest.raises(ValueError, match=rf"x\.nrrd` is no NRRD volume.*: .*{sentence}"):
+        io.read_image(tmp_path / "x.nrrd")
+
+
+def _nifti(path):
+    content = path.read_bytes()
+    return bytearray(gzip.decompress(content) if path.suffix == ".gz" else content)
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_nifti_orientation_and_scaling(tmp_path, suffix):
+    image = image_with(np.arange(24), TYPES["short"], direction=TURNED)
+    path = tmp_path / f"x{suffix}"
+    io.write_image(image, path)
+    data = _nifti(path)
+    qform, sform = struct.unpack_from("<2h", data, 252)
+    assert qform > 0
+    assert sform > 0
+    affine = np.reshape(struct.unpack_from("<12f", data, 280), (3, 4))
+    grid = Lattice.of_image(image).grid
+    np.testing.assert_allclose(affine[:, :3], grid.index_to_world, rtol=1e-6)
+    np.testing.assert_allclose(affine[:, 3], grid.origin, rtol=1e-6)
+    struct.pack_into("<2f", data, 112, 0.5, 10)  # slope and intercept
+    struct.pack_into("<h", data, 254, 0)  # no sform: the qform counts
+    plain = tmp_path / "y.nii"
+    plain.write_bytes(data)
+    back = io.read_image(plain)
+    np.testing.assert_array_equal(scalars(back), 10 + 0.5 * np.arange(24))
+    assert scalars(back).dtype == np.float32
+    assert_same_place(back, image, 1e-5)
+    struct.pack_into("<8h", data, 40, 4, 4, 3, 1, 2, 1, 1, 1)
+    plain.write_bytes(data)
+    with pytest.raises(ValueError, match=r"y\.nii` is a series of 2 volumes; give one"):
+        io.read_image(plain)
+
+
+def test_every_reading_error_names_the_file(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"there is no file `.*missing\.vti`"):
+        io.read_image(tmp_path / "missing.vti")
+    (tmp_path / "x.png").touch()
+    with pytest.raises(ValueError, match=r"cannot read an image from `.*x\.png`.*\.vti, \.vtk"):
+        io.read_image(tmp_path / "x.png")
+    for suffix in (*SUFFIXES, ".nrrd", ".nhdr"):
+        path = tmp_path / f"broken{suffix}"
+        path.write_bytes(b"nothing of use\n" * 20)
+        with pytest.raises(ValueError, match=re.escape(f"broken{suffix}`")):
+            io.read_image(path)
+
+
+def test_a_truncated_file_is_an_error(tmp_path):
+    image = image_with(np.arange(24), TYPES["double"])
+    io.write_image(image, tmp_path / "x.vti")
+    content = (tmp_path / "x.vti").read_bytes()
+    (tmp_path / "x.vti").write_bytes(content[: len(content) // 2])
+    with pytest.raises(ValueError, match=r"x\.vti`"):
+        io.read_image(tmp_path / "x.vti")
+
+
+def test_another_dataset_is_no_image(tmp_path):
+    _write_handles(tmp_path / "x.vtk", vtkPolyDataWriter())
+    with pytest.raises(ValueError, match=r"x\.vtk` holds no image"):
+        io.read_image(tmp_path / "x.vtk")
+
+
+def test_every_writing_error_names_the_file(tmp_path):
+    image = image_with(np.arange(24), TYPES["short"])
+    with pytest.raises(ValueError, match=r"cannot write an image to `.*x\.nrrd`: .*\.nii\.gz"):
+        io.write_image(image, tmp_path / "x.nrrd")
+    with pytest.raises(FileNotFoundError, match="there is no folder `.*none` to write `x.vti` in"):
+        io.write_image(image, tmp_path / "none" / "x.vti")
+    (tmp_path / "x.vti").mkdir()
+    with pytest.raises((OSError, ValueError), match=r"x\.vti"):
+        io.write_image(image, tmp_path / "x.vti")
+
+
+def _write_handles(path, writer):
+    points, polydata = vtkPoints(), vtkPolyData()
+    points.InsertNextPoint(1, 2, 3)
+    polydata.SetPoints(points)
+    add_array(polydata.GetPointData(), "Displacement", [(0.5, 0, 0)])
+    writer.SetInputData(polydata)
+    writer.SetFileName(str(path))
+    writer.Write()
+
+
+@pytest.mark.parametrize("writer", [vtkXMLPolyDataWriter, vtkPolyDataWriter])
+def test_handles_from_polydata(tmp_path, writer):
+    path = tmp_path / ("x.vtp" if writer is vtkXMLPolyDataWriter else "x.vtk")
+    _write_handles(path, writer())
+    rest, deformed, _ = arrays.control_points(io.read_control_points(path), "Displacement")
+    assert rest.tolist() == [[1, 2, 3]]
+    assert deformed.tolist() == [[1.5, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,0,0,1,0,0\n5,5,5,5,5,6\n",
+        "\ufeffpx,py,pz,qx,qy,qz\r\n0,0,0,1,0,0\r\n5,5,5,5,5,6\r\n",
+        "# by hand\n\n 0, 0, 0, 1, 0, 0 # moved\n5,5,5,5,5,6e0",
+    ],
+    ids=["plain", "header", "comments"],
+)
+def test_handles_from_text(tmp_path, text):
+    path = tmp_path / "x.csv"
+    path.write_text(text, encoding="utf-8")
+    rest, deformed, _ = arrays.control_points(io.read_control_points(path), "Displacement")
+    assert rest.tolist() == [[0, 0, 0], [5, 5, 5]]
+    assert deformed.tolist() == [[1, 0, 0], [5, 5, 6]]
+
+
+def test_weights_from_text(tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_text("0,0,0,1,0,0,2\n1,1,1,1,1,1,3\n")
+    polydata = io.read_control_points(path)
+    _, _, weights = arrays.control_points(polydata, "Displacement", "Weight")
+    assert weights.tolist() == [2, 3]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", r"x\.csv` holds no control points"),
+        ("px,py,pz,qx,qy,qz\n", r"x\.csv` holds no control points"),
+        ("0,0,0,1,0\n", r"x\.csv`, line 1: expected numbers px.*got `0,0,0,1,0`"),
+        ("0,0,0,1,0,0\n1,1,1,1,1,1,1\n", r"x\.csv`, line 2: expected numbers"),
+        ("0,0,0,1,0,0\n1,1,x,1,1,1\n", r"x\.csv`, line 2: expected numbers.*got `1,1,x,1,1,1`"),
+        ("px,py\nqx,qy\n0,0,0,1,0,0\n", r"x\.csv`, line 2: expected numbers"),
+    ],
+)
+def test_bad_handles(tmp_path, text, sentence):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=sentence):
+        io.read_control_points(path)

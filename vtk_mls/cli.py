@@ -1,0 +1,169 @@
+"""The command `vtk-mls`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from vtk_mls import INTERPOLATIONS, KINDS, Aborted, DeviceError, __version__
+
+_BAR = 40  # characters
+
+
+def main(arguments=None):
+    """Run a command.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Instead of those of the process.
+
+    Returns
+    -------
+    int
+        Exit status: 0, or 1 after one sentence on stderr.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("vtkmodules", "vtk"):
+            raise
+        message = "VTK is not installed: pip install 'vtk-mls[vtk]'"
+    except (Aborted, DeviceError, OSError, ValueError) as error:
+        message = str(error)
+    except KeyboardInterrupt:
+        print(file=sys.stderr)
+        return 130
+    print(f"vtk-mls: {message}", file=sys.stderr)
+    return 1
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
+    )
+    parser.add_argument("--version", action="version", version=f"vtk-mls {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_deform(commands)
+    info = commands.add_parser(
+        "info",
+        aliases=["doctor"],
+        help="show versions and OpenCL devices, and what is wrong",
+        description="Show versions and OpenCL devices, and what is wrong. Exit status 1 if so.",
+    )
+    info.set_defaults(run=_info)
+    demo = commands.add_parser(
+        "demo",
+        help="deform a real volume in four ways",
+        description="Deform a real volume in four ways; leave .vti files and a picture.",
+    )
+    demo.add_argument("directory", nargs="?", default="vtk-mls-demo", help="default: %(default)s")
+    demo.set_defaults(run=_demo)
+    return parser
+
+
+def _add_deform(commands):
+    deform = commands.add_parser(
+        "deform",
+        help="deform an image file",
+        description="Deform an image file. World coordinates of the handles are those of the "
+        "image file. Formats with one array (MetaImage, NIfTI) get the active scalars.",
+    )
+    deform.add_argument("input", help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz")
+    deform.add_argument(
+        "handles",
+        help="control points: .csv with lines px,py,pz,qx,qy,qz[,weight] (from p at rest to q), "
+        "or .vtp .vtk with point vectors Displacement",
+    )
+    deform.add_argument("output", help="image: .vti .vtk .mha .mhd .nii .nii.gz")
+    add = deform.add_argument
+    add("--kind", choices=KINDS, default="rigid", help="default: %(default)s")
+    add("--alpha", type=float, default=1.0, help="locality of control points; default: %(default)s")
+    add("--degree", type=int, default=2, help="of the polynomial kind: 1, 2, 3; default: 2")
+    add("--interpolation", choices=INTERPOLATIONS, default="linear", help="default: %(default)s")
+    add("--background", type=float, default=0.0, help="value outside; default: 0")
+    add(
+        "--label",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="array of labels, whose values are not mixed (may be repeated)",
+    )
+    add(
+        "--grid",
+        choices=("input", "fitted"),
+        default="input",
+        help="grid of the output: the input's, or one that holds all of the deformed volume",
+    )
+    add("--device", default="", help="gpu, cpu, platform:device as in 0:1, or reference")
+    add("--progress", action="store_true", help="show a progress bar although not on a terminal")
+    deform.set_defaults(run=_deform)
+
+
+def _deform(options):
+    from vtk_mls import io
+    from vtk_mls.filters import MLSDeform
+
+    io.check_writable(options.output)
+    deform = MLSDeform()
+    deform.SetInputData(0, io.read_image(options.input))
+    deform.SetInputData(1, io.read_control_points(options.handles))
+    deform.SetKind(options.kind)
+    deform.SetAlpha(options.alpha)
+    deform.SetDegree(options.degree)
+    deform.SetInterpolation(options.interpolation)
+    deform.SetBackground(options.background)
+    deform.SetOutputGrid(options.grid)
+    deform.SetDevice(options.device)
+    for name in options.label:
+        deform.AddLabelArray(name)
+    _update(deform, options.progress or sys.stderr.isatty())
+    output = deform.GetOutput()
+    io.write_image(output, options.output)
+    size = " x ".join(str(n) for n in output.GetDimensions())
+    print(f"{options.output}: {size} points, {options.kind}")
+    return 0
+
+
+def _update(algorithm, shows_progress):
+    """Run a filter; its error becomes an exception."""
+    from vtkmodules.util.misc import calldata_type
+    from vtkmodules.vtkCommonCore import VTK_STRING
+
+    errors = []
+
+    @calldata_type(VTK_STRING)
+    def heard(caller, event, text):
+        errors.append(text.partition(": ")[2])
+
+    def moved(caller, event):
+        done = round(_BAR * caller.GetProgress())
+        bar = "#" * done + "." * (_BAR - done)
+        print(f"\r[{bar}] {caller.GetProgress():4.0%}", end="", file=sys.stderr, flush=True)
+
+    algorithm.AddObserver("ErrorEvent", heard)
+    if shows_progress:
+        algorithm.AddObserver("ProgressEvent", moved)
+    updated = algorithm.GetExecutive().Update()
+    if shows_progress:
+        print(file=sys.stderr)
+    if not updated:
+        raise ValueError(errors[0] if errors else "the deformation failed")
+
+
+def _info(options):
+    from vtk_mls.doctor import report
+
+    lines, problems = report()
+    print("\n".join(lines))
+    for problem in problems:
+        print(f"wrong: {problem}")
+    return 1 if problems else 0
+
+
+def _demo(options):
+    from vtk_mls import demo
+
+    demo.main(options.directory)
+    return 0
