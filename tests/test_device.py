@@ -37,7 +37,7 @@ def test_a_device_that_builds_nothing_is_passed_over(found):
     found(GPU, CPU, second, defects=[GPU, CPU])
     assert device.choose() is second
     found(CPU, defects=[CPU])
-    with pytest.raises(DeviceError, match=r"found; found 1:0 Slow .*is broken"):
+    with pytest.raises(DeviceError, match=r"that works; found 1:0 Slow .*is broken; install"):
         device.choose()
 
 

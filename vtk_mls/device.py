@@ -86,6 +86,8 @@ def choose(name: str | None = None) -> Device:
             f"{device}" + (f", which does not work: {defect(device)}" if defect(device) else "")
             for device in devices
         )
+        if all(defect(device) for device in devices):
+            raise DeviceError(f"{wanted} that works; {found}; {_INSTALL}")
         raise DeviceError(f'{wanted}; {found}; use one of these, or "reference"')
     raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
 
