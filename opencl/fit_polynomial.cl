@@ -18,6 +18,7 @@
 #endif
 
 typedef struct {
+  view_t view;
   pivot_t pivot;
   real share;              // r / W
   vec mean;                // weighted mean of u - u_k
@@ -47,11 +48,11 @@ inline void clear_sums(sums_t *sums) {
   for (int i = 0; i < GRAM_SIZE; ++i) sums->gram[i] = 0;
 }
 
-inline void add_handle(sums_t *sums, const map_t *map, int i, const fit_t *fit, vec v) {
+inline void add_handle(sums_t *sums, const map_t *map, int i, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
   __global const float *values = map->values + (long)i * FUNCTIONS;
-  real w = handle_weight(map, handle, pivot, v);
+  real w = handle_weight(map, i, pivot, &fit->view);
   vec u = {handle[4] - pivot->u.x, handle[5] - pivot->u.y, handle[6] - pivot->u.z};
   sums->weight += w;
   sums->u = vec_madd(w, u, sums->u);
@@ -98,7 +99,8 @@ inline void orthogonalise(fit_t *fit) {
 
 inline fit_t fit_at(const map_t *map, vec v) {
   fit_t fit;
-  fit.pivot = find_pivot(map, v);
+  fit.view = view_at(map, v);
+  fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   for (int l = 0; l < LANES; ++l) {
     __global const float *nearest = map->values + (long)LANE_INT(pivot->k, l) * FUNCTIONS;
@@ -111,7 +113,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
     sums_t part;
     clear_sums(&part);
     int stop = min(start + block, map->count);
-    for (int i = start; i < stop; ++i) add_handle(&part, map, i, &fit, v);
+    for (int i = start; i < stop; ++i) add_handle(&part, map, i, &fit);
     add_sums(&sums, &part);
   }
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
@@ -147,8 +149,9 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
 // of each control point's residual times the change of its weight (vtk_mls/reference.py).
-inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
+inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
+  vec near = pivot_slope(map, pivot, &fit->view);
   // back from psi to the basis: coefficients of the fit, and of the influence
   real t[FUNCTIONS];
   vec c[FUNCTIONS];
@@ -163,7 +166,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   mat jacobian;
   for (int axis = 0; axis < 3; ++axis) {
     real m[MONOMIALS], f[FUNCTIONS];
-    monomial_slopes(v, axis, m);
+    monomial_slopes(fit->view.v, axis, m);
     combine(map, m, f);
     vec sum = {0, 0, 0};
     UNROLL for (int j = 0; j < FUNCTIONS; ++j) sum = vec_madd(f[j], c[j], sum);
@@ -174,8 +177,8 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   for (int i = 0; i < map->count; ++i) {
     __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
     __global const float *values = map->values + (long)i * FUNCTIONS;
-    real w = handle_weight(map, handle, pivot, v);
-    vec slope = vec_scale(w, weight_slope(map, handle, pivot, v));
+    real w = handle_weight(map, i, pivot, &fit->view);
+    vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     real influence = fit->share;
     vec residual = {handle[4] - pivot->u.x - fit->mean.x, handle[5] - pivot->u.y - fit->mean.y,
                     handle[6] - pivot->u.z - fit->mean.z};

@@ -3,6 +3,7 @@
 #include "rotation.cl"
 
 typedef struct {
+  view_t view;
   pivot_t pivot;
   real share;       // r / W: weight of the sums next to the total weight
   vec u;            // p* - q*, less drift
@@ -23,9 +24,10 @@ typedef struct {
 #endif
 } sums_t;
 
-inline void add_handle(sums_t *sums, const map_t *map, __global const float *handle,
-                       const pivot_t *pivot, vec v) {
-  real w = handle_weight(map, handle, pivot, v);
+inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+                       const view_t *view) {
+  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
+  real w = handle_weight(map, i, pivot, view);
   vec q = {handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
   vec u = {handle[4] - pivot->u.x, handle[5] - pivot->u.y, handle[6] - pivot->u.z};
   vec wq = vec_scale(w, q);
@@ -50,16 +52,15 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 
 inline fit_t fit_at(const map_t *map, vec v) {
   fit_t fit;
-  fit.pivot = find_pivot(map, v);
+  fit.view = view_at(map, v);
+  fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   sums_t sums = {0};
   int block = block_of(map);
   for (int start = 0; start < map->count; start += block) {
     sums_t part = {0};
     int stop = min(start + block, map->count);
-    __global const float *handle = map->handles + (long)start * HANDLE_SIZE;
-    for (int i = start; i < stop; ++i, handle += HANDLE_SIZE)
-      add_handle(&part, map, handle, pivot, v);
+    for (int i = start; i < stop; ++i) add_handle(&part, map, i, pivot, &fit.view);
     add_sums(&sums, &part);
   }
   // k itself, in the sum with weight c, has its own share
@@ -104,8 +105,9 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
 // control point's residual; its influence on G(v) is derived in vtk_mls/reference.py.
-inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
+inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
+  vec near = pivot_slope(map, pivot, &fit->view);
   mat turn = turn_of(fit->rotation), rotation = turn, c = fit->c;
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
   mat s = turned_back(&turn, &c);
@@ -121,10 +123,10 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit, vec v) {
   real opening = 1 / most(1 + dot3(a, b), 1e-10f);
 
   mat jacobian = {{0}};
-  __global const float *handle = map->handles;
-  for (int i = 0; i < map->count; ++i, handle += HANDLE_SIZE) {
-    real w = handle_weight(map, handle, pivot, v);
-    vec slope = vec_scale(w, weight_slope(map, handle, pivot, v));
+  for (int i = 0; i < map->count; ++i) {
+    __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
+    real w = handle_weight(map, i, pivot, &fit->view);
+    vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     vec q = {handle[0] - pivot->q.x - fit->q.x, handle[1] - pivot->q.y - fit->q.y,
              handle[2] - pivot->q.z - fit->q.z};
     vec p = {q.x + (handle[4] - fit->u.x), q.y + (handle[5] - fit->u.y),

@@ -1,6 +1,10 @@
 // The backward map at points and on grids. Build constants: README.md.
 
 #include "types.cl"
+#include "powers.cl"
+#if CUTS
+#include "cuts.cl"
+#endif
 #include "weights.cl"
 #if ROTATION
 #include "fit_rotation.cl"
@@ -8,6 +12,25 @@
 #include "fit_polynomial.cl"
 #endif
 #include "lattice.cl"
+
+// G(v) - v - drift; where no control point can be reached, nothing moves.
+inline vec moved(const map_t *map, const fit_t *fit) {
+  vec d = displacement_of(map, fit);
+#if CUTS
+  float4 drift = map->cuts.drift;
+  d = vec_select(d, (vec){-drift.x, -drift.y, -drift.z}, fit->pivot.d2 >= UNREACHABLE);
+#endif
+  return d;
+}
+
+// d(G - v)/dv likewise.
+inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
+  mat j = displacement_jacobian(map, fit);
+#if CUTS
+  for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), fit->pivot.d2 >= UNREACHABLE);
+#endif
+  return j;
+}
 
 // G(v) - v - drift in three planes, local frame.
 __kernel void point_displacement(MAP_PARAMETERS, const long points_count,
@@ -17,7 +40,7 @@ __kernel void point_displacement(MAP_PARAMETERS, const long points_count,
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit = fit_at(&map, load_points(points, points_count, first));
-  store_points(displacement, displacement_of(&map, &fit), points_count, first);
+  store_points(displacement, moved(&map, &fit), points_count, first);
 }
 
 // d(G - v)/dv in nine planes.
@@ -29,38 +52,105 @@ __kernel void point_jacobian(MAP_PARAMETERS, const long points_count,
   if (first >= points_count) return;
   vec v = load_points(points, points_count, first);
   fit_t fit = fit_at(&map, v);
-  mat j = displacement_jacobian(&map, &fit, v);
+  mat j = moved_jacobian(&map, &fit);
   for (int i = 0; i < 9; ++i) store_plane(jacobian + i * points_count, j.a[i], points_count, first);
 }
 
-// G(v) - v, world units, interleaved, for the points `first` to `stop` of a grid.
-__kernel void grid_displacement(MAP_PARAMETERS, LATTICE_PARAMETERS, const float scale,
-                                const float4 drift, __global float *restrict displacement) {
+#include "inverse.cl"
+
+// v with G(v) = x for places x less drift, from the first guesses in `v`; and what is left.
+__kernel void point_inverse(MAP_PARAMETERS, const long points_count,
+                            __global const float *restrict points, __global float *restrict v,
+                            __global float *restrict left) {
   const map_t map = MAP;
-  const lattice_t lattice = LATTICE;
-  long at = (long)get_global_id(0) * LANES;
-  if (at >= lattice.stop - lattice.first) return;
-  fit_t fit = fit_at(&map, transformed(frame, lattice_index(&lattice, lattice.first + at)));
-  vec d = displacement_of(&map, &fit);
-  int lanes = (int)min((long)LANES, lattice.stop - lattice.first - at);
-  for (int l = 0; l < lanes; ++l) {
-    __global float *to = displacement + 3 * (at + l);
-    to[0] = fma(scale, LANE(d.x, l), drift.x);
-    to[1] = fma(scale, LANE(d.y, l), drift.y);
-    to[2] = fma(scale, LANE(d.z, l), drift.z);
-  }
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= points_count) return;
+  vec place = load_points(v, points_count, first);
+  real rest = invert(&map, load_points(points, points_count, first), &place);
+  store_points(v, place, points_count, first);
+  store_plane(left, rest, points_count, first);
+}
+
+// Lanes of a grid that belong to this launch.
+#if CUTS
+#define KEPT(l) LANE_INT(kept, l)
+#define LEAVE_UNLESS_KEPT                      \
+  integer kept = in_region(&map.cuts, here);   \
+  if (!ANY(kept)) return;
+#else
+#define KEPT(l) 1
+#define LEAVE_UNLESS_KEPT
+#endif
+
+// What every kernel over a grid begins with: indices of its points `at` and on, and the fit there.
+#define FIT_ON_GRID                                          \
+  const map_t map = MAP;                                     \
+  const lattice_t lattice = LATTICE;                         \
+  const long count = lattice.stop - lattice.first;           \
+  const long at = (long)get_global_id(0) * LANES;            \
+  if (at >= count) return;                                   \
+  const int lanes = (int)min((long)LANES, count - at);       \
+  const vec here = lattice_index(&lattice, lattice.first + at); \
+  LEAVE_UNLESS_KEPT                                          \
+  const fit_t fit = fit_at(&map, transformed(frame, here));
+
+// G(v) - v, world units, interleaved, for the points `first` to `stop` of a grid; with cuts also the
+// opening (cuts.cl), world units.
+__kernel void grid_displacement(MAP_PARAMETERS, LATTICE_PARAMETERS, const float scale,
+                                const float4 drift, __global float *restrict displacement
+#if CUTS
+                                , __global float *restrict opening
+#endif
+) {
+  FIT_ON_GRID
+  vec d = moved(&map, &fit);
+#if CUTS
+  real open = opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d));
+#endif
+  for (int l = 0; l < lanes; ++l)
+    if (KEPT(l)) {
+      __global float *to = displacement + 3 * (at + l);
+      to[0] = fma(scale, LANE(d.x, l), drift.x);
+      to[1] = fma(scale, LANE(d.y, l), drift.y);
+      to[2] = fma(scale, LANE(d.z, l), drift.z);
+#if CUTS
+      opening[at + l] = scale * LANE(open, l);
+#endif
+    }
+}
+
+// (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
+__kernel void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *restrict jacobian) {
+  FIT_ON_GRID
+  mat j = moved_jacobian(&map, &fit);
+  for (int l = 0; l < lanes; ++l)
+    if (KEPT(l))
+      for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+          jacobian[9 * (at + l) + 3 * row + column] =
+              LANE(j.a[3 * column + row], l) + (row == column);
 }
 
 // Where in the source grid the points of a grid take their material from: continuous indices in
-// three planes. `to_source` takes the grid's own indices there, `turn` a displacement.
+// three planes, outside of everything where a cut has opened. `to_source` takes the grid's own
+// indices there, `turn` a displacement.
 __kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, const float16 to_source,
                                 const float16 turn, __global float *restrict index) {
-  const map_t map = MAP;
-  const lattice_t lattice = LATTICE;
-  long at = (long)get_global_id(0) * LANES, count = lattice.stop - lattice.first;
-  if (at >= count) return;
-  vec here = lattice_index(&lattice, lattice.first + at);
-  fit_t fit = fit_at(&map, transformed(frame, here));
-  vec from = vec_add(transformed(to_source, here), transformed(turn, displacement_of(&map, &fit)));
+  FIT_ON_GRID
+  vec d = moved(&map, &fit);
+  vec from = vec_add(transformed(to_source, here), transformed(turn, d));
+#if CUTS
+  real open = opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d));
+  from.x = select(from.x, (real)(-1e9f), open < 0);
+  if (!ALL(kept)) {
+    for (int l = 0; l < lanes; ++l)
+      if (KEPT(l)) {
+        index[at + l] = LANE(from.x, l);
+        index[count + at + l] = LANE(from.y, l);
+        index[2 * count + at + l] = LANE(from.z, l);
+      }
+    return;
+  }
+#endif
   store_points(index, from, count, at);
 }

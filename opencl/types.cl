@@ -10,6 +10,7 @@
 typedef float real;
 typedef int integer;
 #define ANY(condition) (condition)
+#define ALL(condition) (condition)
 #define TO_INTEGER(x) ((int)(x))
 #define TO_REAL(i) ((float)(i))
 #define LOAD(from) (*(from))
@@ -20,6 +21,7 @@ typedef int integer;
 typedef GLUE(float, LANES) real;
 typedef GLUE(int, LANES) integer;
 #define ANY(condition) any(condition)
+#define ALL(condition) all(condition)
 #define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
 #define TO_REAL(i) GLUE(convert_float, LANES)(i)
 #define AS_INTEGER(x) GLUE(as_int, LANES)(x)

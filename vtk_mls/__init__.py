@@ -1,5 +1,6 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
+from vtk_mls.cuts import HalfPlane, Plane, Surface
 from vtk_mls.deformation import Aborted, Deformation, DisplacementField
 from vtk_mls.device import DeviceError
 from vtk_mls.grid import Grid
@@ -14,5 +15,8 @@ __all__ = [
     "DeviceError",
     "DisplacementField",
     "Grid",
+    "HalfPlane",
+    "Plane",
+    "Surface",
 ]
 __version__ = "0.1.0"

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
+from vtk_mls import gradients
+from vtk_mls.cuts import HalfPlane, Plane, Surface
 from vtk_mls.dispatch import engine_for
 from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
-from vtk_mls.handles import KINDS, HandleSet
+from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
+from vtk_mls.regions import Region, divided
+
+# Share of the extent by which G(forward(x)) may miss x.
+_INVERSE_TOLERANCE = 1e-5
 
 
 class Aborted(RuntimeError):
@@ -25,12 +33,23 @@ class DisplacementField:
     ----------
     displacement : (nz, ny, nx, 3) float32, world units
         G(v) - v at every point v of the grid.
+    opening : (nz, ny, nx) float32, world units, or None without cuts
+        Below 0 where there is nothing because a cut has opened, and continuous on each side of
+        every cut: its zero level is the face of the opening.
     grid : Grid
         Where the points are.
     """
 
     displacement: np.ndarray
     grid: Grid
+    opening: np.ndarray | None = None
+
+    @property
+    def void(self):
+        """(nz, ny, nx) bool: where the deformation has opened a void."""
+        if self.opening is None:
+            return np.zeros(self.grid.shape, bool)
+        return self.opening < 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,6 +77,11 @@ class Deformation:
         Degree of the polynomial kind.
     weights : (n,) array_like, > 0, optional
         Factor on the weight of each control point; all 1 if not given.
+    cuts : sequence of Plane, HalfPlane and Surface
+        What keeps control points from acting on what is behind (section 4). A side of a Plane
+        without control points stays at rest.
+    nu : float, > 1
+        Damping exponent of Eq. 28: how fast influence fades with the length of the detour.
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable
@@ -88,8 +112,10 @@ class Deformation:
     alpha: float = 1.0
     degree: int = 2
     weights: np.ndarray | None = None
+    cuts: tuple = ()
+    nu: float = 2.0
     device: str | None = None
-    handles: HandleSet = field(init=False)
+    regions: tuple[Region, ...] = field(init=False)
 
     def __post_init__(self):
         rest = _points("rest", self.rest)
@@ -110,7 +136,12 @@ class Deformation:
             raise ValueError(f"`degree` must be 1, 2 or 3, got {self.degree!r}")
         degree = int(self.degree)
         weights = _weights(self.weights, len(rest))
-        handles = HandleSet(rest, deformed, weights, degree if self.kind == "polynomial" else 1)
+        cuts = _cuts(self.cuts)
+        nu = _number("nu", self.nu)
+        if not (np.isfinite(nu) and nu > 1):
+            raise ValueError(f"`nu` must be a number above 1, got {self.nu!r}")
+        planes = [cut for cut in cuts if isinstance(cut, Plane)]
+        fitted_degree = degree if self.kind == "polynomial" else 1
         for array in (rest, deformed, weights):
             array.flags.writeable = False
         for name, value in {
@@ -119,7 +150,9 @@ class Deformation:
             "alpha": alpha,
             "degree": degree,
             "weights": weights,
-            "handles": handles,
+            "cuts": cuts,
+            "nu": nu,
+            "regions": divided(planes, rest, deformed, weights, fitted_degree),
         }.items():
             object.__setattr__(self, name, value)
 
@@ -127,8 +160,18 @@ class Deformation:
         degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
         return (
             f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
-            f"{len(self.rest)} control points>"
+            f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
         )
+
+    @property
+    def planes(self):
+        """The full cuts, which make the regions."""
+        return [cut for cut in self.cuts if isinstance(cut, Plane)]
+
+    @property
+    def obstacles(self):
+        """The cuts that one can go round."""
+        return [cut for cut in self.cuts if not isinstance(cut, Plane)]
 
     def backward(self, points, progress=None):
         """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
@@ -149,6 +192,45 @@ class Deformation:
         """
         return self._engine.backward(self, _points("points", points), _checked(progress))
 
+    def forward(self, points, progress=None):
+        """Where the material at `points` goes: the true inverse of `backward`.
+
+        Newton's method on G with its analytic Jacobian; the first guess is the deformation with p
+        and q exchanged.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates of the undeformed space
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        (m, 3) float64, world coordinates
+            v with G(v) = x to 1e-5 of the extent of the control points. NaN where there is none:
+            where the map folds, or what is at x was pushed through a cut. Where it folds there can
+            be several, and one of them is returned.
+
+        Raises
+        ------
+        ValueError, DeviceError, Aborted
+        """
+        x = _points("points", points)
+        first, second = _halves(progress)
+        v, left = self._engine.inverse(
+            self, x, self._exchanged.backward(x, first), _checked(second)
+        )
+        found = left <= _INVERSE_TOLERANCE * max(r.handles.scale for r in self.regions)
+        for cut in self.cuts:
+            found &= cut.opening(v, x) >= 0
+        v[~found] = np.nan
+        return v
+
+    @functools.cached_property
+    def _exchanged(self):
+        """The deformation with p and q exchanged: a forward map that is not quite the inverse."""
+        return dataclasses.replace(self, rest=self.deformed, deformed=self.rest)
+
     def jacobian(self, points, progress=None):
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
@@ -165,6 +247,32 @@ class Deformation:
         (m, 3, 3) float64
         """
         return self._engine.jacobian(self, _points("points", points), _checked(progress))
+
+    def opening(self, points, progress=None):
+        """How far `points` are from being void.
+
+        Below 0 where the way from a place v to its origin G(v) crosses a cut, so that nothing is
+        at v; continuous on each side of every cut. Its zero level is the face of the opening.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        (m,) float64, world units
+            Infinite without cuts.
+        """
+        points = _points("points", points)
+        origins = self._engine.backward(self, points, _checked(progress))
+        openings = [cut.opening(points, origins) for cut in self.cuts]
+        return np.min(openings, axis=0) if openings else np.full(len(points), np.inf)
+
+    def void(self, points, progress=None):
+        """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
+        return self.opening(points, progress) < 0
 
     def displacement_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
@@ -183,9 +291,8 @@ class Deformation:
         DisplacementField
         """
         grid = Grid(dimensions, origin, spacing, direction)
-        return DisplacementField(
-            self._engine.displacement_field(self, grid, _checked(progress)), grid
-        )
+        displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
+        return DisplacementField(displacement, grid, opening)
 
     def resample(
         self, arrays, source, target=None, interpolation="linear", background=0.0, progress=None
@@ -202,7 +309,7 @@ class Deformation:
         interpolation : {"nearest", "linear", "cubic"} or a sequence with one per array
         background : float
             Value of places whose material came from outside of `source` (by more than half a
-            spacing).
+            spacing), and of the void.
         progress : callable, optional
             As for `backward`, called between slabs.
 
@@ -237,6 +344,97 @@ class Deformation:
             _number("background", background),
             _checked(progress),
         )
+
+    def jacobian_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """dG_i/dv_j at the points of a grid, in closed form.
+
+        Parameters
+        ----------
+        dimensions, origin, spacing, direction, progress
+            As for `displacement_field`.
+
+        Returns
+        -------
+        (nz, ny, nx, 3, 3) float32
+            A view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is contiguous.
+        """
+        grid = Grid(dimensions, origin, spacing, direction)
+        return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
+
+    def turned(
+        self,
+        vectors,
+        source,
+        target=None,
+        interpolation="linear",
+        normalise=False,
+        progress=None,
+    ):
+        """Deform vectors that are gradients or normals: J_G^T n(G(v)), Eq. 29.
+
+        Parameters
+        ----------
+        vectors : (nz, ny, nx, 3) array, world frame
+        source, target, interpolation, progress
+            As for `resample`.
+        normalise : bool
+            Whether to return unit vectors; the factor det(J_G) of Eq. 29 does not count then, and
+            a gradient does not have it.
+
+        Returns
+        -------
+        (nz, ny, nx, 3) float32
+            0 outside and in the void.
+        """
+        target = source if target is None else target
+        halves = _halves(progress)
+        vectors = np.asarray(vectors, dtype=np.float32)
+        (moved,) = self.resample([vectors], source, target, interpolation, 0.0, halves[0])
+        field = self._engine.jacobian_field(self, target, _checked(halves[1]))
+        return gradients.turned(moved, field, normalise)
+
+    def corrected_gradient(
+        self,
+        array,
+        source,
+        target=None,
+        interpolation="linear",
+        background=0.0,
+        normalise=False,
+        progress=None,
+    ):
+        """Gradient of the deformed `array`: J_G^T (grad f)(G(v)) with the analytic Jacobian.
+
+        It follows the deformation exactly, unlike differences of the resampled array. On the
+        face of a void it is taken across the face, as the paper has it.
+
+        Parameters
+        ----------
+        array : (nz, ny, nx) array
+        source, target, interpolation, background, progress
+            As for `resample`.
+        normalise : bool
+            Whether to return unit vectors.
+
+        Returns
+        -------
+        (nz, ny, nx, 3) float32, per world unit
+            0 outside and in the void.
+        """
+        target = source if target is None else target
+        slopes = self.turned(
+            gradients.gradient(array, source), source, target, interpolation, False, progress
+        )
+        if self.cuts:
+            frame = target.dimensions, target.origin, target.spacing, target.direction
+            opening = self.displacement_field(*frame).opening
+            (values,) = self.resample(
+                [np.asarray(array, np.float32)], source, target, interpolation, background
+            )
+            slopes = gradients.faced(slopes, opening, values, background, target)
+        return gradients.turned(slopes, np.eye(3), True) if normalise else slopes
 
     def fitted_grid(self, source):
         """The grid on the lattice of `source` that holds all of the deformed volume.
@@ -293,11 +491,26 @@ def _weights(value, count):
     return weights
 
 
+def _cuts(value):
+    cuts = (value,) if isinstance(value, (Plane, HalfPlane, Surface)) else tuple(value)
+    for cut in cuts:
+        if not isinstance(cut, (Plane, HalfPlane, Surface)):
+            raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {cut!r:.60}")
+    return cuts
+
+
 def _number(name, value):
     try:
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"`{name}` must be a number, got {value!r}") from None
+
+
+def _halves(progress):
+    """Callbacks for the two halves of a work with `progress`."""
+    if progress is None:
+        return None, None
+    return (lambda f: progress(f / 2)), (lambda f: progress((1 + f) / 2))
 
 
 def _checked(progress):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import functools
 import threading
 import weakref
+from contextlib import ExitStack
 
 import numpy as np
 import pyopencl as cl
 
 from vtk_mls import device as devices
 from vtk_mls import interpolation
+from vtk_mls.cut_tables import BEFORE_SURFACES, SURFACES, cut_tables
 from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
@@ -60,46 +62,89 @@ class Engine:
 
     def backward(self, deformation, points, progress=None):
         """G(v) (m, 3) float64 at `points` v (m, 3) float64, world coordinates."""
-        handles = deformation.handles
         result = np.empty_like(points)
-        for part, planes in self._at_points("point_displacement", deformation, points, 3, progress):
-            result[part] = points[part] + handles.drift + handles.scale * planes.T
+        for where, handles, planes in self._at_points(
+            "point_displacement", deformation, points, 3, progress
+        ):
+            result[where] = points[where] + handles.drift + handles.scale * planes.T
         return result
 
     def jacobian(self, deformation, points, progress=None):
         """dG_i/dv_j (m, 3, 3) float64 at `points` v (m, 3)."""
         result = np.empty((len(points), 3, 3))
-        for part, planes in self._at_points("point_jacobian", deformation, points, 9, progress):
-            result[part] = np.eye(3) + planes.T.reshape(-1, 3, 3)
+        for where, _, planes in self._at_points("point_jacobian", deformation, points, 9, progress):
+            result[where] = np.eye(3) + planes.T.reshape(-1, 3, 3)
         return result
 
-    def displacement_field(self, deformation, grid, progress=None):
-        """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units."""
-        handles = deformation.handles
-        result = np.empty((grid.size, 3), dtype=np.float32)
+    def inverse(self, deformation, points, guess, progress=None):
+        """v with G(v) = x at `points` x (m, 3), from `guess` on; distance of G(v) from x (m,)."""
+        result, left = np.empty_like(points), np.empty(len(points))
         with self._lock:
-            for part in _stepped(self._slabs(grid.size, deformation, 12), progress):
+            slabs = self._slabs(len(points), deformation, 28, 1 << 20)
+            for part in _stepped(slabs, progress):
+                for region in deformation.regions:
+                    handles = region.handles
+                    here = region.holds(deformation.planes, points[part])
+                    where = part.start + np.flatnonzero(here)
+                    if len(where) == 0:
+                        continue
+                    x = _planes(handles.local(points[where] - handles.drift))
+                    v, rest = _planes(handles.local(guess[where])), np.empty(len(where), np.float32)
+                    with self._read(x) as a, self._exchanged(v) as b, self._written(rest) as c:
+                        self._launch_map(
+                            "point_inverse",
+                            deformation,
+                            region,
+                            None,
+                            len(where),
+                            np.int64(len(where)),
+                            *(a, b, c),
+                        )
+                    result[where] = handles.centre + handles.scale * v.T
+                    left[where] = handles.scale * rest
+        return result, left
+
+    def displacement_field(self, deformation, grid, progress=None):
+        """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
+        displacement = np.empty((grid.size, 3), dtype=np.float32)
+        opening = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
+        with self._lock:
+            for part in _stepped(self._slabs(grid.size, deformation, 16), progress):
+                with ExitStack() as buffers:
+                    outputs = [buffers.enter_context(self._written(displacement[part]))]
+                    if deformation.cuts:
+                        outputs.append(buffers.enter_context(self._written(opening[part])))
+                    for region in deformation.regions:
+                        handles = region.handles
+                        self._launch_grid(
+                            "grid_displacement",
+                            deformation,
+                            region,
+                            grid,
+                            part,
+                            np.float32(handles.scale),
+                            _float4(handles.drift),
+                            *outputs,
+                        )
+        opening = opening.reshape(grid.shape) if deformation.cuts else None
+        return displacement.reshape(*grid.shape, 3), opening
+
+    def jacobian_field(self, deformation, grid, progress=None):
+        """(dG/dv)^T (nz, ny, nx, 3, 3) float32 at the points v of `grid`."""
+        result = np.empty((grid.size, 9), dtype=np.float32)
+        with self._lock:
+            for part in _stepped(self._slabs(grid.size, deformation, 36), progress):
                 with self._written(result[part]) as out:
-                    self._launch_map(
-                        "grid_displacement",
-                        deformation,
-                        part.stop - part.start,
-                        *_lattice(grid, part, handles),
-                        np.float32(handles.scale),
-                        _float4(handles.drift),
-                        out,
-                    )
-        return result.reshape(*grid.shape, 3)
+                    for region in deformation.regions:
+                        self._launch_grid("grid_jacobian", deformation, region, grid, part, out)
+        return result.reshape(*grid.shape, 3, 3)
 
     def resample(self, deformation, arrays, source, target, methods, background, progress=None):
         """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
-        handles = deformation.handles
-        matrix, offset = target.index_transform(source)
-        turn = np.linalg.inv(source.index_to_world)
-        to_source = _transform(matrix, offset + turn @ handles.drift)
-        turn = _transform(turn * handles.scale, np.zeros(3))
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
+        matrix, offset = target.index_transform(source)
+        turn = np.linalg.inv(source.index_to_world)
         with self._lock:
             sources = _Sources(self, arrays)
             slabs = self._slabs(
@@ -108,15 +153,18 @@ class Engine:
             index = self._scratch(12 * (slabs[0].stop - slabs[0].start))
             for part in _stepped(slabs, progress):
                 count = part.stop - part.start
-                self._launch_map(
-                    "grid_source_index",
-                    deformation,
-                    count,
-                    *_lattice(target, part, handles),
-                    to_source,
-                    turn,
-                    index,
-                )
+                for region in deformation.regions:
+                    handles = region.handles
+                    self._launch_grid(
+                        "grid_source_index",
+                        deformation,
+                        region,
+                        target,
+                        part,
+                        _transform(matrix, offset + turn @ handles.drift),
+                        _transform(turn * handles.scale, np.zeros(3)),
+                        index,
+                    )
                 for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
                     rows = result.reshape(-1, *array.shape[3:])[part]
                     if not self._can_sample(array.dtype):
@@ -132,22 +180,32 @@ class Engine:
     # Launching
 
     def _at_points(self, name, deformation, points, planes, progress):
-        """Slices of `points` with the kernel's planes (planes, m) there."""
-        handles = deformation.handles
+        """Rows of `points`, the handle set there, and the kernel's planes (planes, m)."""
         with self._lock:
             slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
             for part in _stepped(slabs, progress):
-                local = np.ascontiguousarray(handles.local(points[part]).T, dtype=np.float32)
-                count = local.shape[1]
-                result = np.empty((planes, count), np.float32)
-                with self._read(local) as v, self._written(result) as out:
-                    self._launch_map(name, deformation, count, np.int64(count), v, out)
-                yield part, result
+                for region in deformation.regions:
+                    where = part
+                    if deformation.planes:
+                        here = region.holds(deformation.planes, points[part])
+                        where = part.start + np.flatnonzero(here)
+                    local = _planes(region.handles.local(points[where]))
+                    count = local.shape[1]
+                    if count == 0:
+                        continue
+                    result = np.empty((planes, count), np.float32)
+                    with self._read(local) as v, self._written(result) as out:
+                        self._launch_map(
+                            name, deformation, region, None, count, np.int64(count), v, out
+                        )
+                    yield where, region.handles, result
 
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
-        handles = deformation.handles
-        cost = len(handles) * (1 if deformation.kind in ROTATION_KINDS else len(handles.basis) + 1)
+        cost = max(
+            len(r.handles) * (1 if deformation.kind in ROTATION_KINDS else len(r.handles.basis) + 1)
+            for r in deformation.regions
+        )
         limit = min(
             _WORK_PER_LAUNCH / cost,
             self.memory / 4 / bytes_per_item,
@@ -157,8 +215,13 @@ class Engine:
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
-    def _launch_map(self, name, deformation, count, *arguments):
-        constants, shared = self._map(deformation)
+    def _launch_grid(self, name, deformation, region, grid, part, *arguments):
+        lattice = _lattice(grid, part, region.handles)
+        count = part.stop - part.start
+        self._launch_map(name, deformation, region, grid, count, *lattice, *arguments)
+
+    def _launch_map(self, name, deformation, region, grid, count, *arguments):
+        constants, shared = self._map(deformation, region, grid)
         self._launch("map.cl", constants, name, -(-count // self.device.lanes), *shared, *arguments)
 
     def _launch(self, file, constants, name, items, *arguments):
@@ -169,9 +232,9 @@ class Engine:
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.queue, (-(-items // local) * local,), (local,), *arguments)
 
-    def _map(self, deformation):
-        """Build constants and shared kernel arguments of the map of `deformation`."""
-        handles, alpha = deformation.handles, deformation.alpha
+    def _map(self, deformation, region, grid):
+        """Build constants and shared kernel arguments of the map in a region."""
+        handles, alpha = region.handles, deformation.alpha
         rotation = deformation.kind in ROTATION_KINDS
         twice = int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0
         constants = [("LANES", self.device.lanes), ("TWICE_ALPHA", twice)]
@@ -181,13 +244,26 @@ class Engine:
             constants += [("FUNCTIONS", MONOMIAL_COUNT[handles.degree])]
         if handles not in self._uploaded:
             self._uploaded[handles] = [self._constant(table) for table in _tables(handles)]
-        return tuple(constants), (
+        arguments = [
             np.int32(len(handles)),
             np.float32(alpha),
             np.int32(handles.rotation_rank),
             _float4(handles.flip_axis),
             *self._uploaded[handles],
-        )
+        ]
+        if deformation.cuts:
+            packed = cut_tables(deformation, region, grid)
+            constants += [("CUTS", 1), *packed.constants]
+            arguments += [
+                np.float32(deformation.nu / (2 * alpha)),
+                np.float32(deformation.nu),
+                _float4(handles.drift / handles.scale),
+                np.int32(len(deformation.planes)),
+                *(self._constant(packed.tables[name]) for name in BEFORE_SURFACES),
+                np.int32(packed.surface_count),
+                *(self._constant(packed.tables[name]) for name in SURFACES),
+            ]
+        return tuple(constants), arguments
 
     def _can_sample(self, dtype):
         return dtype.name in _C_TYPES and (
@@ -240,11 +316,15 @@ class Engine:
 
     def _read(self, array):
         """A context manager: `array` on the device, to read."""
-        return _Shared(self, array, cl.mem_flags.READ_ONLY, back=False)
+        return _Shared(self, array, cl.mem_flags.READ_ONLY, there=True, back=False)
 
     def _written(self, array):
         """A context manager: `array` on the device, to write; back on the host at the end."""
-        return _Shared(self, array, cl.mem_flags.WRITE_ONLY, back=True)
+        return _Shared(self, array, cl.mem_flags.WRITE_ONLY, there=False, back=True)
+
+    def _exchanged(self, array):
+        """A context manager: `array` on the device, to change; back on the host at the end."""
+        return _Shared(self, array, cl.mem_flags.READ_WRITE, there=True, back=True)
 
 
 def _stepped(slabs, progress):
@@ -258,14 +338,14 @@ def _stepped(slabs, progress):
 class _Shared:
     """A host array as a device buffer, for as long as the context lasts."""
 
-    def __init__(self, engine, array, access, back):
+    def __init__(self, engine, array, access, there, back):
         self.engine, self.array, self.back = engine, array, back
         flags = cl.mem_flags
         if engine._in_place:
             access |= flags.USE_HOST_PTR
-        elif not back:
+        elif there:
             access |= flags.COPY_HOST_PTR
-        host = {"size": array.nbytes} if back and not engine._in_place else {"hostbuf": array}
+        host = {"hostbuf": array} if there or engine._in_place else {"size": array.nbytes}
         self.buffer = cl.Buffer(engine.queue.context, access, **host)
 
     def __enter__(self):
@@ -336,6 +416,11 @@ def _slices_needed(z, count):
     if len(z) == 0:
         return 0, 1
     return max(0, int(z.min()) - 1), min(count, int(z.max()) + 3)
+
+
+def _planes(points):
+    """Points (m, 3) as the kernels take them: (3, m) float32."""
+    return np.ascontiguousarray(points.T, dtype=np.float32)
 
 
 def _tables(handles):

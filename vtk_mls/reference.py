@@ -23,32 +23,73 @@ NAME = "reference (numpy, float64)"
 _ON_HANDLE = 1e-32
 # A weighted norm that lost this share of its square in the orthogonalisation is rounding.
 _VANISHING = 1e-20
+_NEWTON_STEPS, _HALVINGS = 40, 6
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
 def backward(deformation, points, progress=None):
     """G(v) (m, 3) at `points` v (m, 3), world coordinates."""
-    result = np.empty_like(points)
-    for part in _parts(len(points), deformation, progress):
-        result[part] = _Fit(deformation, points[part]).value()
-    return result
+    return points + _answers(deformation, points, "displacement", progress)
 
 
 def jacobian(deformation, points, progress=None):
     """dG_i/dv_j (m, 3, 3) at `points` v (m, 3)."""
-    result = np.empty((len(points), 3, 3))
-    for part in _parts(len(points), deformation, progress):
-        result[part] = _Fit(deformation, points[part]).jacobian()
-    return result
+    return _answers(deformation, points, "jacobian", progress)
+
+
+def inverse(deformation, points, guess, progress=None):
+    """v with G(v) = x at `points` x (m, 3), from `guess` on; distance of G(v) from x (m,).
+
+    Newton's method; a step that does not come closer is halved.
+    """
+    v = guess.copy()
+    rest = points - backward(deformation, v)
+    left = np.linalg.norm(rest, axis=1)
+    tolerance = 1e-12 * max(r.handles.scale for r in deformation.regions)
+    moving = left > tolerance
+    for step in range(_NEWTON_STEPS):
+        (at,) = np.nonzero(moving)
+        if len(at) == 0:
+            break
+        way = (np.linalg.pinv(jacobian(deformation, v[at])) @ rest[at, :, None])[:, :, 0]
+        moving[at] = False
+        for share in 0.5 ** np.arange(_HALVINGS):
+            there = v[at] + share * way
+            miss = points[at] - backward(deformation, there)
+            distance = np.linalg.norm(miss, axis=1)
+            closer = distance < left[at]
+            won = at[closer]
+            v[won], rest[won], left[won] = there[closer], miss[closer], distance[closer]
+            moving[won] = left[won] > tolerance
+            at, way = at[~closer], way[~closer]
+            if len(at) == 0:
+                break
+        if progress is not None:
+            progress((step + 1) / _NEWTON_STEPS)
+    return v, left
 
 
 def displacement_field(deformation, grid, progress=None):
-    """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units."""
-    result = np.empty((grid.size, 3), dtype=np.float32)
+    """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
+    displacement = np.empty((grid.size, 3), dtype=np.float32)
+    opening = np.empty(grid.size, dtype=np.float32) if deformation.cuts else None
     for part in _parts(grid.size, deformation, progress):
         v = grid.points(part.start, part.stop)
-        result[part] = _Fit(deformation, v).value() - v
-    return result.reshape(*grid.shape, 3)
+        moved = _answers(deformation, v, "displacement")
+        displacement[part] = moved
+        if deformation.cuts:
+            opening[part] = _opening(deformation, v, v + moved)
+    opening = opening.reshape(grid.shape) if deformation.cuts else None
+    return displacement.reshape(*grid.shape, 3), opening
+
+
+def jacobian_field(deformation, grid, progress=None):
+    """(dG/dv)^T (nz, ny, nx, 3, 3) float32 at the points v of `grid`."""
+    result = np.empty((grid.size, 3, 3), dtype=np.float32)
+    for part in _parts(grid.size, deformation, progress):
+        v = grid.points(part.start, part.stop)
+        result[part] = _answers(deformation, v, "jacobian").swapaxes(1, 2)
+    return result.reshape(*grid.shape, 3, 3)
 
 
 def resample(deformation, arrays, source, target, methods, background, progress=None):
@@ -58,18 +99,37 @@ def resample(deformation, arrays, source, target, methods, background, progress=
     to_index = np.linalg.inv(source.index_to_world)
     for part in _parts(target.size, deformation, progress):
         v = target.points(part.start, part.stop)
-        moved = _Fit(deformation, v).value() - v
+        moved = _answers(deformation, v, "displacement")
         index = target.indices(part.start, part.stop) @ matrix.T + offset + moved @ to_index.T
+        if deformation.cuts:
+            index[_opening(deformation, v, v + moved) < 0] = -np.inf
         for array, method, result in zip(arrays, methods, results):
             flat = result.reshape(-1, *array.shape[3:])
             flat[part] = interpolation.sample(array, index, method, background)
     return results
 
 
+def _opening(deformation, v, origin):
+    return np.min([cut.opening(v, origin) for cut in deformation.cuts], axis=0)
+
+
+def _answers(deformation, points, question, progress=None):
+    """The displacement or the Jacobian at `points`, region by region."""
+    result = np.empty((len(points), 3, 3) if question == "jacobian" else points.shape)
+    for part in _parts(len(points), deformation, progress):
+        v, answers = points[part], result[part]
+        for region in deformation.regions:
+            here = region.holds(deformation.planes, v)
+            if here.any():
+                fit = _Fit(deformation, region.handles, v[here])
+                answers[here] = getattr(fit, question)()
+    return result
+
+
 def _parts(count, deformation, progress):
     """Slices of at most `_CHUNK` numbers per control point and function."""
-    handles = deformation.handles
-    step = max(1, _CHUNK // (len(handles) * (len(handles.basis) + 3)))
+    numbers = max(len(r.handles) * (len(r.handles.basis) + 3) for r in deformation.regions)
+    step = max(1, _CHUNK // numbers)
     for start in range(0, count, step):
         yield slice(start, min(count, start + step))
         if progress is not None:
@@ -79,20 +139,29 @@ def _parts(count, deformation, progress):
 class _Fit:
     """The weighted fit of Eq. 2 for each of the points v (m, 3)."""
 
-    def __init__(self, deformation, v):
-        self.handles, self.kind, self.v = deformation.handles, deformation.kind, v
-        handles, alpha = self.handles, deformation.alpha
+    def __init__(self, deformation, handles, v):
+        self.handles, self.kind, self.v = handles, deformation.kind, v
+        alpha = deformation.alpha
         p, q = handles.rest, handles.deformed
         offset = q - v[:, None]
         d2 = np.einsum("mia,mia->mi", offset, offset)
+        d2 = np.maximum(d2, _ON_HANDLE * handles.scale**2)
+        # d log(w_i)/dv for w_i = d(v, q_i) / |q_i - v|^(2 alpha), Eq. 27
+        slope = 2 * alpha * offset / d2[:, :, None]
+        straight = d2
+        for cut in deformation.obstacles:
+            ratio2, change = _detour(cut, v, q, offset, straight)
+            # as if the control point were so much farther away
+            d2 = d2 * ratio2 ** (deformation.nu / (2 * alpha))
+            slope = slope + deformation.nu * change
         nearest = d2.argmin(axis=1)
         rows = np.arange(len(v))
-        d2 = np.maximum(d2, _ON_HANDLE * handles.scale**2)
         nearest_d2 = d2[rows, nearest][:, None]
-        # w_i = 1 / |q_i - v|^(2 alpha), times the weight of the control point
-        self.w = handles.weights * (nearest_d2 / d2) ** alpha
-        # dw_i/dv / w_i; a common factor of all weights changes nothing, so the nearest one's is 0
-        slope = 2 * alpha * offset / d2[:, :, None]
+        self.at_rest = np.isinf(nearest_d2[:, 0])  # no control point can be reached
+        # w_i, relative to the largest and times the weight of the control point
+        share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
+        self.w = handles.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
+        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
         self.dw = self.w[:, :, None] * (slope - slope[rows, nearest][:, None])
         self.total = self.w.sum(axis=1)
 
@@ -111,10 +180,6 @@ class _Fit:
     def _mean(self, values):
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
 
-    def value(self):
-        """G(v) = l(v), Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""
-        return self.v + self.displacement
-
     def jacobian(self):
         """dG/dv: the derivative of l at fixed weights, and of l by the weights.
 
@@ -122,7 +187,12 @@ class _Fit:
         their part is a sum of dw_i times the influence of control point i on the value.
         """
         through_weights = np.einsum("mic,mia->mca", self._influence(), self.dw)
-        return self._linear_part() + through_weights
+        jacobian = self._linear_part() + through_weights
+        return np.where(self.at_rest[:, None, None], np.eye(3), jacobian)
+
+    def displacement(self):
+        """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""
+        return np.where(self.at_rest[:, None], 0, self.moved)
 
     # Rigid and similarity deformations
 
@@ -144,7 +214,7 @@ class _Fit:
             np.divide(self.r_max, self.spread, out=self.factor, where=self.spread > 0)
         offset = self.x - self.q_star
         self.turned = np.einsum("mab,mb->ma", self.rotation, offset)
-        self.displacement = (
+        self.moved = (
             (self.p_k - self.q_k)
             + (self.p_star - self.q_star)
             + (self.factor[:, None] * self.turned - offset)
@@ -239,13 +309,13 @@ class _Fit:
             f_v, df_v = np.where(lost, 0, f_v), np.where(lost[:, None], 0, df_v)
             orthogonal.append((f, f_v, df_v, np.where(lost, 1, norm)))
 
-        self.displacement = self.p_k - self.q_k
+        self.moved = self.p_k - self.q_k
         self.gradient = np.zeros((len(at_v), 3, 3))
         self.residual = u
         self._kernel = np.zeros_like(w)
         for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
             c = np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None]
-            self.displacement = self.displacement + c * psi_v[:, None]
+            self.moved = self.moved + c * psi_v[:, None]
             self.gradient = self.gradient + c[:, :, None] * dpsi_v[:, None]
             self.residual = self.residual - psi[:, :, None] * c[:, None]
             self._kernel = self._kernel + psi * (psi_v / norm)[:, None]
@@ -254,6 +324,21 @@ class _Fit:
         if self.kind in ROTATION_KINDS:
             return self.factor[:, None, None] * self.rotation
         return np.eye(3) + self.gradient
+
+
+def _detour(cut, v, q, offset, d2):
+    """Of the way from each v to each q: (detour / way)^2, and d log(d)/dv / nu of Eq. 28."""
+    v = v[:, None]
+    blocked = cut.blocks(v, q)
+    bend = cut.bend(v, q)
+    leg = v - bend
+    length = np.linalg.norm(leg, axis=2)
+    path = length + np.linalg.norm(q - bend, axis=2)
+    closed = blocked & np.isnan(path)
+    blocked = blocked & ~closed
+    ratio2 = np.where(closed, np.inf, np.where(blocked, np.maximum(path**2 / d2, 1), 1))
+    change = -offset / d2[:, :, None] - leg / np.maximum(length * path, 1e-300)[:, :, None]
+    return ratio2, np.where(blocked[:, :, None], change, 0)
 
 
 def _unit(vectors):

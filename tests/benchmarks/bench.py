@@ -78,6 +78,12 @@ def _maps(n):
     for name, options in KINDS.items():
         ours = vtk_mls.Deformation(rest, deformed, **options)
         yield name, lambda ours=ours: ours.displacement_field((n, n, n))
+    for name, cut in {
+        "rigid, half-plane cut": vtk_mls.HalfPlane((n / 2, n / 2, n / 2), (0, 0, 1), (1, 0, 0)),
+        "rigid, full plane cut": vtk_mls.Plane((n / 2, n / 2, n / 2), (0, 0, 1)),
+    }.items():
+        ours = vtk_mls.Deformation(rest, deformed, cuts=[cut])
+        yield name, lambda ours=ours: ours.displacement_field((n, n, n))
     to_grid = vtkTransformToGrid()
     to_grid.SetInput(_spline(rest, deformed))
     to_grid.SetGridExtent(0, n - 1, 0, n - 1, 0, n - 1)

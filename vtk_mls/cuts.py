@@ -1,0 +1,279 @@
+"""Cuts: surfaces across which control points have less influence, or none (section 4).
+
+A cut answers, for places v and control points q, whether the straight way between them is blocked,
+and where the detour bends. The detour b is the way v - b - q over the point b of the cut's boundary
+for which it is shortest.
+
+`HalfPlane`: b lies on the edge line, and the detour is the shortest path there is (unfold the two
+sides around the edge).
+
+`Surface`: b lies on a boundary edge. For a flat surface of any outline that is the shortest path
+too. For a curved one the two straight legs may pass through the surface: the detour is then too
+short, by as much as the surface bulges between the legs (a hemispherical cup seen from its axis:
+sqrt(2) r instead of pi r / 2 from rim to pole). It is chosen because it is continuous, has no
+search over paths, and is exact where it matters: at grazing, and far from the surface.
+
+Blocked means an odd number of crossings. Where a way begins to be blocked it touches the boundary,
+there the detour is the way itself, and influence is continuous; at a fold it crosses twice, and
+nothing changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A cut through everything: its two sides do not see each other.
+
+    Parameters
+    ----------
+    point, normal : (3,) array_like, world coordinates
+        Points on the plane itself belong to the side of `normal`.
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+
+    def __post_init__(self):
+        _set(self, point=_vector("point", self.point), normal=_direction("normal", self.normal))
+
+    def height(self, x):
+        """Signed distance (...) of places `x` (..., 3) from the plane, world units."""
+        return (x - self.point) @ self.normal
+
+    def opening(self, v, g):
+        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
+        side = np.where(self.height(v) < 0, -1, 1)
+        return side * self.height(g)
+
+
+@dataclass(frozen=True, eq=False)
+class HalfPlane:
+    """A cut with an edge: {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
+
+    Parameters
+    ----------
+    point : (3,) array_like, world coordinates
+        A point of the edge, which runs along normal x inward.
+    normal : (3,) array_like
+        Normal of the cut.
+    inward : (3,) array_like
+        Direction from the edge into the cut; its part along `normal` does not count.
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+    inward: np.ndarray
+    along: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self):
+        normal, inward = _direction("normal", self.normal), _direction("inward", self.inward)
+        across = inward - (inward @ normal) * normal
+        if np.linalg.norm(across) < 1e-6:
+            raise ValueError(
+                f"`inward` must not be parallel to `normal`, got {self.inward} and {self.normal}"
+            )
+        inward = across / np.linalg.norm(across)
+        _set(
+            self,
+            point=_vector("point", self.point),
+            normal=normal,
+            inward=inward,
+            along=np.cross(normal, inward),
+        )
+
+    def frame(self, x):
+        """Height over the cut, depth from the edge and place along it, (...) each."""
+        offset = x - self.point
+        return offset @ self.normal, offset @ self.inward, offset @ self.along
+
+    def blocks(self, v, q):
+        """Whether the cut is between `v` and `q` (..., 3)."""
+        (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
+        return ((s < 0) != (t < 0)) & (h * np.abs(t) + g * np.abs(s) > 0)
+
+    def bend(self, v, q):
+        """Where the detour from `v` to `q` bends (..., 3)."""
+        (s, h, a), (t, g, b) = self.frame(v), self.frame(q)
+        r_v, r_q = np.hypot(s, h), np.hypot(t, g)
+        total = r_v + r_q
+        share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
+        return self.point + (a + (b - a) * share)[..., None] * self.along
+
+    def opening(self, v, g):
+        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
+        (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
+        to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
+        # from the edge to the segment, seen along the edge
+        square = (t - s) ** 2 + (e - h) ** 2
+        share = -(s * (t - s) + h * (e - h)) / np.where(square > 0, square, 1)
+        share = np.clip(share, 0, 1)
+        to_edge = np.hypot(s + (t - s) * share, h + (e - h) * share)
+        reach = np.minimum(to_cut, to_edge)
+        return np.where(self.blocks(v, g), -reach, reach)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A cut along triangles; open or closed, flat or curved.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like, world coordinates
+    triangles : (m, 3) array_like of ints
+        Corners of each triangle, as rows of `points`. Orientation does not matter.
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    boundary: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self):
+        points = np.array(self.points, dtype=np.float64)
+        triangles = np.array(self.triangles, dtype=np.int64)
+        if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():
+            raise ValueError(f"`points` must be finite numbers (n, 3), got shape {points.shape}")
+        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or len(triangles) == 0:
+            raise ValueError(
+                f"`triangles` must be rows of three point numbers, got shape {triangles.shape}"
+            )
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            raise ValueError(
+                f"`triangles` must be numbers of the {len(points)} points, "
+                f"got {triangles.min()} to {triangles.max()}"
+            )
+        a, b, c = points[triangles].transpose(1, 0, 2)
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        longest = np.max([((x - y) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0)
+        flat = area <= 1e-10 * longest
+        if flat.any():
+            raise ValueError(
+                f"`triangles` must have an area, triangle {int(np.flatnonzero(flat)[0])} has none; "
+                "clean the surface first"
+            )
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, count = np.unique(edges, axis=0, return_counts=True)
+        _set(self, points=points, triangles=triangles, boundary=points[edges[count % 2 == 1]])
+
+    @classmethod
+    def polygon(cls, outline):
+        """The flat surface within `outline` (n, 3), a closed line of any shape, in order."""
+        outline = np.asarray(outline, dtype=np.float64)
+        if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
+            raise ValueError(f"`outline` must be at least three points (n, 3), got {outline.shape}")
+        # A fan around the middle: where its triangles overlap, crossings come in pairs.
+        n = len(outline)
+        fan = [(n, i, (i + 1) % n) for i in range(n)]
+        return cls(np.vstack([outline, outline.mean(axis=0)]), fan)
+
+    def blocks(self, v, q):
+        """Whether an odd number of triangles is between `v` and `q` (..., 3)."""
+        v, q = np.broadcast_arrays(v, q)
+        odd = np.zeros(v.shape[:-1], bool)
+        for triangle in np.sort(self.triangles, axis=1):
+            odd ^= _crosses(v, q, *self.points[triangle])
+        return odd
+
+    def bend(self, v, q):
+        """Where the detour from `v` to `q` bends (..., 3); NaN for a closed surface."""
+        v, q = np.broadcast_arrays(v, q)
+        best, shortest = np.full(v.shape, np.nan), np.full(v.shape[:-1], np.inf)
+        for a, b in self.boundary:
+            at = _bend_on_edge(v, q, a, b)
+            length = np.linalg.norm(v - at, axis=-1) + np.linalg.norm(q - at, axis=-1)
+            better = length < shortest
+            shortest = np.where(better, length, shortest)
+            best = np.where(better[..., None], at, best)
+        return best
+
+    def opening(self, v, g):
+        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous off the cut."""
+        reach = np.full(len(v), np.inf)
+        for triangle in self.points[self.triangles]:
+            reach = np.minimum(reach, _distance_to_triangle(g, *triangle))
+        for a, b in self.boundary:
+            reach = np.minimum(reach, _distance_of_segments(v, g, a, b))
+        return np.where(self.blocks(v, g), -reach, reach)
+
+
+def _crosses(v, q, a, b, c):
+    """Whether the segment v - q passes the triangle a b c; exactly one of two that share an edge.
+
+    Edges must run in the same order in both: sort the corners.
+    """
+    normal = np.cross(b - a, c - a)
+    apart = ((v - a) @ normal < 0) != ((q - a) @ normal < 0)
+    way, moment = q - v, np.cross(v, q)
+
+    def right_of(x, y):
+        # sign of the volume of v, q, x, y
+        return np.sum(way * np.cross(x, y), axis=-1) + np.sum(moment * (y - x), axis=-1) < 0
+
+    ab, bc, ac = right_of(a, b), right_of(b, c), right_of(a, c)
+    return apart & (ab == bc) & (bc != ac)
+
+
+def _bend_on_edge(v, q, a, b):
+    length = np.linalg.norm(b - a)
+    along = (b - a) / length
+    l_v, l_q = (v - a) @ along, (q - a) @ along
+    r_v = np.linalg.norm(v - a - l_v[..., None] * along, axis=-1)
+    r_q = np.linalg.norm(q - a - l_q[..., None] * along, axis=-1)
+    total = r_v + r_q
+    share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
+    return a + np.clip(l_v + (l_q - l_v) * share, 0, length)[..., None] * along
+
+
+def _distance_to_triangle(x, a, b, c):
+    normal = np.cross(b - a, c - a)
+    normal = normal / np.linalg.norm(normal)
+    inside = np.ones(len(x), bool)
+    distance = np.full(len(x), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        inside &= (x - start) @ np.cross(normal, end - start) >= 0
+        t = np.clip((x - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
+        distance = np.minimum(
+            distance, np.linalg.norm(x - start - t[:, None] * (end - start), axis=1)
+        )
+    return np.where(inside, np.abs((x - a) @ normal), distance)
+
+
+def _distance_of_segments(v, g, a, b):
+    """Between segments v - g (m, 3 each) and the segment a - b."""
+    d1, d2, r = g - v, b - a, v - a
+    dd1, dd2 = np.sum(d1 * d1, axis=1), np.sum(d2 * d2)
+    c, f, e = np.sum(d1 * r, axis=1), r @ d2, d1 @ d2
+    det = dd1 * dd2 - e * e
+    s = np.clip(np.where(det > 1e-30, (e * f - c * dd2) / np.where(det > 1e-30, det, 1), 0), 0, 1)
+    t = np.clip((e * s + f) / dd2, 0, 1)
+    s = np.clip(np.where(dd1 > 0, (e * t - c) / np.where(dd1 > 0, dd1, 1), 0), 0, 1)
+    t = np.clip((e * s + f) / dd2, 0, 1)
+    return np.linalg.norm(r + s[:, None] * d1 - t[:, None] * d2, axis=1)
+
+
+def _vector(name, value):
+    try:
+        vector = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be three numbers, got {value!r}") from None
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ValueError(f"`{name}` must be three finite numbers, got {value!r}")
+    return vector
+
+
+def _direction(name, value):
+    vector = _vector(name, value)
+    length = np.linalg.norm(vector)
+    if length == 0:
+        raise ValueError(f"`{name}` must not be zero, got {value!r}")
+    return vector / length
+
+
+def _set(cut, **values):
+    for name, value in values.items():
+        value.flags.writeable = False
+        object.__setattr__(cut, name, value)

@@ -1,0 +1,54 @@
+"""The sides of full cuts: each has control points of its own, and nothing else in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from vtk_mls.handles import HandleSet
+
+_MOST_PLANES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The places on one side of each of some planes, with the control points there.
+
+    Attributes
+    ----------
+    sides : (planes,) float64
+        1 or -1 for each plane. A place on a plane is on side 1.
+    handles : HandleSet
+        If no control point is there, one that does not move.
+    """
+
+    sides: np.ndarray
+    handles: HandleSet
+
+    def holds(self, planes, points):
+        """Which of `points` (m, 3) are in the region: (m,) bool."""
+        inside = np.ones(len(points), bool)
+        for plane, side in zip(planes, self.sides):
+            inside &= (plane.height(points) < 0) == (side < 0)
+        return inside
+
+
+def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
+    """All regions that `planes` make; one for no plane."""
+    if len(planes) > _MOST_PLANES:
+        raise ValueError(
+            f"`cuts` must have at most {_MOST_PLANES} full planes, got {len(planes)}; "
+            "use HalfPlane or Surface for cuts that do not go through everything"
+        )
+    regions = []
+    for sides in product((1.0, -1.0), repeat=len(planes)):
+        region = Region(np.array(sides), None)
+        here = region.holds(planes, deformed)
+        if here.any():
+            handles = HandleSet(rest[here], deformed[here], weights[here], degree)
+        else:
+            handles = HandleSet(planes[0].point[None], planes[0].point[None], np.ones(1), degree)
+        regions.append(Region(region.sides, handles))
+    return tuple(regions)
