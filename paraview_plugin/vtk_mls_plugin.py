@@ -94,14 +94,37 @@ def limits(kind, **bounds):
     return xml(f"{kind}RangeDomain", name="range", **bounds)
 
 
-def shown_when(name, value):
+def shown_when(name, value, **options):
     """A hint: show a property only while the property `name` has that value."""
     decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
-    return xml("PropertyWidgetDecorator", **decorator)
+    return xml("PropertyWidgetDecorator", **decorator, **options)
 
 
-def data_input(name, port, data_type, text, *array_domains):
+def check_box(name, text, default=0):
+    """A property that is on or off."""
+    return vector("Int", name, default, text, xml("BooleanDomain", name="bool"))
+
+
+def names(name, setter, text, domain):
+    """A list of array names; methods <setter>(one) and Clear<name>()."""
+    return vector(
+        "String",
+        name,
+        "none",
+        text,
+        domain,
+        xml("Hints", xml("NoDefault")),
+        command=setter,
+        clean_command=f"Clear{name}",
+        repeat_command=1,
+        number_of_elements=0,
+        number_of_elements_per_command=1,
+    )
+
+
+def data_input(name, port, data_type, text, *children, **attributes):
     """An input port that takes one dataset, whatever arrays it has."""
+    settings = {"command": "SetInputConnection", **attributes}
     groups = (xml("Group", name=group) for group in ("sources", "filters"))
     return xml(
         "InputProperty",
@@ -112,11 +135,11 @@ def data_input(name, port, data_type, text, *array_domains):
             name="input_type",
             composite_data_supported=0,
         ),
-        *array_domains,
+        *children,
         documentation(text),
         name=name,
         port_index=port,
-        command="SetInputConnection",
+        **settings,
     )
 
 
@@ -170,6 +193,18 @@ CONTROL_POINTS = data_input(
     input_arrays("factors", "point", components=1),
 )
 
+CUTS = data_input(
+    "Cuts",
+    2,
+    "vtkPolyData",
+    """Surfaces to cut along (optional): the polygons of each input, as from the sources Plane and
+    Disk; several inputs, and parts that do not hang together, are several cuts.""",
+    xml("Hints", xml("Optional")),
+    command="AddInputConnection",
+    clean_command="DisconnectCuts",
+    multiple_input=1,
+)
+
 # What both filters ask of the deformation, in the order of the panel.
 DEFORMATION = [
     choice(
@@ -214,6 +249,73 @@ DEFORMATION = [
     ),
 ]
 
+HAS_CUT = shown_when("CutType", "none", inverse=1)
+
+# A cut by properties, and what all cuts have in common.
+CUT = [
+    choice(
+        "CutType",
+        ("none", "plane", "half-plane"),
+        "none",
+        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+        half-plane has an edge through its origin, and begins there.""",
+    ),
+    vector(
+        "Double",
+        "CutOrigin",
+        "0 0 0",
+        "A point of the plane, or of the edge of the half-plane.",
+        xml("Hints", HAS_CUT),
+    ),
+    vector(
+        "Double",
+        "CutNormal",
+        "1 0 0",
+        "Normal of the plane or half-plane.",
+        xml("Hints", HAS_CUT),
+    ),
+    xml(
+        "PropertyGroup",
+        xml("Property", function="Origin", name="CutOrigin"),
+        xml("Property", function="Normal", name="CutNormal"),
+        xml("Property", function="Input", name="Input"),
+        xml("Hints", HAS_CUT),
+        label="Cut Plane",
+        panel_widget="InteractivePlane",
+    ),
+    vector(
+        "Double",
+        "CutInward",
+        "0 0 1",
+        """Direction in which the half-plane extends from its edge; the edge is at a right angle to
+        it and to the normal.""",
+        xml("Hints", shown_when("CutType", "half-plane")),
+    ),
+    vector(
+        "Double",
+        "Nu",
+        2.0,
+        """How fast the influence of control points behind a cut fades with the length of the way
+        round it. Must be greater than 1.""",
+        limits("Double", min=1.1, max=8),
+        panel_visibility="advanced",
+    ),
+]
+
+JACOBIAN = [
+    check_box(
+        "GenerateJacobian",
+        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the place that the material now at v
+        came from. It turns gradients of the input into those of the output.""",
+    ),
+    check_box(
+        "GenerateJacobianDeterminant",
+        """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
+        folded, and the field array FoldedVoxels with the number of such points.""",
+    ),
+]
+
 DEVICE = vector(
     "String",
     "Device",
@@ -226,7 +328,8 @@ DEVICE = vector(
 DEFORM = [
     documentation(
         """Deforms an image (a volume) by control points that are dragged from p to q, by moving
-        least squares. Every array of the input is resampled on the deformed image."""
+        least squares. Every array of the input is resampled on the deformed image. Cuts open it;
+        the void between their sides is in the array Void."""
     ),
     data_input(
         "Input",
@@ -234,28 +337,25 @@ DEFORM = [
         "vtkImageData",
         "The image to deform.",
         input_arrays("arrays", "any"),
+        input_arrays("scalars", "point", components=1),
+        input_arrays("gradients", "any", components=3),
     ),
     CONTROL_POINTS,
+    CUTS,
     *DEFORMATION,
+    *CUT,
     choice(
         "Interpolation",
         vtk_mls.INTERPOLATIONS,
         "linear",
         "How values between the points of the input are made.",
     ),
-    vector(
-        "String",
+    names(
         "LabelArrays",
-        "none",
+        "AddLabelArray",
         """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
         the interpolation is.""",
         arrays_of("arrays", "Input"),
-        xml("Hints", xml("NoDefault")),
-        command="AddLabelArray",
-        clean_command="ClearLabelArrays",
-        repeat_command=1,
-        number_of_elements=0,
-        number_of_elements_per_command=1,
     ),
     vector("Double", "Background", 0.0, "Value where the deformed image has no material."),
     choice(
@@ -286,6 +386,30 @@ DEFORM = [
         "Position of the output's first point.",
         xml("Hints", shown_when("OutputGrid", "given")),
     ),
+    check_box(
+        "HideVoid",
+        """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
+        clip or contour by VoidDistance at 0, which gives a smooth face.""",
+        default=1,
+    ),
+    vector(
+        "String",
+        "GradientArray",
+        "none",
+        """Point scalars whose gradient in the deformed volume is wanted, as the point array
+        Gradient, for shading: it follows the deformation exactly.""",
+        arrays_of("scalars", "Input", none_string="none"),
+        xml("Hints", xml("NoDefault")),
+    ),
+    names(
+        "GradientVectorArrays",
+        "AddGradientVectorArray",
+        """Arrays of the input that are gradients; they are turned with the material. So are the
+        active normals, without being named.""",
+        arrays_of("gradients", "Input"),
+    ),
+    check_box("NormalizeGradient", "Whether gradients get length 1."),
+    *JACOBIAN,
     DEVICE,
 ]
 
@@ -301,13 +425,16 @@ FIELD = [
         "Gives the grid of the field: its own if it is an image, else one over its bounds.",
     ),
     CONTROL_POINTS,
+    CUTS,
     *DEFORMATION,
+    *CUT,
     vector(
         "Int",
         "SampleDimensions",
         "32 32 32",
         "Number of points in each direction where the input is not an image.",
     ),
+    *JACOBIAN,
     DEVICE,
 ]
 
@@ -364,6 +491,10 @@ HANDLES = [
 @smproperty.xml("".join(DEFORM))
 class MLSDeform(filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
+
+    def SetGradientArray(self, name):
+        """The list says "none" for no array."""
+        super().SetGradientArray("" if name == "none" else name)
 
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")

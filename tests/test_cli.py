@@ -17,7 +17,7 @@ from vtk_fixtures import (
     values_of,
 )
 
-from vtk_mls import KINDS, Deformation, __version__, io
+from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, io
 from vtk_mls.arrays import Lattice
 from vtk_mls.cli import main
 
@@ -77,6 +77,29 @@ def test_deform_with_labels_on_a_fitted_grid(files):
     assert output.GetDimensions() == target.dimensions
 
 
+def test_deform_with_cuts_and_a_gradient(files):
+    (files / "cut.stl").write_text(
+        "solid cut\nfacet normal 1 0 0\nouter loop\nvertex 3.9 -50 2.6\nvertex 3.9 50 2.6\n"
+        "vertex 3.9 4 90\nendloop\nendfacet\nendsolid cut\n"
+    )
+    options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-surface", "cut.stl", "--nu", "3"]
+    options += ["--cut-half-plane", "0,4.2,3,0,1,0,0,0,1", "--gradient", "values"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    cuts = [
+        Plane((4.3, 0, 0), (1, 0, 0)),
+        HalfPlane((0, 4.2, 3), (0, 1, 0), (0, 0, 1)),
+        Surface([(3.9, -50, 2.6), (3.9, 50, 2.6), (3.9, 4, 90)], [(0, 1, 2)]),
+    ]
+    image, output = io.read_image("in.vti"), io.read_image("out.vti")
+    grid = Lattice.of_image(image).grid
+    value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device=FAST)
+    void = value.void(grid.points())
+    assert void.any()
+    np.testing.assert_array_equal(values_of(output, "Void").ravel(), void)
+    expected = value.corrected_gradient(values_of(image, "values"), grid)
+    np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
+
+
 def test_progress_bar(files, capsys):
     arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference"]
     assert main([*arguments, "--progress"]) == 0
@@ -96,6 +119,11 @@ def test_progress_bar(files, capsys):
         ({3: "--alpha=0"}, "`alpha` must be a positive number, got 0.0"),
         ({3: "--degree=7"}, "`degree` must be 1, 2 or 3, got 7"),
         ({3: "--label=bone"}, "`LabelArrays` names `bone`"),
+        ({3: "--cut-plane=1,2,3"}, "`--cut-plane` must be 6 numbers with commas, got `1,2,3`"),
+        ({3: "--cut-half-plane=0,0,0,1,0,0,2,0,0"}, "`inward` must not be parallel"),
+        ({3: "--cut-surface=none.stl"}, "there is no file `none.stl`"),
+        ({3: "--cut-surface=in.vti"}, "cannot read a surface from `in.vti`"),
+        ({3: "--gradient=bone"}, "`GradientArray` must name a point array"),
         ({3: "--device=77:0"}, "no OpenCL device `77:0`"),
     ],
 )

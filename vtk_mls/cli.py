@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from vtk_mls import INTERPOLATIONS, KINDS, Aborted, DeviceError, __version__
+from vtk_mls import INTERPOLATIONS, KINDS, Aborted, DeviceError, HalfPlane, Plane, __version__
 
 _BAR = 40  # characters
 
@@ -96,12 +96,43 @@ def _add_deform(commands):
         default="input",
         help="grid of the output: the input's, or one that holds all of the deformed volume",
     )
+    add("--nu", type=float, default=2.0, help="damping behind cuts, > 1; default: %(default)s")
+    add(
+        "--cut-plane",
+        metavar="OX,OY,OZ,NX,NY,NZ",
+        action="append",
+        default=[],
+        help="cut everything apart along the plane through O with normal N (may be repeated)",
+    )
+    add(
+        "--cut-half-plane",
+        metavar="OX,OY,OZ,NX,NY,NZ,IX,IY,IZ",
+        action="append",
+        default=[],
+        help="cut along half of a plane, from its edge through O in the direction I (may be "
+        "repeated)",
+    )
+    add(
+        "--cut-surface",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
+    )
+    add(
+        "--gradient",
+        metavar="NAME",
+        default="",
+        help="point array whose gradient in the deformed image is wanted, as array Gradient",
+    )
     add("--device", default="", help="gpu, cpu, platform:device as in 0:1, or reference")
     add("--progress", action="store_true", help="show a progress bar although not on a terminal")
     deform.set_defaults(run=_deform)
 
 
 def _deform(options):
+    from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+
     from vtk_mls import io
     from vtk_mls.filters import MLSDeform
 
@@ -116,6 +147,16 @@ def _deform(options):
     deform.SetBackground(options.background)
     deform.SetOutputGrid(options.grid)
     deform.SetDevice(options.device)
+    deform.SetNu(options.nu)
+    deform.SetGradientArray(options.gradient)
+    for text in options.cut_plane:
+        deform.AddCut(Plane(*_vectors("--cut-plane", text, 2)))
+    for text in options.cut_half_plane:
+        deform.AddCut(HalfPlane(*_vectors("--cut-half-plane", text, 3)))
+    for path in options.cut_surface:
+        producer = vtkTrivialProducer()
+        producer.SetOutput(io.read_surface(path))
+        deform.AddInputConnection(2, producer.GetOutputPort())
     for name in options.label:
         deform.AddLabelArray(name)
     _update(deform, options.progress or sys.stderr.isatty())
@@ -124,6 +165,17 @@ def _deform(options):
     size = " x ".join(str(n) for n in output.GetDimensions())
     print(f"{options.output}: {size} points, {options.kind}")
     return 0
+
+
+def _vectors(option, text, count):
+    """`count` vectors of three numbers from an option."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != 3 * count:
+        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text}`")
+    return [values[start : start + 3] for start in range(0, 3 * count, 3)]
 
 
 def _update(algorithm, shows_progress):

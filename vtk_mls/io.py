@@ -1,4 +1,4 @@
-"""Images and control points from files, and images to files.
+"""Images, control points and surfaces from files, and images to files.
 
 World coordinates are those of the file, whichever anatomical convention it follows (NIfTI points
 +x to the right and +y to the front, MetaImage and NRRD as a rule to the left and the back).
@@ -22,6 +22,7 @@ from vtkmodules.vtkCommonCore import (
 )
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkIOGeometry import vtkSTLReader
 from vtkmodules.vtkIOImage import (
     vtkMetaImageReader,
     vtkNIFTIImageReader,
@@ -129,6 +130,34 @@ def read_control_points(path):
         polydata = read(path)
     if not isinstance(polydata, vtkPolyData) or polydata.GetNumberOfPoints() == 0:
         raise ValueError(f"`{path}` holds no control points")
+    return polydata
+
+
+def read_surface(path):
+    """Read the surface of a cut.
+
+    Parameters
+    ----------
+    path : path
+        VTK polydata (.vtp, .vtk) or .stl.
+
+    Returns
+    -------
+    vtkPolyData
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = _existing(path)
+    read = _choose(_SURFACE_READERS, path, "read a surface from")
+    with _failures(path):
+        polydata = read(path)
+    if not isinstance(polydata, vtkPolyData) or not (
+        polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()
+    ):
+        raise ValueError(f"`{path}` holds no surface")
     return polydata
 
 
@@ -342,6 +371,10 @@ def _read_polydata_xml(path):
     return _read(vtkXMLPolyDataReader(), path)
 
 
+def _read_stl(path):
+    return _read(vtkSTLReader(), path)
+
+
 def _read_table(path):
     rows, seen = [], False
     with path.open(newline="", encoding="utf-8-sig") as file:
@@ -403,6 +436,11 @@ _WRITERS = {
 _HANDLE_READERS = {
     ".csv": _read_table,
     ".txt": _read_table,
+    ".vtp": _read_polydata_xml,
+    ".vtk": _read_legacy,
+}
+_SURFACE_READERS = {
+    ".stl": _read_stl,
     ".vtp": _read_polydata_xml,
     ".vtk": _read_legacy,
 }

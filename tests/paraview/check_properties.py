@@ -24,6 +24,13 @@ defaults = {
     "DisplacementArray": ["POINTS", "Displacement"],
     "WeightArray": ["POINTS", "Weight"],
     "Device": "",
+    "Nu": 2.0,
+    "CutType": "none",
+    "CutOrigin": [0.0, 0.0, 0.0],
+    "CutNormal": [1.0, 0.0, 0.0],
+    "CutInward": [0.0, 0.0, 1.0],
+    "GenerateJacobian": 0,
+    "GenerateJacobianDeterminant": 0,
 }
 of_deform = {
     "Interpolation": "linear",
@@ -33,6 +40,10 @@ of_deform = {
     "OutputDimensions": [64, 64, 64],
     "OutputSpacing": [1.0, 1.0, 1.0],
     "OutputOrigin": [0.0, 0.0, 0.0],
+    "HideVoid": 1,
+    "GradientArray": "none",
+    "GradientVectorArrays": [],
+    "NormalizeGradient": 0,
 }
 of_handles = {
     "Mode": "points",
@@ -50,13 +61,18 @@ for proxy, expected in (
         value = getattr(proxy, name)
         value = list(value) if isinstance(default, list) else value
         assert value == default, (name, value)
-    inputs = {"Input", "ControlPoints"} if proxy is not handles else {"RestPoints"}
+    inputs = {"Input", "ControlPoints", "Cuts"} if proxy is not handles else {"RestPoints"}
     assert set(proxy.ListProperties()) - {"ReloadPythonModule"} == {*expected, *inputs}
     for name in {*expected, *inputs}:
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
     # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
-    for name in set(expected) - {"DisplacementArray", "WeightArray", "LabelArrays"}:
+    for name in set(expected) - {
+        "DisplacementArray",
+        "WeightArray",
+        "LabelArrays",
+        "GradientVectorArrays",
+    }:
         own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
         own = list(own) if isinstance(expected[name], list) else own or expected[name]
         assert own == expected[name], (name, own)
@@ -67,6 +83,8 @@ for proxy, name, options in (
     (field, "Kind", ["affine", "rigid", "similarity", "polynomial"]),
     (deform, "Interpolation", ["nearest", "linear", "cubic"]),
     (deform, "OutputGrid", ["input", "fitted", "given"]),
+    (deform, "CutType", ["none", "plane", "half-plane"]),
+    (field, "CutType", ["none", "plane", "half-plane"]),
     (handles, "Mode", ["points", "lattice"]),
 ):
     assert list(proxy.GetProperty(name).Available) == options
@@ -85,6 +103,8 @@ def offered(proxy, name):
 assert offered(other, "DisplacementArray") == ["Displacement"]
 assert offered(other, "WeightArray") == ["Weight"] == offered(deform, "WeightArray")
 assert offered(other, "LabelArrays") == ["RTData"]
+assert offered(other, "GradientArray") == ["RTData", "none"]
+assert offered(other, "GradientVectorArrays") == []
 
 # A lattice fills its box, x fastest, and follows changes.
 handles.Mode, handles.LatticeDimensions, handles.Bounds = "lattice", [2, 3, 4], [0, 1, 0, 4, -3, 3]

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import (
     vtkObject,
     vtkOutputWindow,
 )
-from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import (
     vtkDemandDrivenPipeline,
     vtkStreamingDemandDrivenPipeline,
@@ -28,11 +28,18 @@ class Algorithm(VTKPythonAlgorithmBase):
     exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is empty,
     also if upstream failed to make data, and counts as not generated, so that every later Update
     tries again. After an abort it is the same without an error.
+
+    For a composite input VTK runs the filter on one block after the other. RequestInformation is
+    then asked about blocks only.
     """
 
     _muffled = None
+    _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def ProcessRequest(self, request, inInfo, outInfo):
+        if request.Has(vtkDemandDrivenPipeline.REQUEST_INFORMATION()) and _has_composite(inInfo):
+            self._blocks_since = self.GetExecutive().GetPipelineMTime()
+            return 1
         if request.Has(vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT()):
             self._empty_what_is_out_of_date(outInfo)
         if not request.Has(vtkDemandDrivenPipeline.REQUEST_DATA()):
@@ -61,12 +68,16 @@ class Algorithm(VTKPythonAlgorithmBase):
             setattr(self, name, value)
             self.Modified()
 
-    def _update_input(self, port):
+    def _update_input(self, port, number=0):
         """Bring all of an input up to date and return it.
 
-        For RequestInformation, where the extent of the output depends on data.
+        For RequestInformation, where the extent of the output depends on data. While VTK goes
+        through blocks, everything is up to date, and a block stands in for the producer's output:
+        the producer must not run.
         """
-        connection = self.GetInputConnection(port, 0)
+        if self._blocks_since == self.GetExecutive().GetPipelineMTime():
+            return self.GetInputDataObject(port, number)
+        connection = self.GetInputConnection(port, number)
         producer, index = connection.GetProducer(), connection.GetIndex()
         requests = vtkInformationVector()
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
@@ -80,12 +91,12 @@ class Algorithm(VTKPythonAlgorithmBase):
         vtkObject.SetGlobalWarningDisplay(shown)
         return producer.GetOutputDataObject(index)
 
-    def _progress(self, start=0.0, share=1.0):
-        """Callback for `progress` that reports between `start` and `start + share`."""
+    def _progress(self):
+        """Callback for `progress` that reports to VTK."""
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
 
         def report(fraction):
-            self.UpdateProgress(start + share * fraction)
+            self.UpdateProgress(fraction)
             return check_abort()
 
         return report
@@ -125,6 +136,27 @@ class Algorithm(VTKPythonAlgorithmBase):
         if self._muffled is not None:
             self.GetExecutive().RemoveObserver(self._muffled)
             self._muffled = None
+
+
+def in_turn(tasks, progress):
+    """Call functions of a callback for `progress`, each with its share of the one given."""
+    for number, task in enumerate(tasks):
+        task(lambda fraction, number=number: progress((number + fraction) / len(tasks)))
+
+
+def inputs(in_info, port):
+    """The data objects on an input port."""
+    information = in_info[port]
+    count = information.GetNumberOfInformationObjects()
+    return [vtkDataObject.GetData(information, number) for number in range(count)]
+
+
+def _has_composite(in_info):
+    return any(
+        isinstance(data, vtkCompositeDataSet)
+        for port in range(len(in_info))
+        for data in inputs(in_info, port)
+    )
 
 
 def ask_for_all(info):

@@ -2,41 +2,67 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
+
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import INTERPOLATIONS, Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters.algorithm import numbers
+from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters.algorithm import in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
 
 class MLSDeform(DeformingFilter):
     """Deforms an image by control points.
 
-    On input port 0 is the image, on port 1 are the control points (see `DeformingFilter`). Each
+    On input port 0 is the image, on port 1 are the control points, on port 2 may be cuts (see
+    `DeformingFilter`). Each
     execution resamples every point and cell array backward: the value at a place is the input's
     at where its material came from (G, Eq. 2 of the paper). Arrays keep type, names and role;
     integers are rounded; strings come from the nearest point, and so do label arrays and
     `vtkGhostType`. Field data passes. Where G is the identity, values are the same to the bit.
+    Gradients and normals are turned (Eq. 29): the active normals, which keep length 1, and the
+    GradientVectorArrays. In the void and outside they are 0.
+
+    With cuts, points have "Void" and "VoidDistance", cells "Void" (at their centre), and
+    `vtkGhostType` hides the void: its points, and the cells that it fills or touches. VTK's
+    surfaces, slices, thresholds and volume rendering leave these out. (vtkContourFilter does not
+    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off:
+    cells on the face must be there for that. Before VTK 9.3, in whose vtkGeometryFilter hidden
+    cells of images are a crash, only points are hidden: there a threshold by Void leaves it out.
 
     The whole input is needed whatever part of the output is asked for; memory is that of input
     and output. Pieces of the output are made independently, so MPI processes share the work.
 
     Properties
     ----------
-    Kind, Alpha, Degree, Device
+    Kind, Alpha, Degree, Device, Nu, CutType, CutOrigin, CutNormal, CutInward, GenerateJacobian,
+    GenerateJacobianDeterminant
         See `DeformingFilter`.
     Interpolation : {"linear", "nearest", "cubic"}
     Background : float
-        Value of places whose material came from outside of the input; 0 in `vtkGhostType`.
+        Value of places whose material came from outside of the input, and of the void; 0 in
+        `vtkGhostType`.
     LabelArrays : names
         Of point and cell arrays whose values must not mix.
     OutputGrid : {"input", "fitted", "given"}
         The input's points; its lattice, as far as the deformed volume reaches; or
         OutputDimensions points at OutputSpacing from OutputOrigin on, in the input's directions.
-        For "fitted" the control points are updated in RequestInformation.
+        For "fitted" control points and cuts are updated in RequestInformation.
+    HideVoid : bool
+        Whether `vtkGhostType` hides the void.
+    GradientArray : name
+        Of the point scalars whose gradient in the deformed image is wanted, as point array
+        "Gradient" (three floats, per world unit): J_G^T (grad f)(G(v)), and across the face on
+        the face of the void. "" for none.
+    GradientVectorArrays : names
+        Of point and cell arrays that are gradients of the input.
+    NormalizeGradient : bool
+        Whether "Gradient" and the GradientVectorArrays get length 1.
     """
 
     def __init__(self):
@@ -48,6 +74,10 @@ class MLSDeform(DeformingFilter):
         self._output_dimensions = (64, 64, 64)
         self._output_spacing = (1.0, 1.0, 1.0)
         self._output_origin = (0.0, 0.0, 0.0)
+        self._hides_void = True
+        self._gradient_array = ""
+        self._gradient_vector_arrays = ()
+        self._normalizes_gradient = False
         self._fit = None  # deformation and input lattice of the last fitted grid, and that grid
 
     def SetInterpolation(self, interpolation):
@@ -103,56 +133,110 @@ class MLSDeform(DeformingFilter):
     def GetOutputOrigin(self):
         return self._output_origin
 
+    def SetHideVoid(self, wanted):
+        """Whether `vtkGhostType` hides the void."""
+        self._set("_hides_void", bool(wanted))
+
+    def GetHideVoid(self):
+        return self._hides_void
+
+    def SetGradientArray(self, name):
+        """Name of point scalars whose gradient is wanted, "" for none."""
+        self._set("_gradient_array", name or "")
+
+    def GetGradientArray(self):
+        return self._gradient_array
+
+    def AddGradientVectorArray(self, name):
+        """Name of a point or cell array of the input that is a gradient."""
+        if name not in self._gradient_vector_arrays:
+            self._set("_gradient_vector_arrays", (*self._gradient_vector_arrays, name))
+
+    def ClearGradientVectorArrays(self):
+        self._set("_gradient_vector_arrays", ())
+
+    def GetGradientVectorArrays(self):
+        return self._gradient_vector_arrays
+
+    def SetNormalizeGradient(self, wanted):
+        """Whether gradients get length 1."""
+        self._set("_normalizes_gradient", bool(wanted))
+
+    def GetNormalizeGradient(self):
+        return self._normalizes_gradient
+
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         lattice = Lattice.of_information(inInfo[0].GetInformationObject(0))
-        try:
-            points = self._update_input(1) if self._output_grid == "fitted" else None
-            lattice = self._output_lattice(lattice, points)
-        except (TypeError, ValueError, RuntimeError):
-            pass  # RequestData meets the same and reports it
+        # RequestData meets the same errors and reports them
+        with suppress(TypeError, ValueError, RuntimeError):
+            lattice = self._output_lattice(lattice, self._updated_deformation)
         lattice.announce(info)
         return 1
 
     def RequestData(self, request, inInfo, outInfo):
         image = vtkImageData.GetData(inInfo[0])
-        points = vtkPolyData.GetData(inInfo[1])
         output = vtkImageData.GetData(outInfo)
-        lattice = Lattice.of_image(image)
-        if lattice.is_empty:
-            raise ValueError("`Input` is an empty image; it must have at least one point")
-        if self._interpolation not in INTERPOLATIONS:
-            raise ValueError(
-                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, "
-                f"got {self._interpolation!r}"
-            )
-        self._check_labels(image)
-        deformation = self._deformation(points)
+        source = Lattice.of_image(image)
+        self._check(image, source)
+        deformation = self._requested_deformation(inInfo)
         announced = (
             inInfo[0].GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
         )
-        target = self._output_lattice(lattice.part(announced or lattice.extent), points)
+        target = self._output_lattice(source.part(announced or source.extent), lambda: deformation)
         target = self._requested_part(target, outInfo.GetInformationObject(0))
         target.place(output)
-        cells = arrays.cell_grid(lattice.grid), arrays.cell_grid(target.grid)
-        jobs = [
-            (image.GetPointData(), output.GetPointData(), lattice.grid, target.grid),
-            (image.GetCellData(), output.GetCellData(), *cells),
-        ]
-        jobs = [job for job in jobs if job[0].GetNumberOfArrays() > 0]
-        for number, (old, new, source, grid) in enumerate(jobs):
-            report = self._progress(number / len(jobs), 1 / len(jobs))
-            self._resample(deformation, old, new, source, grid, report)
+        tasks = self._tasks(deformation, image, output, source.grid, target.grid)
+        in_turn(tasks, self._progress())
         return 1
+
+    def _tasks(self, deformation, image, output, source, target):
+        """All that is to be done, in its order."""
+        cells = arrays.cell_grid(source), arrays.cell_grid(target)
+        tasks = [
+            partial(self._resample, deformation, old, new, *grids)
+            for old, new, grids in (
+                (image.GetPointData(), output.GetPointData(), (source, target)),
+                (image.GetCellData(), output.GetCellData(), cells),
+            )
+            if old.GetNumberOfArrays() > 0
+        ]
+        if deformation.cuts:
+            tasks.append(partial(self._mark_void, deformation, output, target))
+        if self._gradient_array:
+            scalars = gradients.scalars(image, self._gradient_array)
+            tasks.append(partial(self._add_gradient, deformation, output, scalars, source, target))
+        return tasks + self._jacobian_tasks(deformation, output, target)
 
     def _resample(self, deformation, old, new, source, target, progress):
         """Deform the arrays `old` into `new`, those with the same background in one pass."""
         values = arrays.image_values(old, source)
-        results, passes = [None] * len(values), {}
+        vectors = gradients.vectors(old, self._gradient_vector_arrays)
+        results, passes, tasks = [None] * len(values), {}, []
+
+        def fill(background, members, progress):
+            chosen, methods = zip(*members)
+            chosen_values = [values[number] for number in chosen]
+            done = deformation.resample(
+                chosen_values, source, target, list(methods), background, progress
+            )
+            for number, result in zip(chosen, done):
+                results[number] = result
+
+        def turn(number, is_normal, progress):
+            unit = is_normal or self._normalizes_gradient
+            turned = deformation.turned(
+                values[number], source, target, self._interpolation, unit, progress
+            )
+            results[number] = turned.astype(values[number].dtype)
+
         for number in range(len(values)):
             array = old.GetAbstractArray(number)
             method, background = self._interpolation, self._background
+            if array.GetName() in vectors:
+                tasks.append(partial(turn, number, vectors[array.GetName()]))
+                continue
             if not arrays.is_numeric(array):
                 method, background = "nearest", -1
             elif array.GetName() == arrays.GHOSTS:
@@ -160,26 +244,55 @@ class MLSDeform(DeformingFilter):
             elif array.GetName() in self._label_arrays:
                 method = "nearest"
             passes.setdefault(background, []).append((number, method))
-        for turn, (background, members) in enumerate(passes.items()):
-            chosen, methods = zip(*members)
-            done = deformation.resample(
-                [values[number] for number in chosen],
-                source,
-                target,
-                list(methods),
-                background,
-                lambda fraction, turn=turn: progress((turn + fraction) / len(passes)),
-            )
-            for number, result in zip(chosen, done):
-                results[number] = result
+        tasks += [partial(fill, background, members) for background, members in passes.items()]
+        in_turn(tasks, progress)
         arrays.set_image_values(new, results, old)
 
-    def _output_lattice(self, source, points):
+    def _mark_void(self, deformation, output, target, progress):
+        """Add "Void" and "VoidDistance", and hide the void."""
+        openings = []
+        grids = target, arrays.cell_grid(target)
+        tasks = [
+            lambda progress, grid=grid: openings.append(
+                deformation.displacement_field(
+                    grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
+                ).opening
+            )
+            for grid in grids
+        ]
+        in_turn(tasks, progress)
+        points, cells = openings
+        cutting.add_void(output.GetPointData(), points)
+        cutting.add_void(output.GetCellData(), cells)
+        if self._hides_void:
+            cutting.hide(output.GetPointData(), points < 0)
+            if cutting.CAN_HIDE_CELLS:
+                cutting.hide(output.GetCellData(), (cells < 0) | cutting.touched(points < 0))
+
+    def _add_gradient(self, deformation, output, scalars, source, target, progress):
+        """Add "Gradient" of point scalars."""
+        values = deformation.corrected_gradient(
+            scalars,
+            source,
+            target,
+            self._interpolation,
+            self._background,
+            self._normalizes_gradient,
+            progress,
+        )
+        gradients.add_gradient(output, values)
+
+    def _updated_deformation(self):
+        """The deformation before data have been asked for."""
+        surfaces = [self._update_input(2, n) for n in range(self.GetNumberOfInputConnections(2))]
+        return self._deformation(self._update_input(1), surfaces)
+
+    def _output_lattice(self, source, make_deformation):
         """Where the whole output lies, for an input on `source`."""
         if self._output_grid == "input":
             return source
         if self._output_grid == "fitted":
-            deformation = self._deformation(points)
+            deformation = make_deformation()
             if self._fit is None or self._fit[:2] != (deformation, source):
                 grid = deformation.fitted_grid(source.grid)
                 self._fit = deformation, source, Lattice.of_grid(grid)
@@ -197,20 +310,24 @@ class MLSDeform(DeformingFilter):
             f"`OutputGrid` must be one of input, fitted, given, got {self._output_grid!r}"
         )
 
-    def _requested_part(self, target, info):
-        """The part of the output that downstream asks for, if it knows where the output is."""
-        extent = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT())
-        announced = Lattice.of_information(info)
-        if announced.part(()) == target.part(()) and target.holds(extent):
-            return target.part(extent)
-        return target
-
-    def _check_labels(self, image):
+    def _check(self, image, lattice):
+        """Raise what is wrong with the input and with properties that the deformation has not."""
+        if lattice.is_empty:
+            raise ValueError("`Input` is an empty image; it must have at least one point")
+        if self._interpolation not in INTERPOLATIONS:
+            raise ValueError(
+                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, "
+                f"got {self._interpolation!r}"
+            )
         data = image.GetPointData(), image.GetCellData()
-        for name in self._label_arrays:
-            if not any(attributes.HasArray(name) for attributes in data):
-                there = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
-                raise ValueError(
-                    f"`LabelArrays` names `{name}`, which the input has not; it has "
-                    f"{', '.join(f'`{name}`' for name in there) or 'no arrays'}"
-                )
+        for wanted, names in (
+            ("LabelArrays", self._label_arrays),
+            ("GradientVectorArrays", self._gradient_vector_arrays),
+        ):
+            for name in names:
+                if not any(attributes.HasArray(name) for attributes in data):
+                    there = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
+                    raise ValueError(
+                        f"`{wanted}` names `{name}`, which the input has not; it has "
+                        f"{', '.join(f'`{each}`' for each in there) or 'no arrays'}"
+                    )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Deformation, arrays
-from vtk_mls.filters.algorithm import Algorithm, ask_for_all
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters.algorithm import Algorithm, ask_for_all, inputs, numbers
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 
@@ -19,23 +21,57 @@ class DeformingFilter(Algorithm):
     itself; `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor
     for each, by itself "Weight", which may be absent.
 
-    Properties are those of `vtk_mls.Deformation`: Kind, Alpha, Degree and Device, the last "" for
-    automatic choice.
+    Input port 2 may take the surfaces of cuts, from any number of polydata (see
+    `cutting.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
+    vertices do not count. The numbers of the deformed material are those on each side of the cut,
+    and where it has opened there is nothing: with cuts, the output's point array "Void" is 1 there,
+    and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
+    opening (contour or clip by it; an isosurface of "Void" has steps).
+
+    Properties
+    ----------
+    Kind, Alpha, Degree, Device
+        Those of `vtk_mls.Deformation`; Device "" for automatic choice.
+    Nu : float, > 1
+        How fast the influence of control points behind a cut fades with the detour round it.
+    CutType : {"none", "plane", "half-plane"}
+        One more cut: everything apart along the plane through CutOrigin with CutNormal; or only
+        its half in the direction CutInward from CutOrigin on.
+    CutOrigin, CutNormal, CutInward : (x, y, z), world coordinates
+    Cuts : values of `vtk_mls`
+        Further cuts (Plane, HalfPlane, Surface), by AddCut.
+    GenerateJacobian : bool
+        Whether to make the point array "Jacobian": (I + J_D)^T of Eq. 29, row by row, so that
+        component 3 i + j is dG_j/dv_i.
+    GenerateJacobianDeterminant : bool
+        Whether to make the point array "JacobianDeterminant" of G, and the field array
+        "FoldedVoxels" with the number of points where it is not above 0, without the void (in
+        each piece, if the output is made in pieces).
     """
 
     def __init__(self, input_type):
         super().__init__(
-            nInputPorts=2, inputType=input_type, nOutputPorts=1, outputType="vtkImageData"
+            nInputPorts=3, inputType=input_type, nOutputPorts=1, outputType="vtkImageData"
         )
         self._kind = "rigid"
         self._alpha = 1.0
         self._degree = 2
         self._device = ""
-        self._known = None  # what the control points and properties were, and the deformation
+        self._nu = 2.0
+        self._cut_type = "none"
+        self._cut_origin = (0.0, 0.0, 0.0)
+        self._cut_normal = (1.0, 0.0, 0.0)
+        self._cut_inward = (0.0, 0.0, 1.0)
+        self._cuts = ()
+        self._generates_jacobian = False
+        self._generates_determinant = False
+        self._known = None  # what the inputs and properties were, and the deformation
 
     def FillInputPortInformation(self, port, info):
-        kind = "vtkPolyData" if port == 1 else self.InputType
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), kind)
+        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData" if port else self.InputType)
+        if port == 2:
+            info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
+            info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
         return 1
 
     def SetInputData(self, *port_and_data):
@@ -70,21 +106,102 @@ class DeformingFilter(Algorithm):
     def GetDevice(self):
         return self._device
 
+    def SetNu(self, nu):
+        """Damping exponent of cuts, above 1 (Eq. 28)."""
+        self._set("_nu", nu)
+
+    def GetNu(self):
+        return self._nu
+
+    def SetCutType(self, kind):
+        """ "none", "plane" or "half-plane"."""
+        self._set("_cut_type", kind)
+
+    def GetCutType(self):
+        return self._cut_type
+
+    def SetCutOrigin(self, *origin):
+        """A point of the plane, or of the edge of the half-plane; world coordinates."""
+        self._set("_cut_origin", numbers(origin))
+
+    def GetCutOrigin(self):
+        return self._cut_origin
+
+    def SetCutNormal(self, *normal):
+        """Normal of the plane or half-plane, of any length."""
+        self._set("_cut_normal", numbers(normal))
+
+    def GetCutNormal(self):
+        return self._cut_normal
+
+    def SetCutInward(self, *inward):
+        """Direction from the edge into the half-plane; its part along the normal does not count."""
+        self._set("_cut_inward", numbers(inward))
+
+    def GetCutInward(self):
+        return self._cut_inward
+
+    def AddCut(self, cut):
+        """A `vtk_mls.Plane`, `HalfPlane` or `Surface`, beside the other cuts."""
+        self._set("_cuts", (*self._cuts, cut))
+
+    def ClearCuts(self):
+        """Remove what AddCut has added."""
+        self._set("_cuts", ())
+
+    def GetCuts(self):
+        """What AddCut has added."""
+        return self._cuts
+
+    def DisconnectCuts(self):
+        """Remove all inputs from port 2."""
+        self.RemoveAllInputConnections(2)
+
+    def SetGenerateJacobian(self, wanted):
+        """Whether to make the point array "Jacobian"."""
+        self._set("_generates_jacobian", bool(wanted))
+
+    def GetGenerateJacobian(self):
+        return self._generates_jacobian
+
+    def SetGenerateJacobianDeterminant(self, wanted):
+        """Whether to make "JacobianDeterminant" and "FoldedVoxels"."""
+        self._set("_generates_determinant", bool(wanted))
+
+    def GetGenerateJacobianDeterminant(self):
+        return self._generates_determinant
+
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        for port in (0, 1):
-            ask_for_all(inInfo[port].GetInformationObject(0))
+        for information in inInfo:
+            for number in range(information.GetNumberOfInformationObjects()):
+                ask_for_all(information.GetInformationObject(number))
         return 1
 
-    def _deformation(self, polydata):
-        """The deformation by control-point polydata; the same object until something changes."""
+    def _requested_part(self, target, info):
+        """The part of the output that downstream asks for, if it knows where the output is."""
+        extent = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT())
+        announced = Lattice.of_information(info)
+        if extent and announced.part(()) == target.part(()) and target.holds(extent):
+            return target.part(extent)
+        return target
+
+    def _requested_deformation(self, in_info):
+        """The deformation by the inputs of RequestData."""
+        return self._deformation(*inputs(in_info, 1), inputs(in_info, 2))
+
+    def _deformation(self, polydata, surfaces):
+        """The deformation by polydata of ports 1 and 2; the same object until something changes."""
         displacement = self._array_name(0, polydata) or _DISPLACEMENT
         weight = self._array_name(1, polydata) or _WEIGHT
         if weight == _WEIGHT and not polydata.GetPointData().HasArray(weight):
             weight = None
-        state = (polydata, polydata.GetMTime(), displacement, weight)
+        own = self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
+        data = [(each, each.GetMTime()) for each in (polydata, *surfaces)]
+        state = (data, displacement, weight, own, self._cuts, self._nu)
         state += (self._kind, self._alpha, self._degree, self._device)
         if self._known is None or self._known[0] != state:
             rest, deformed, weights = arrays.control_points(polydata, displacement, weight)
+            found = [cut for each in surfaces for cut in cutting.surfaces(each)]
             deformation = Deformation(
                 rest,
                 deformed,
@@ -92,10 +209,29 @@ class DeformingFilter(Algorithm):
                 alpha=self._alpha,
                 degree=self._degree,
                 weights=weights,
+                cuts=(*cutting.own_cuts(*own), *self._cuts, *found),
+                nu=self._nu,
                 device=self._device or None,
             )
             self._known = state, deformation
         return self._known[1]
+
+    def _jacobian_tasks(self, deformation, output, grid):
+        """What to do for the arrays of the Jacobian; the output has "Void" then, if any."""
+
+        def add(progress):
+            void = False
+            if deformation.cuts:
+                void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
+                void = void.reshape(grid.shape)
+            jacobian = deformation.jacobian_field(
+                grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
+            )
+            gradients.add_jacobian(
+                output, jacobian, void, self._generates_jacobian, self._generates_determinant
+            )
+
+        return [add] if self._generates_jacobian or self._generates_determinant else []
 
     def _array_name(self, index, polydata):
         """Name that SetInputArrayToProcess gave, or of the attribute that it asked for."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters.algorithm import ask_for_all, numbers
+from vtk_mls.filters import cutting
+from vtk_mls.filters.algorithm import in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
 
@@ -18,7 +19,8 @@ class MLSDisplacementField(DeformingFilter):
 
     On input port 0 is any dataset: an image gives its grid, everything else its bounds, filled
     with SampleDimensions points (one across a direction in which it is flat). On port 1 are the
-    control points (see `DeformingFilter`). The point array "BackwardDisplacement", three floats,
+    control points, on port 2 may be cuts (see `DeformingFilter`); with cuts there are "Void" and
+    "VoidDistance". The point array "BackwardDisplacement", three floats,
     is the output's active scalars and vectors, as `vtkGridTransform` wants it; with that
     transform `vtkImageReslice` deforms as `MLSDeform` does. (`vtkGridTransform` does not know
     direction matrices.)
@@ -28,7 +30,8 @@ class MLSDisplacementField(DeformingFilter):
 
     Properties
     ----------
-    Kind, Alpha, Degree, Device
+    Kind, Alpha, Degree, Device, Nu, CutType, CutOrigin, CutNormal, CutInward, GenerateJacobian,
+    GenerateJacobianDeterminant
         See `DeformingFilter`.
     SampleDimensions : (nx, ny, nz)
         Numbers of points where the input is not an image.
@@ -59,36 +62,37 @@ class MLSDisplacementField(DeformingFilter):
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        if not isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
-            ask_for_all(inInfo[0].GetInformationObject(0))
-        ask_for_all(inInfo[1].GetInformationObject(0))
-        return 1
+        first = 1 if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData) else 0
+        return super().RequestUpdateExtent(request, inInfo[first:], outInfo)
 
     def RequestData(self, request, inInfo, outInfo):
         dataset = vtkDataSet.GetData(inInfo[0])
         output = vtkImageData.GetData(outInfo)
-        deformation = self._deformation(vtkPolyData.GetData(inInfo[1]))
-        extent = outInfo.GetInformationObject(0).Get(
-            vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT()
-        )
+        deformation = self._requested_deformation(inInfo)
         if isinstance(dataset, vtkImageData):
-            target = Lattice.of_image(dataset).part(extent)
+            target = Lattice.of_image(dataset)
             if target.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
             target = self._sampled_lattice(dataset)
-            if target.holds(extent):
-                target = target.part(extent)
+        target = self._requested_part(target, outInfo.GetInformationObject(0))
         target.place(output)
-        grid = target.grid
+        tasks = [lambda progress: self._fill(output, deformation, target.grid, progress)]
+        tasks += self._jacobian_tasks(deformation, output, target.grid)
+        in_turn(tasks, self._progress())
+        return 1
+
+    def _fill(self, output, deformation, grid, progress):
+        """Add the arrays of the displacement field."""
         field = deformation.displacement_field(
-            grid.dimensions, grid.origin, grid.spacing, grid.direction, self._progress()
+            grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
         )
         array = arrays.from_numpy(field.displacement.reshape(-1, 3), VTK_FLOAT)
         array.SetName("BackwardDisplacement")
         output.GetPointData().SetScalars(array)
         output.GetPointData().SetActiveVectors(array.GetName())
-        return 1
+        if deformation.cuts:
+            cutting.add_void(output.GetPointData(), field.opening)
 
     def _sampled_lattice(self, dataset):
         """SampleDimensions points over the bounds of a dataset."""

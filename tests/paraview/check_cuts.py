@@ -1,0 +1,168 @@
+"""Cuts by properties and by polygons open the volume as `vtk_mls.Deformation` says."""
+
+import os
+import tempfile
+
+import numpy as np
+from paraview import servermanager, simple
+from scene import array, control_points, data, grid, wavelet
+
+import vtk_mls
+from vtk_mls.filters import cutting
+
+# One handle on each side, pulled apart.
+REST = np.array([(-4.0, 0.0, 3.0), (4.0, 0.0, 3.0), (-4.0, 0.0, -6.0), (4.0, 0.0, -6.0)])
+APART = REST + np.array([(-2.0, 0, 0), (2.0, 0, 0), (0, 0, 0), (0, 0, 0)])
+HALF_PLANE = vtk_mls.HalfPlane((0.2, 0, -2.1), (1, 0, 0), (0, 0, 1))
+
+source, handles = wavelet(), control_points(REST, APART)
+lattice = grid(data(source))
+volume = array(data(source), "RTData")
+deform = simple.MLSDeform(Input=source, ControlPoints=handles)
+field = simple.MLSDisplacementField(Input=source, ControlPoints=handles)
+filters = deform, field
+whole = array(data(deform), "RTData").copy()
+assert not data(deform).GetPointData().HasArray("Void")
+assert not data(deform).GetPointData().HasArray("vtkGhostType")
+
+
+def check(*cuts, nu=2.0):
+    """Both filters against the value outside of the pipeline; the number of void points."""
+    value = vtk_mls.Deformation(REST, APART, cuts=cuts, nu=nu)
+    expected = value.displacement_field(lattice.dimensions, lattice.origin, lattice.spacing)
+    assert 20 < np.count_nonzero(expected.void) < 2000
+    for proxy in filters:
+        np.testing.assert_array_equal(array(data(proxy), "Void"), expected.void)
+        distance = array(data(proxy), "VoidDistance")
+        np.testing.assert_allclose(distance, expected.opening, atol=1e-5)
+    displacement = array(data(field), "BackwardDisplacement")
+    np.testing.assert_allclose(displacement, expected.displacement, atol=1e-5)
+    (resampled,) = value.resample([volume], lattice)
+    np.testing.assert_allclose(array(data(deform), "RTData"), resampled, atol=1e-2)
+    assert not np.array_equal(resampled, whole)
+    np.testing.assert_array_equal(array(data(deform), "vtkGhostType") == 2, expected.void)
+    assert not data(field).GetPointData().HasArray("vtkGhostType")
+    return np.count_nonzero(expected.void)
+
+
+def cells_of_surface(proxy):
+    surface = simple.ExtractSurface(Input=proxy)
+    count = data(surface).GetNumberOfCells()
+    simple.Delete(surface)
+    return count
+
+
+# A half-plane by properties.
+for proxy in filters:
+    proxy.CutType = "half-plane"
+    proxy.CutOrigin, proxy.CutNormal, proxy.CutInward = [0.2, 0, -2.1], [2, 0, 0], [0, 0, 1]
+half = check(HALF_PLANE)
+hidden = cells_of_surface(deform)  # must not crash
+deform.HideVoid = 0
+shown = cells_of_surface(deform)
+# Before VTK 9.3 no cells can be hidden.
+assert shown < hidden or (shown == hidden and not cutting.CAN_HIDE_CELLS)
+face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosurfaces=[0.0])
+assert data(face).GetNumberOfCells() > 50
+simple.Delete(face)
+del face
+deform.HideVoid = 1
+for proxy in filters:
+    proxy.Nu = 4.0
+assert check(HALF_PLANE, nu=4.0) != half
+for proxy in filters:
+    proxy.Nu, proxy.CutType = 2.0, "plane"
+check(vtk_mls.Plane((0.2, 0, -2.1), (1, 0, 0)))
+
+# The same half-plane as a large polygon, on the input Cuts.
+for proxy in filters:
+    proxy.CutType = "none"
+polygon = simple.Plane(Origin=[0.2, -90, -2.1], Point1=[0.2, 90, -2.1], Point2=[0.2, -90, 90])
+corners = [(0.2, -90, -2.1), (0.2, 90, -2.1), (0.2, 90, 90), (0.2, -90, 90)]
+surface = vtk_mls.Surface(corners, [(0, 1, 2), (0, 2, 3)])
+for proxy in filters:
+    proxy.Cuts = polygon
+assert check(surface) == half
+polygon.Point1 = [0.2, 90, -1.1]  # a change is noticed
+assert np.count_nonzero(array(data(deform), "Void")) != half
+polygon.Point1 = [0.2, 90, -2.1]
+assert check(surface) == half
+
+# Two polygons; and none again.
+other = simple.Plane(Origin=[-90, 1.3, 1], Point1=[90, 1.3, 1], Point2=[-90, 1.3, 90])
+corners = [(-90, 1.3, 1), (90, 1.3, 1), (90, 1.3, 90), (-90, 1.3, 90)]
+second = vtk_mls.Surface(corners, [(0, 1, 2), (0, 2, 3)])
+for proxy in filters:
+    proxy.Cuts = [polygon, other]
+check(surface, second)
+for proxy in filters:
+    proxy.Cuts = []
+np.testing.assert_array_equal(array(data(deform), "RTData"), whole)
+assert not data(deform).GetPointData().HasArray("Void")
+
+# Gradients and Jacobians.
+for proxy in filters:
+    proxy.Cuts = polygon
+    proxy.GenerateJacobian = proxy.GenerateJacobianDeterminant = 1
+deform.GradientArray = "RTData"
+value = vtk_mls.Deformation(REST, APART, cuts=[surface])
+expected = value.corrected_gradient(volume, lattice)
+np.testing.assert_allclose(array(data(deform), "Gradient"), expected, atol=1e-3)
+expected = value.jacobian_field(lattice.dimensions, lattice.origin, lattice.spacing)
+for proxy in filters:
+    result = array(data(proxy), "Jacobian").reshape(*lattice.shape, 3, 3)
+    np.testing.assert_allclose(result, expected.swapaxes(-1, -2), atol=1e-4)
+    folded = np.count_nonzero((np.linalg.det(expected) <= 0) & (array(data(proxy), "Void") == 0))
+    assert servermanager.Fetch(proxy).GetFieldData().GetArray("FoldedVoxels").GetValue(0) == folded
+deform.NormalizeGradient = 1
+lengths = np.linalg.norm(array(data(deform), "Gradient"), axis=-1)
+assert np.logical_or(np.abs(lengths - 1) < 1e-5, lengths == 0).all()
+
+# Nothing is done again without a change.
+before = [proxy.GetClientSideObject().GetOutputDataObject(0).GetMTime() for proxy in filters]
+check(surface)
+assert before == [p.GetClientSideObject().GetOutputDataObject(0).GetMTime() for p in filters]
+
+# Blocks are deformed one by one.
+blocks = simple.GroupDatasets(Input=[simple.Sphere(Radius=3.0), simple.Sphere(Radius=6.0)])
+blocked = simple.MLSDisplacementField(Input=blocks, ControlPoints=handles)
+for _ in range(2):
+    result = data(blocked)
+    leaves = (
+        [result.GetBlock(0), result.GetBlock(1)]
+        if result.IsA("vtkMultiBlockDataSet")
+        else [result.GetPartition(i, 0) for i in range(2)]
+    )
+    for leaf, radius in zip(leaves, (3, 6)):
+        np.testing.assert_allclose(leaf.GetBounds()[4:], (-radius, radius), rtol=1e-6)
+    blocked.Alpha = 1.5
+
+# A state keeps it all.
+deform.CutType, deform.CutOrigin, deform.Nu = "half-plane", [1.0, 0.0, 5.0], 3.0
+simple.RenameSource("deformed", deform)
+settings = {
+    "CutType": "half-plane",
+    "CutOrigin": [1.0, 0.0, 5.0],
+    "CutNormal": [2.0, 0.0, 0.0],
+    "CutInward": [0.0, 0.0, 1.0],
+    "Nu": 3.0,
+    "GradientArray": "RTData",
+    "NormalizeGradient": 1,
+    "GenerateJacobian": 1,
+}
+expected = {name: array(data(deform), name).copy() for name in ("RTData", "Void", "Gradient")}
+with tempfile.TemporaryDirectory() as folder:
+    state = os.path.join(folder, "state.pvsm")
+    simple.SaveState(state)
+    for name in ("deform", "field", "filters", "handles", "proxy", "blocked", "polygon", "other"):
+        del globals()[name]
+    simple.ResetSession()
+    assert simple.FindSource("deformed") is None
+    simple.LoadState(state)
+loaded = simple.FindSource("deformed")
+for name, setting in settings.items():
+    current = getattr(loaded, name)
+    assert (list(current) if isinstance(setting, list) else current) == setting, name
+assert len(loaded.Cuts) == 1
+for name, values in expected.items():
+    np.testing.assert_array_equal(array(data(loaded), name), values)

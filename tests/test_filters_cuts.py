@@ -1,0 +1,480 @@
+"""Cuts, voids and gradients in the filters: the value's numbers, and hidden from VTK."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    FAST,
+    TURNED,
+    Executions,
+    add_array,
+    connect,
+    control_points,
+    device,  # noqa: F401
+    make_image,
+    messages,  # noqa: F401
+    update,
+    values_of,
+)
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkMultiBlockDataSet,
+    vtkPlane,
+    vtkPolyData,
+)
+from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCutter, vtkThreshold
+from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
+
+from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+
+# Pulled apart across x = 3.9, held below.
+REST = np.array([(2.0, 3.0, 5.0), (6.0, 3.0, 5.0), (2.0, 3.0, 1.0), (6.0, 3.0, 1.0)])
+APART = REST + [(-1.2, 0, 0), (1.2, 0, 0), (0, 0, 0), (0, 0, 0)]
+HALF = (3.9, 3.0, 2.6), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+BOTH = pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
+
+
+def scene(kind, device=FAST, image=None):  # noqa: F811
+    """A filter on an image with the point array "values"."""
+    image = image or make_image()
+    if not image.GetPointData().HasArray("values"):
+        x, y, z = Lattice.of_image(image).grid.points().T
+        add_array(image.GetPointData(), "values", 5 + np.sin(0.3 * x) + 0.2 * y * z)
+        add_array(image.GetCellData(), "cells", np.ones(image.GetNumberOfCells()))
+        image.GetPointData().SetActiveScalars("values")
+    deforming = kind()
+    deforming.SetDevice(device)
+    return connect(deforming, image, control_points(REST, APART))
+
+
+def set_half_plane(deforming):
+    deforming.SetCutType("half-plane")
+    deforming.SetCutOrigin(HALF[0])
+    deforming.SetCutNormal(HALF[1])
+    deforming.SetCutInward(HALF[2])
+
+
+def rectangle(x=3.9, z=2.6):
+    """A large polygon in a plane of constant x, from z upwards."""
+    source = vtkPlaneSource()
+    source.SetOrigin(x, -90, z)
+    source.SetPoint1(x, 90, z)
+    source.SetPoint2(x, -90, 90)
+    return source
+
+
+def grid_of(image):
+    return Lattice.of_image(image).grid
+
+
+def void_of(output, value):
+    """What `Deformation.void` says of the points and cells of an image."""
+    grid = grid_of(output)
+    return value.void(grid.points()), value.void(arrays.cell_grid(grid).points())
+
+
+def numbers_of(attributes, name):
+    return arrays.to_numpy(attributes.GetArray(name))
+
+
+@BOTH
+@pytest.mark.parametrize("cut", ["plane", "half-plane"])
+def test_void_is_that_of_the_value(kind, device, cut):  # noqa: F811
+    deforming = scene(kind, device)
+    set_half_plane(deforming)
+    deforming.SetCutType(cut)
+    deforming.SetNu(3)
+    output = update(deforming)
+    shape = Plane(*HALF[:2]) if cut == "plane" else HalfPlane(*HALF)
+    value = Deformation(REST, APART, cuts=[shape], nu=3, device="reference")
+    points, cells = void_of(output, value)
+    assert 10 < points.sum() < len(points) / 2
+    distance = numbers_of(output.GetPointData(), "VoidDistance")
+    np.testing.assert_allclose(distance, value.opening(grid_of(output).points()), atol=1e-4)
+    np.testing.assert_array_equal(numbers_of(output.GetPointData(), "Void"), points)
+    assert distance.dtype == np.float32
+    if kind is MLSDeform:
+        np.testing.assert_array_equal(numbers_of(output.GetCellData(), "Void"), cells)
+        assert (values_of(output, "values").ravel()[points] == 0).all()
+        assert (numbers_of(output.GetCellData(), "cells")[cells] == 0).all()
+    else:
+        assert not output.GetPointData().HasArray("vtkGhostType")
+
+
+@BOTH
+def test_no_cut_makes_no_arrays(kind):
+    output = update(scene(kind))
+    for name in ("Void", "VoidDistance", "vtkGhostType", "Gradient", "Jacobian"):
+        assert not output.GetPointData().HasArray(name)
+        assert not output.GetCellData().HasArray(name)
+
+
+def test_ghosts_hide_the_void_beside_what_was_hidden():
+    image = make_image()
+    ghosts = np.zeros(image.GetNumberOfPoints())
+    ghosts[7] = 1
+    add_array(image.GetPointData(), "vtkGhostType", ghosts, 3)
+    deforming = scene(MLSDeform, image=image)
+    deforming.AddCut(HalfPlane(*HALF))
+    output = update(deforming)
+    kept = numbers_of(output.GetPointData(), "vtkGhostType")
+    void = numbers_of(output.GetPointData(), "Void")
+    np.testing.assert_array_equal(kept & 2 > 0, void)
+    assert (kept & 1).any()
+    hidden = numbers_of(output.GetCellData(), "vtkGhostType") == 32
+    assert hidden[numbers_of(output.GetCellData(), "Void") > 0].all()
+    corners = values_of(output, "Void").astype(bool)
+    touching = corners[:-1] | corners[1:]
+    touching = touching[:, :-1] | touching[:, 1:]
+    touching = touching[:, :, :-1] | touching[:, :, 1:]
+    assert hidden[touching.ravel()].all()
+    assert not hidden.all()
+    deforming.SetHideVoid(False)
+    output = update(deforming)
+    assert not (numbers_of(output.GetPointData(), "vtkGhostType") & 2).any()
+    assert not output.GetCellData().HasArray("vtkGhostType")
+
+
+def test_vtk_leaves_the_void_out():
+    deforming = scene(MLSDeform)
+    set_half_plane(deforming)
+    surface, threshold, slices, face = filters = (
+        vtkDataSetSurfaceFilter(),
+        vtkThreshold(),
+        vtkCutter(),
+        vtkContourFilter(),
+    )
+    threshold.SetLowerThreshold(-1e9)
+    threshold.SetUpperThreshold(1e9)
+    plane = vtkPlane()
+    plane.SetOrigin(0, 3.1, 0)
+    plane.SetNormal(0, 1, 0)
+    slices.SetCutFunction(plane)
+    face.SetInputArrayToProcess(0, 0, 0, 0, "VoidDistance")
+    face.SetValue(0, 0)
+    for each in filters:
+        each.SetInputConnection(deforming.GetOutputPort())
+
+    def has_void(each):
+        return numbers_of(update(each).GetPointData(), "Void").any()
+
+    assert not any(has_void(each) for each in (surface, threshold, slices))
+    deforming.SetHideVoid(False)
+    assert all(has_void(each) for each in (surface, threshold, slices))
+    # the face of the opening is smooth: it lies where the value says, between the points
+    points = arrays.to_numpy(update(face).GetPoints().GetData()).astype(float)
+    value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device="reference")
+    away = np.abs(points[:, 0] - 3.9) > 0.5  # contours also run along the cut itself
+    assert away.sum() > 20
+    assert np.abs(value.opening(points[away])).max() < 0.1
+
+
+@BOTH
+def test_polygons_cut(kind, device):  # noqa: F811
+    deforming, source = scene(kind, device), rectangle()
+    name = "values" if kind is MLSDeform else "BackwardDisplacement"
+    whole = values_of(update(deforming), name).copy()
+    deforming.SetInputConnection(2, source.GetOutputPort())
+    by_polygon = update(deforming)
+    void, values = values_of(by_polygon, "Void").copy(), values_of(by_polygon, name).copy()
+    other = scene(kind, device)
+    set_half_plane(other)
+    by_properties = update(other)
+    np.testing.assert_array_equal(void, values_of(by_properties, "Void"))
+    np.testing.assert_allclose(values, values_of(by_properties, name), atol=1e-4)
+    source.SetOrigin(3.9, -90, 3.7)
+    source.SetPoint1(3.9, 90, 3.7)
+    assert values_of(update(deforming), "Void").sum() != void.sum()
+    deforming.RemoveAllInputConnections(2)
+    np.testing.assert_array_equal(values_of(update(deforming), name), whole)
+
+
+def test_each_surface_is_a_cut():
+    first, second = rectangle(), rectangle(x=5.3)
+    disk = vtkDiskSource()  # of quads, far away
+    disk.SetInnerRadius(0)
+    append = vtkAppendPolyData()
+    for source in (first, second, disk):
+        append.AddInputConnection(source.GetOutputPort())
+    deforming = scene(MLSDeform)
+    deforming.SetInputConnection(2, append.GetOutputPort())
+    together = values_of(update(deforming), "values").copy()
+    deforming.SetInputConnection(2, first.GetOutputPort())
+    for source in (second, disk):
+        deforming.AddInputConnection(2, source.GetOutputPort())
+    np.testing.assert_allclose(values_of(update(deforming), "values"), together, atol=1e-5)
+    # two parallel surfaces together are not as if there were none
+    deforming.SetInputConnection(2, first.GetOutputPort())
+    assert not np.array_equal(values_of(update(deforming), "values"), together)
+
+
+@BOTH
+def test_nothing_is_done_twice(kind):
+    deforming, source = scene(kind), rectangle()
+    runs = [Executions(source), Executions(deforming)]
+
+    def counts():
+        update(deforming)
+        return [run.count for run in runs]
+
+    assert counts() == counts() == [0, 1]
+    deforming.SetInputConnection(2, source.GetOutputPort())
+    assert counts() == counts() == [1, 2]
+    source.SetPoint1(3.9, 80, 2.6)
+    assert counts() == counts() == [2, 3]
+    properties = {
+        "Nu": 3.0,
+        "CutType": "half-plane",
+        "CutOrigin": (1.0, 2.0, 3.0),
+        "CutNormal": (0.0, 1.0, 0.0),
+        "CutInward": (1.0, 0.0, 0.0),
+        "GenerateJacobian": True,
+        "GenerateJacobianDeterminant": True,
+    }
+    if kind is MLSDeform:
+        properties.update(GradientArray="values", NormalizeGradient=True, HideVoid=False)
+    for number, (name, value) in enumerate(properties.items(), start=4):
+        for _ in range(2):
+            getattr(deforming, f"Set{name}")(value)
+            assert getattr(deforming, f"Get{name}")() == value
+            assert counts() == [2, number], name
+    before = deforming.GetMTime()
+    deforming.ClearCuts()
+    assert deforming.GetMTime() == before
+    deforming.AddCut(Plane((0, 0, 0), (0, 0, 1)))
+    assert len(deforming.GetCuts()) == 1
+    assert counts() == counts() == [2, len(properties) + 4]
+
+
+def test_fitted_grid_knows_the_cuts():
+    deforming, source = scene(MLSDeform), rectangle()
+    deforming.SetOutputGrid("fitted")
+    deforming.SetInputConnection(2, source.GetOutputPort())
+    output = update(deforming)
+    corners = [(3.9, -90, 2.6), (3.9, 90, 2.6), (3.9, 90, 90), (3.9, -90, 90)]
+    value = Deformation(REST, APART, cuts=[Surface(corners, [(0, 1, 2), (0, 2, 3)])], device=FAST)
+    fitted = value.fitted_grid(grid_of(make_image()))
+    assert output.GetDimensions() == fitted.dimensions
+
+
+# Gradients
+
+
+@pytest.mark.parametrize("direction", [None, TURNED], ids=["straight", "turned"])
+def test_gradient_is_that_of_the_deformed_function(device, direction):  # noqa: F811
+    image = make_image((30, 28, 26), direction=direction)
+    grid = grid_of(image)
+    wave = np.array([0.05, -0.04, 0.06])
+    add_array(image.GetPointData(), "values", np.sin(grid.points() @ wave))
+    deforming = scene(MLSDeform, device, image)
+    middle = grid.points().mean(axis=0)
+    rest = middle + 3 * (np.random.default_rng(1).uniform(-1, 1, (6, 3)))
+    deformed = rest + np.random.default_rng(2).normal(0, 0.4, (6, 3))
+    connect(deforming, image, control_points(rest, deformed))
+    deforming.SetGradientArray("values")
+    deforming.SetInterpolation("cubic")
+    output = update(deforming)
+    value = Deformation(rest, deformed, device="reference")
+    places = grid.points()
+    origins, jacobian = value.backward(places), value.jacobian(places)
+    expected = np.einsum("nij,ni->nj", jacobian, np.cos(origins @ wave)[:, None] * wave)
+    index = grid.index_of(origins)
+    inside = ((index > 3) & (index < np.array(grid.dimensions) - 4)).all(axis=1)
+    assert inside.mean() > 0.3
+    gradient = numbers_of(output.GetPointData(), "Gradient")
+    error = np.abs(gradient - expected)[inside].max()
+    assert error < 1e-3 * np.abs(expected).max()
+    # it is not the gradient of the undeformed function
+    plain = np.cos(places @ wave)[:, None] * wave
+    assert np.abs(plain - expected)[inside].max() > 0.05 * np.abs(expected).max()
+    deforming.SetNormalizeGradient(True)
+    gradient = numbers_of(update(deforming).GetPointData(), "Gradient")
+    np.testing.assert_allclose(np.linalg.norm(gradient[inside], axis=1), 1, atol=1e-5)
+
+
+def test_normals_and_gradients_of_the_input_are_turned(device):  # noqa: F811
+    image = make_image()
+    count = image.GetNumberOfPoints()
+    normals = np.tile([0.6, 0.0, 0.8], (count, 1))
+    add_array(image.GetPointData(), "n", normals)
+    image.GetPointData().SetActiveNormals("n")
+    add_array(image.GetPointData(), "g", 3 * normals)
+    add_array(image.GetPointData(), "plain", 3 * normals)
+    deforming = scene(MLSDeform, device, image)
+    deforming.AddGradientVectorArray("g")
+    output = update(deforming)
+    value = Deformation(REST, APART, device="reference")
+    expected = np.einsum("nij,ni->nj", value.jacobian(grid_of(image).points()), 3 * normals)
+    turned = numbers_of(output.GetPointData(), "g")
+    inside = numbers_of(output.GetPointData(), "plain")[:, 0] > 1.7
+    np.testing.assert_allclose(turned[inside], expected[inside], atol=1e-3)
+    assert np.abs(expected - 3 * normals).max() > 0.1
+    unit = expected / np.linalg.norm(expected, axis=1, keepdims=True)
+    data = output.GetPointData()
+    assert data.GetNormals().GetName() == "n"
+    np.testing.assert_allclose(numbers_of(data, "n")[inside], unit[inside], atol=1e-3)
+    assert np.ptp(numbers_of(data, "plain")[inside], axis=0).max() < 1e-6
+    deforming.ClearGradientVectorArrays()
+    assert deforming.GetGradientVectorArrays() == ()
+    np.testing.assert_allclose(
+        numbers_of(update(deforming).GetPointData(), "g")[inside], 3 * normals[inside], atol=1e-6
+    )
+
+
+@BOTH
+def test_jacobians(kind, device):  # noqa: F811
+    deforming = scene(kind, device)
+    set_half_plane(deforming)
+    deforming.SetGenerateJacobian(True)
+    deforming.SetGenerateJacobianDeterminant(True)
+    output = update(deforming)
+    value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device="reference")
+    expected = value.jacobian(grid_of(output).points())
+    data = output.GetPointData()
+    jacobian = numbers_of(data, "Jacobian").reshape(-1, 3, 3)
+    np.testing.assert_allclose(jacobian, expected.swapaxes(-1, -2), atol=1e-3)
+    determinant = numbers_of(data, "JacobianDeterminant")
+    np.testing.assert_allclose(determinant, np.linalg.det(expected), atol=1e-3)
+    folded = (determinant <= 0) & (numbers_of(data, "Void") == 0)
+    assert output.GetFieldData().GetArray("FoldedVoxels").GetValue(0) == folded.sum()
+
+
+def test_folds_are_counted():
+    deforming = scene(MLSDeform)
+    # one control point is dragged past its neighbour
+    rest = [(2.0, 3, 3), (4.0, 3, 3), (6.0, 3, 3)]
+    deformed = [(2.0, 3, 3), (6.5, 3, 3), (6.0, 3, 3)]
+    connect(deforming, make_image(), control_points(rest, deformed))
+    deforming.SetKind("affine")
+    deforming.SetGenerateJacobianDeterminant(True)
+    output = update(deforming)
+    folded = (numbers_of(output.GetPointData(), "JacobianDeterminant") <= 0).sum()
+    assert output.GetFieldData().GetArray("FoldedVoxels").GetValue(0) == folded > 0
+    connect(deforming, make_image(), control_points(REST, REST))
+    assert update(deforming).GetFieldData().GetArray("FoldedVoxels").GetValue(0) == 0
+
+
+# Errors
+
+
+def _sliver():
+    polydata = vtkPolyData()
+    points = rectangle()
+    points.Update()
+    polydata.DeepCopy(points.GetOutput())
+    for point in range(polydata.GetNumberOfPoints()):
+        polydata.GetPoints().SetPoint(point, point, 0, 0)
+    return polydata
+
+
+WRONG = {
+    "nu 1": (lambda d: d.SetNu(1), "`nu` must be a number above 1, got 1"),
+    "zero normal": (lambda d: d.SetCutNormal(0, 0, 0), "`CutNormal`.*`normal` must not be zero"),
+    "parallel": (lambda d: d.SetCutInward(2, 0, 0), "`CutInward`.*not be parallel to `normal`"),
+    "not a type": (lambda d: d.SetCutType("disk"), "`CutType` must be one of none, plane.*'disk'"),
+    "no cut": (lambda d: d.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface, got 'x'"),
+    "no surface": (lambda d: d.SetInputDataObject(2, vtkPolyData()), "`Cuts` has no surface"),
+    "sliver": (lambda d: d.SetInputDataObject(2, _sliver()), "`Cuts` has no usable surface.*area"),
+}
+WRONG_DEFORM = {
+    "no scalars": (lambda d: d.SetGradientArray("x"), "`GradientArray`.*`x`.*has `values`"),
+    "no vectors": (lambda d: d.AddGradientVectorArray("x"), "`GradientVectorArrays` names `x`"),
+    "flat": (lambda d: d.AddGradientVectorArray("values"), "`values`.*3 components.*got 1"),
+}
+CASES = [
+    pytest.param(kind, *case, id=f"{kind.__name__}-{name}")
+    for kind, cases in (
+        (MLSDeform, {**WRONG, **WRONG_DEFORM}),
+        (MLSDisplacementField, WRONG),
+    )
+    for name, case in cases.items()
+]
+
+
+@pytest.mark.parametrize(("kind", "spoil", "sentence"), CASES)
+def test_errors_are_one_sentence_and_can_be_mended(kind, spoil, sentence, messages):  # noqa: F811
+    deforming = scene(kind)
+    set_half_plane(deforming)
+    void = values_of(update(deforming), "Void").copy()
+    spoil(deforming)
+    for _ in range(2):
+        assert not deforming.GetExecutive().Update()
+        messages.assert_one(rf"^ERROR: {kind.__name__}: .*{sentence}")
+        assert deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    set_half_plane(deforming)
+    deforming.SetNu(2)
+    deforming.ClearCuts()
+    deforming.DisconnectCuts()
+    if kind is MLSDeform:
+        deforming.SetGradientArray("")
+        deforming.ClearGradientVectorArrays()
+    np.testing.assert_array_equal(values_of(update(deforming), "Void"), void)
+
+
+def test_doubled_points_and_lines_do_not_matter():
+    sphere = vtkSphereSource()  # closed; two rows of triangles that meet at the poles
+    sphere.SetCenter(4, 3, 3)
+    sphere.SetRadius(1.5)
+    deforming = scene(MLSDeform)
+    deforming.SetInputConnection(2, sphere.GetOutputPort())
+    expected = values_of(update(deforming), "values").copy()
+    sphere.Update()
+    doubled = vtkPolyData()
+    points = arrays.to_numpy(sphere.GetOutput().GetPoints().GetData())
+    corners = arrays.to_numpy(sphere.GetOutput().GetPolys().GetConnectivityArray())
+    soup, cells, lines = vtkPoints(), vtkCellArray(), vtkCellArray()
+    for place in points[corners]:
+        soup.InsertNextPoint(place)
+    for start in range(0, len(corners), 3):
+        cells.InsertNextCell(3, (start, start + 1, start + 2))
+    cells.InsertNextCell(3, (0, 0, 1))
+    lines.InsertNextCell(2, (0, 5))
+    doubled.SetPoints(soup)
+    doubled.SetPolys(cells)
+    doubled.SetLines(lines)
+    deforming.SetInputDataObject(2, doubled)
+    np.testing.assert_allclose(values_of(update(deforming), "values"), expected, atol=1e-5)
+
+
+# Composite input
+
+
+@pytest.mark.parametrize("with_images", [False, True])
+def test_a_field_over_blocks_is_made_one_by_one(with_images):
+    blocks = vtkMultiBlockDataSet()
+    for number in range(3):
+        sphere = vtkSphereSource()
+        sphere.SetCenter(number, 0, 0)
+        sphere.Update()
+        image = make_image((3 + number, 4, 5))
+        blocks.SetBlock(number, image if with_images and number == 1 else sphere.GetOutput())
+    field = MLSDisplacementField()
+    field.SetDevice("reference")
+    field.SetSampleDimensions(4, 4, 4)
+    producer = vtkTrivialProducer()
+    producer.SetOutput(blocks)
+    connect(field, producer, control_points(REST, APART))
+    for kind in ("rigid", "affine"):
+        field.SetKind(kind)
+        output = update(field)
+        value = Deformation(REST, APART, kind, device="reference")
+        for number in range(3):
+            part = output.GetBlock(number)
+            wanted = blocks.GetBlock(number).GetBounds()
+            np.testing.assert_allclose(part.GetBounds(), wanted, rtol=1e-6)
+            places = grid_of(part).points()
+            np.testing.assert_allclose(
+                values_of(part, "BackwardDisplacement").reshape(-1, 3),
+                value.backward(places) - places,
+                atol=1e-5,
+            )
+    # and what is no block afterwards is followed as ever
+    sphere = vtkSphereSource()
+    connect(field, sphere, control_points(REST, APART))
+    for radius in (1, 2):
+        sphere.SetRadius(radius)
+        assert update(field).GetBounds()[5] == pytest.approx(radius)

@@ -1,0 +1,137 @@
+"""Cuts from properties and polydata, and the arrays that tell of the void they open."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkVersion
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes, vtkPolyData
+from vtkmodules.vtkFiltersCore import (
+    vtkCleanPolyData,
+    vtkPolyDataConnectivityFilter,
+    vtkTriangleFilter,
+)
+
+from vtk_mls import HalfPlane, Plane, Surface, arrays
+
+# Before VTK 9.3 vtkGeometryFilter, with which ParaView 5.11 draws, writes beyond its memory for
+# images with hidden cells.
+CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
+CUT_TYPES = ("none", "plane", "half-plane")
+
+
+def own_cuts(kind, origin, normal, inward):
+    """The cut that properties describe, as a tuple of none or one."""
+    if kind not in CUT_TYPES:
+        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {kind!r}")
+    try:
+        if kind == "plane":
+            return (Plane(origin, normal),)
+        if kind == "half-plane":
+            return (HalfPlane(origin, normal, inward),)
+    except (TypeError, ValueError) as error:
+        names = "`CutOrigin` and `CutNormal`" if kind == "plane" else "`CutNormal` and `CutInward`"
+        raise ValueError(f"the {kind} by {names} is not one: {error}") from error
+    return ()
+
+
+def surfaces(polydata):
+    """The surfaces of a vtkPolyData as cuts.
+
+    Polygons and triangle strips become triangles; points at the same place are one, and what is
+    no triangle then is left out, as lines and vertices are. Parts that do not hang together are
+    cuts of their own.
+
+    Parameters
+    ----------
+    polydata : vtkPolyData
+
+    Returns
+    -------
+    list of Surface
+
+    Raises
+    ------
+    ValueError
+        If there is no surface, a point is not finite, or a triangle has no area.
+    """
+    points = polydata.GetPoints()
+    if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
+        raise ValueError("`Cuts` has a point that is not finite")
+    bare = vtkPolyData()
+    bare.SetPoints(points)
+    bare.SetPolys(polydata.GetPolys())
+    bare.SetStrips(polydata.GetStrips())
+    triangles, clean, parts = (
+        vtkTriangleFilter(),
+        vtkCleanPolyData(),
+        vtkPolyDataConnectivityFilter(),
+    )
+    triangles.SetInputData(bare)
+    clean.SetInputConnection(triangles.GetOutputPort())
+    clean.SetConvertPolysToLines(False)
+    parts.SetInputConnection(clean.GetOutputPort())
+    parts.SetExtractionModeToAllRegions()
+    parts.SetColorRegions(True)
+    clean.Update()
+    if clean.GetOutput().GetNumberOfPolys() == 0:
+        raise ValueError(
+            "`Cuts` has no surface; it must have polygons or triangle strips, got "
+            f"{polydata.GetNumberOfPoints()} points and {polydata.GetNumberOfLines()} lines"
+        )
+    parts.Update()
+    result = parts.GetOutput()
+    places = arrays.to_numpy(result.GetPoints().GetData())
+    corners = arrays.to_numpy(result.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[corners[:, 0]]
+    found = []
+    for number in range(part.max() + 1):
+        used, rows = np.unique(corners[part == number], return_inverse=True)
+        try:
+            found.append(Surface(places[used], rows.reshape(-1, 3)))
+        except ValueError as error:
+            raise ValueError(f"`Cuts` has no usable surface: {error}") from error
+    return found
+
+
+def add_void(attributes, opening):
+    """Add "Void" and, for points, what it is the sign of.
+
+    Parameters
+    ----------
+    attributes : vtkPointData or vtkCellData
+    opening : (nz, ny, nx) float32, world units
+        As of `DisplacementField.opening`.
+    """
+    if attributes.IsA("vtkPointData"):
+        _add(attributes, "VoidDistance", opening, VTK_FLOAT)
+    _add(attributes, "Void", opening < 0, VTK_UNSIGNED_CHAR)
+
+
+def hide(attributes, hidden):
+    """Mark points or cells as hidden, beside what their ghost array says already."""
+    is_points = attributes.IsA("vtkPointData")
+    flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
+    ghosts = hidden.ravel() * np.uint8(flag)
+    before = attributes.GetArray(arrays.GHOSTS)
+    if before is not None:
+        ghosts |= arrays.to_numpy(before).astype(np.uint8)
+    _add(attributes, arrays.GHOSTS, ghosts, VTK_UNSIGNED_CHAR)
+
+
+def touched(points):
+    """Cells with a corner among the points (nz, ny, nx) bool; cells as of `arrays.cell_grid`."""
+    for axis in range(3):
+        if points.shape[axis] > 1:
+            points = np.maximum(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))
+            points = np.moveaxis(points, 0, axis)
+    return points
+
+
+_ENDS = slice(None, -1), slice(1, None)
+
+
+def _add(attributes, name, values, vtk_type):
+    dtype = np.float32 if vtk_type == VTK_FLOAT else np.uint8
+    array = arrays.from_numpy(values.ravel().astype(dtype), vtk_type)
+    array.SetName(name)
+    attributes.AddArray(array)

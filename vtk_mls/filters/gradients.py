@@ -1,0 +1,101 @@
+"""The arrays that tell how a deformation turns and stretches."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_ID_TYPE
+
+from vtk_mls import arrays
+
+
+def scalars(image, name):
+    """The point scalars of an image whose gradient `GradientArray` asks for.
+
+    Returns
+    -------
+    (nz, ny, nx) array
+    """
+    data = image.GetPointData()
+    array = data.GetArray(name)
+    if array is None or array.GetNumberOfComponents() != 1:
+        there = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
+        names = [f"`{a.GetName()}`" for a in there if a and a.GetNumberOfComponents() == 1]
+        raise ValueError(
+            f"`GradientArray` must name a point array with one component, got `{name}`; the "
+            f"input has {', '.join(names) or 'none'}"
+        )
+    return arrays.to_numpy(array).reshape(image.GetDimensions()[::-1])
+
+
+def vectors(attributes, names):
+    """Which arrays of point or cell data are gradients or normals.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    names : names of gradients
+
+    Returns
+    -------
+    dict of name: bool
+        Whether it is to have length 1: the active normals.
+
+    Raises
+    ------
+    ValueError
+        If one of `names` does not hold three floats.
+    """
+    found = {}
+    for name in names:
+        array = attributes.GetArray(name)
+        if array is not None:
+            if not _is_vectors(array):
+                raise ValueError(
+                    f"`GradientVectorArrays` names `{name}`, which must have 3 components of type "
+                    f"float or double, got {array.GetNumberOfComponents()} of "
+                    f"{array.GetDataTypeAsString()}"
+                )
+            found[name] = False
+    normals = attributes.GetNormals()
+    if normals is not None and _is_vectors(normals):
+        found[normals.GetName()] = True
+    return found
+
+
+def add_gradient(output, values):
+    """Add "Gradient", (nz, ny, nx, 3) float32, to the points of an image."""
+    _add(output.GetPointData(), "Gradient", values.reshape(-1, 3))
+
+
+def add_jacobian(output, jacobian, void, matrix, determinant):
+    """Add what is wanted of the Jacobian to an image.
+
+    Parameters
+    ----------
+    output : vtkImageData
+    jacobian : (nz, ny, nx, 3, 3) float32
+        dG_i/dv_j at the points.
+    void : (nz, ny, nx) bool
+        Points that do not count as folded.
+    matrix, determinant : bool
+        Whether "Jacobian", or "JacobianDeterminant" and "FoldedVoxels" are wanted.
+    """
+    if matrix:
+        _add(output.GetPointData(), "Jacobian", jacobian.swapaxes(-1, -2).reshape(-1, 9))
+    if determinant:
+        values = np.linalg.det(jacobian)
+        _add(output.GetPointData(), "JacobianDeterminant", values.ravel())
+        count = np.array([np.count_nonzero((values <= 0) & ~void)], np.int64)
+        array = arrays.from_numpy(count, VTK_ID_TYPE)
+        array.SetName("FoldedVoxels")
+        output.GetFieldData().AddArray(array)
+
+
+def _is_vectors(array):
+    return array.GetNumberOfComponents() == 3 and array.GetDataTypeAsString() in ("float", "double")
+
+
+def _add(attributes, name, values):
+    array = arrays.from_numpy(values.astype(np.float32), VTK_FLOAT)
+    array.SetName(name)
+    attributes.AddArray(array)
