@@ -16,7 +16,8 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 from vtk_mls import KINDS, demo
 
 pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("pyvista") is None, reason="the demo's volume comes with pyvista"
+    not all(map(importlib.util.find_spec, ("nilearn", "pyvista"))),
+    reason="the demo's volumes come with pyvista and nilearn",
 )
 
 
@@ -54,14 +55,23 @@ def test_handles_are_written(output):
     np.testing.assert_array_equal(drag, [drag for _, drag in demo.HANDLES.values()])
 
 
-def test_picture_or_what_to_install(output):
-    picture = output[0] / "demo.png"
+@pytest.mark.parametrize(("name", "height"), [("demo", 640), ("cut", 740), ("void", 740)])
+def test_picture_or_what_to_install(output, name, height):
+    picture = output[0] / f"{name}.png"
     if picture.is_file():
         assert str(picture) in output[1]
         pixels = vtk_to_numpy(_read(vtkPNGReader(), picture).GetPointData().GetScalars())
-        assert pixels.reshape(640, 2400, 3).std(axis=(0, 1)).min() > 20
+        assert pixels.reshape(height, 2400, 3).std(axis=(0, 1)).min() > 20
     else:
         assert "libegl1" in output[1]
+
+
+def test_the_brain_is_cut_open(output):
+    data = _read(vtkXMLImageDataReader(), output[0] / "cut.vti").GetPointData()
+    void = vtk_to_numpy(data.GetArray("Void")) > 0
+    assert 0.01 < void.mean() < 0.2
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetArray("VoidDistance")) < 0, void)
+    assert vtk_to_numpy(data.GetArray("T1"))[void].max() == 0
 
 
 def test_a_crash_of_opengl_says_what_to_install(monkeypatch, capsys, tmp_path):
@@ -76,3 +86,9 @@ def test_without_the_volume_it_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     with pytest.raises(FileNotFoundError, match="pip install pyvista"):
         demo.main(tmp_path)
+
+
+def test_without_the_brain_it_says_what_to_install(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    demo.cut_open(tmp_path)
+    assert "pip install nilearn" in capsys.readouterr().out

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 import time
@@ -11,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
-from vtk_mls import KINDS, DeviceError
+from vtk_mls import KINDS, DeviceError, demo_volumes
 from vtk_mls.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
@@ -59,7 +58,7 @@ def main(directory):
     engine = _engine()
     slow = engine is engine_for("reference")
     frog = vtkXMLImageDataReader()
-    frog.SetFileName(str(_frog()))
+    frog.SetFileName(str(demo_volumes.frog()))
     frog.Update()
     labels = frog.GetOutput().GetPointData().GetScalars().GetName()
     directory = Path(directory)
@@ -105,6 +104,10 @@ def main(directory):
         _write(vtkXMLImageDataWriter(), deform, directory / f"{kind}.vti")
     print(f"Wrote original.vti, handles.vtp and one .vti for each kind in {directory}")
     draw(directory)
+    if slow:
+        print("The second part of the demo, a brain cut open, needs OpenCL and is left out.")
+    else:
+        cut_open(directory)
 
 
 def draw(directory):
@@ -114,11 +117,34 @@ def draw(directory):
     ----------
     directory : Path
     """
-    picture = directory / "demo.png"
-    picture.unlink(missing_ok=True)
-    command = [sys.executable, "-m", "vtk_mls.demo_picture", str(directory)]
+    _run("demo_picture", directory, ["demo.png"])
+
+
+def cut_open(directory):
+    """Cut a brain open: cut.vti, cut.png and void.png; say what to install if that fails.
+
+    Parameters
+    ----------
+    directory : Path
+    """
+    try:
+        demo_volumes.brain()
+    except FileNotFoundError as error:
+        print(f"No brain is cut open: {error}")
+        return
+    print("A brain of 197 x 233 x 189 voxels, cut by a half-plane and pulled open (cut.vti)")
+    _run("demo_cut", directory, ["cut.png", "void.png"])
+
+
+def _run(module, directory, names):
+    """Draw pictures in a process of its own."""
+    pictures = [directory / name for name in names]
+    for picture in pictures:
+        picture.unlink(missing_ok=True)
+    command = [sys.executable, "-m", f"vtk_mls.{module}", str(directory)]
     subprocess.run(command, capture_output=True, check=False)
-    print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
+    for picture in pictures:
+        print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
 
 
 def _engine():
@@ -132,19 +158,6 @@ def _engine():
             "On Debian, `apt-get install pocl-opencl-icd` gives the CPU an OpenCL."
         )
         return engine_for("reference")
-
-
-def _frog():
-    """The volume of tissue labels that comes with the package pyvista, without importing it."""
-    package = importlib.util.find_spec("pyvista")
-    folders = package.submodule_search_locations if package else []
-    for folder in folders:
-        file = Path(folder) / "examples" / "frog_tissues.vti"
-        if file.is_file():
-            return file
-    raise FileNotFoundError(
-        "the demo's volume comes with the package pyvista, 0.44 or later: pip install pyvista"
-    )
 
 
 def _write(writer, source, file):

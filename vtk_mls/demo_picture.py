@@ -81,8 +81,8 @@ def draw(directory: Path) -> Path:
         scene.AddActor(_tissues(directory / f"{name}.vti"))
         for actor in _drag(rest, deformed, at_rest=name == "original"):
             overlay.AddActor(actor)
-        overlay.AddViewProp(_text(name.capitalize(), 0.93, 30, bold=True))
-        overlay.AddViewProp(_text(caption, 0.875, 19, bold=False))
+        overlay.AddViewProp(text(name.capitalize(), 0.93, 30, bold=True))
+        overlay.AddViewProp(text(caption, 0.875, 19, bold=False))
         for renderer in (scene, overlay):
             renderer.SetViewport(viewport)
             _look_from_above(renderer.GetActiveCamera())
@@ -92,7 +92,7 @@ def draw(directory: Path) -> Path:
     if not window.SupportsOpenGL():
         raise SystemExit("VTK found no OpenGL that it can draw with")
     picture = directory / "demo.png"
-    _write(window, picture)
+    write(window, picture)
     return picture
 
 
@@ -162,17 +162,17 @@ def _outer(mesh):
 def _drag(rest, deformed, at_rest):
     """Actors of the handles: where they were, where they are, and an arrow between."""
     moved = np.any(deformed != rest, axis=1)
-    yield _spheres(rest[~moved], 7.0, PINNED)
+    yield spheres(rest[~moved], 7.0, PINNED)
     if at_rest:
-        yield _spheres(rest[moved], 7.0, DRAGGED)
+        yield spheres(rest[moved], 7.0, DRAGGED)
     else:
-        yield _spheres(rest[moved], 4.0, REST)
-        yield _spheres(deformed[moved], 7.0, DRAGGED)
+        yield spheres(rest[moved], 4.0, REST)
+        yield spheres(deformed[moved], 7.0, DRAGGED)
     for start, end in zip(rest[moved], deformed[moved]):
         yield from _arrow(start, end, DRAGGED if at_rest else REST)
 
 
-def _spheres(centres, radius, colour):
+def spheres(centres, radius, colour):
     points = vtkPoints()
     points.SetData(numpy_to_vtk(centres, deep=True))
     places = vtkPolyData()
@@ -219,7 +219,7 @@ def _actor(source, colour):
     return actor
 
 
-def _text(text, height, size, bold):
+def text(text, height, size, bold):
     actor = vtkTextActor()
     actor.SetInput(text)
     actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
@@ -253,7 +253,7 @@ def _look_from_above(camera):
     camera.SetViewUp(1, 0, 0)
 
 
-def _write(window, file):
+def write(window, file):
     grab = vtkWindowToImageFilter()
     grab.SetInput(window)
     grab.ReadFrontBufferOff()

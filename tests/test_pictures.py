@@ -1,0 +1,237 @@
+"""Nothing is drawn where a cut has opened, by any of VTK's ways to draw an image."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+
+import numpy as np
+import pytest
+import vtkmodules.vtkRenderingOpenGL2
+import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
+from vtk_fixtures import FAST, messages  # noqa: F401  (a fixture)
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
+from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkCutter
+from vtkmodules.vtkFiltersGeneral import vtkClipDataSet
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkColorTransferFunction,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkVolume,
+    vtkVolumeProperty,
+    vtkWindowToImageFilter,
+)
+from vtkmodules.vtkRenderingVolume import (
+    vtkFixedPointVolumeRayCastMapper,
+    vtkGPUVolumeRayCastMapper,
+)
+
+from vtk_mls import Deformation, HalfPlane
+from vtk_mls.filters import MLSControlPoints, MLSDeform
+
+SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their centre, pixels per voxel
+OPAQUE = 255
+
+_PROBE = """
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+window = vtkRenderWindow()
+window.SetOffScreenRendering(True)
+window.Render()
+raise SystemExit(not window.SupportsOpenGL())
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def opengl():
+    """Asked in a process of its own, which a machine without OpenGL may take down."""
+    with pytest.MonkeyPatch.context() as patch:
+        if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+            patch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # X11 would complain
+        yield from _opengl()
+
+
+def _opengl():
+    probe = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, check=False)
+    if probe.returncode != 0:
+        pytest.skip("VTK cannot draw here")
+    yield
+
+
+def _ball():
+    z, y, x = np.mgrid[:SIZE, :SIZE, :SIZE] - MIDDLE
+    values = np.clip(OPAQUE - (np.sqrt(x * x + y * y + z * z) - 15) * 60, 0, OPAQUE)
+    image = vtkImageData()
+    image.SetDimensions(SIZE, SIZE, SIZE)
+    array = numpy_to_vtk(values.astype(np.uint8).ravel(), deep=True)
+    array.SetName("density")
+    image.GetPointData().SetScalars(array)
+    return image
+
+
+def _deformation():
+    """A cut from above to below the middle, pulled apart to both sides."""
+    rest = np.array([(x, y, z) for x in (12, 28) for y in (12, 28) for z in (8, 32)], float)
+    apart = np.where(rest[:, 2] > MIDDLE, 9 * np.sign(rest[:, 0] - MIDDLE), 0)
+    cut = HalfPlane((MIDDLE, MIDDLE, 14), (1, 0, 0), (0, 0, 1))
+    return Deformation(rest, rest + apart[:, None] * (1, 0, 0), cuts=cut, device=FAST)
+
+
+@cache
+def _opened(background, hides_void=True):
+    """The ball, cut and pulled apart."""
+    deformation = _deformation()
+    handles = MLSControlPoints()
+    handles.SetRestPoints(deformation.rest.tolist())
+    handles.SetDeformedPoints(deformation.deformed.tolist())
+    deform = MLSDeform()
+    deform.SetDevice(FAST)
+    deform.SetInputData(_ball())
+    deform.SetInputConnection(1, handles.GetOutputPort())
+    deform.AddCut(*deformation.cuts)
+    deform.SetBackground(background)
+    deform.SetHideVoid(hides_void)
+    deform.Update()
+    return deform.GetOutputDataObject(0)
+
+
+def _volume(image, mapper):
+    opacity = vtkPiecewiseFunction()
+    opacity.AddPoint(60, 0)
+    opacity.AddPoint(128, 1)
+    white = vtkColorTransferFunction()
+    for value in (0, OPAQUE):
+        white.AddRGBPoint(value, 1, 1, 1)
+    look = vtkVolumeProperty()
+    look.SetColor(white)
+    look.SetScalarOpacity(opacity)
+    look.SetInterpolationTypeToLinear()
+    mapper.SetInputData(image)
+    volume = vtkVolume()
+    volume.SetMapper(mapper)
+    volume.SetProperty(look)
+    return volume
+
+
+def _surface(image, first=None):
+    surface = vtkGeometryFilter()
+    if first is None:
+        surface.SetInputData(image)
+    else:
+        first.SetInputData(image)
+        surface.SetInputConnection(first.GetOutputPort())
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(surface.GetOutputPort())
+    mapper.ScalarVisibilityOff()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().LightingOff()
+    return actor
+
+
+def _contour():
+    contour = vtkContourFilter()
+    contour.SetValue(0, 128)
+    return contour
+
+
+def _slice():
+    plane = vtkPlane()
+    plane.SetOrigin(MIDDLE, MIDDLE + 0.3, MIDDLE)
+    plane.SetNormal(0, 1, 0)
+    cutter = vtkCutter()
+    cutter.SetCutFunction(plane)
+    return cutter
+
+
+def _clip():
+    clip = vtkClipDataSet()
+    clip.SetInputArrayToProcess(0, 0, 0, 0, "VoidDistance")
+    return clip
+
+
+def _lit(prop):
+    """Where something is drawn (z, x), seen along y, one value for each voxel."""
+    window, renderer, grab = vtkRenderWindow(), vtkRenderer(), vtkWindowToImageFilter()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    window.SetSize(SIZE * ZOOM, SIZE * ZOOM)
+    window.AddRenderer(renderer)
+    renderer.AddViewProp(prop)
+    camera = renderer.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    camera.SetParallelScale(SIZE / 2)
+    camera.SetFocalPoint(MIDDLE, MIDDLE, MIDDLE)
+    camera.SetPosition(MIDDLE, MIDDLE - 100, MIDDLE)
+    camera.SetViewUp(0, 0, 1)
+    renderer.ResetCameraClippingRange()
+    window.Render()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
+    pixels = pixels.reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
+    return pixels.max(axis=(1, 3, 4)) > 30
+
+
+def _gap():
+    """Columns along y (z, x) that were in the ball and are void through and through."""
+    data = _opened(0).GetPointData()
+    distance = vtk_to_numpy(data.GetArray("VoidDistance")).reshape(SIZE, SIZE, SIZE)
+    z, x = np.mgrid[:SIZE, :SIZE] - MIDDLE
+    return (distance.max(axis=1) < -1.2) & (x * x + z * z < 13**2)
+
+
+# With what in the void: hidden points and cells are left out even if opaque; contours and
+# VTK's fixed-point ray caster do not look at them, and draw the background, which is 0.
+DRAWN = {
+    "volume": (OPAQUE, lambda image: _volume(image, vtkGPUVolumeRayCastMapper())),
+    "fixed-point volume": (0, lambda image: _volume(image, vtkFixedPointVolumeRayCastMapper())),
+    "contour": (0, lambda image: _surface(image, _contour())),
+    "slice": (OPAQUE, lambda image: _surface(image, _slice())),
+    "surface": (OPAQUE, _surface),
+}
+
+
+@pytest.mark.parametrize("way", DRAWN)
+def test_nothing_is_drawn_in_the_void(way):
+    background, prop = DRAWN[way]
+    gap = _gap()
+    assert np.count_nonzero(gap) > 50
+    assert _lit(prop(_ball()))[gap].all()  # the picture can show something there
+    after = _lit(prop(_opened(background)))
+    assert not after[gap].any()
+    assert np.count_nonzero(after) > 300
+
+
+def test_a_clip_by_the_distance_leaves_the_void_out():
+    image = _opened(0, hides_void=False)
+    assert _lit(_surface(image))[_gap()].all()
+    assert not _lit(_surface(image, _clip()))[_gap()].any()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "low", "high"),
+    [
+        ("VoidDistance", 0.0, 0.0, 0.02),
+        ("Void", 0.5, 0.1, 0.6),
+    ],
+)
+def test_the_face_by_the_distance_has_no_steps(name, value, low, high):
+    contour = vtkContourFilter()
+    contour.SetInputData(_opened(0, hides_void=False))
+    contour.SetInputArrayToProcess(0, 0, 0, 0, name)
+    contour.SetValue(0, value)
+    contour.Update()
+    points = vtk_to_numpy(contour.GetOutput().GetPoints().GetData()).astype(float)
+    inner = points[(points[:, 2] > 18) & (np.abs(points[:, 1:] - MIDDLE) < 15).all(axis=1)]
+    assert len(inner) > 500
+    # in voxels, from the face that the map itself has
+    error = np.sqrt(np.mean(_deformation().opening(inner) ** 2))
+    assert low <= error < high
