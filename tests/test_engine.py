@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import DEVICES, EXTENT, HARD_SETS, TOLERANCE, deformation, places, random_handles
 
-from vtk_mls import Deformation, Grid, device, engine
+from vtk_mls import Deformation, Grid, HalfPlane, device, engine
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device: install one with `pip install 'pyopencl[pocl]'`"
@@ -149,3 +149,22 @@ def test_threads_share_an_engine(key, rng):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(ask, sets))
     np.testing.assert_array_equal(alone, together)
+
+
+def test_one_point_per_work_item(key, kind_and_degree, rng, monkeypatch):
+    """The scalar build that GPUs get, on whatever device there is."""
+    monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
+    rest, deformed = random_handles(rng, 25)
+    cut = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
+    v = places(rng, deformed, 300)
+    for options in ({}, {"cuts": [cut]}, {"alpha": 1.3}):
+        expected, got = (
+            deformation(rest, deformed, kind_and_degree, name, **options)
+            for name in ("reference", key)
+        )
+        error = voxels(got.backward(v) - expected.backward(v), deformed)
+        assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1]
+    grid = Grid((19, 7, 5), spacing=(12, 30, 50))
+    image = rng.normal(size=grid.shape).astype(np.float32)
+    resampled = [d.resample([image], grid)[0] for d in (expected, got)]
+    np.testing.assert_allclose(*resampled, rtol=0, atol=1e-3)
