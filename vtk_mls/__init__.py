@@ -1,7 +1,7 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
 from vtk_mls.cuts import HalfPlane, Plane, Surface
-from vtk_mls.deformation import Aborted, Deformation, DisplacementField
+from vtk_mls.deformation import Aborted, Deformation, DisplacementField, ForwardField
 from vtk_mls.device import DeviceError
 from vtk_mls.grid import Grid
 from vtk_mls.handles import KINDS
@@ -14,6 +14,7 @@ __all__ = [
     "Deformation",
     "DeviceError",
     "DisplacementField",
+    "ForwardField",
     "Grid",
     "HalfPlane",
     "Plane",

@@ -52,6 +52,23 @@ class DisplacementField:
         return self.opening < 0
 
 
+@dataclass(frozen=True)
+class ForwardField:
+    """Where the material of some points goes.
+
+    Attributes
+    ----------
+    displacement : (m, 3) float32, world units
+        v - x for the place v with G(v) = x. Where there is none it leads to the best place that was
+        found; NaN for points that are not finite.
+    found : (m,) bool
+        False where there is no inverse: the map folds, or what is at x was pushed through a cut.
+    """
+
+    displacement: np.ndarray
+    found: np.ndarray
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Deformation:
     """A moving-least-squares deformation of space, given by control points.
@@ -208,23 +225,53 @@ class Deformation:
         -------
         (m, 3) float64, world coordinates
             v with G(v) = x to 1e-5 of the extent of the control points. NaN where there is none:
-            where the map folds, or what is at x was pushed through a cut. Where it folds there can
-            be several, and one of them is returned.
+            where the map folds, or what is at x was pushed through a cut, or x is not finite.
+            Where it folds there can be several, and one of them is returned.
 
         Raises
         ------
         ValueError, DeviceError, Aborted
         """
-        x = _points("points", points)
-        first, second = _halves(progress)
-        v, left = self._engine.inverse(
-            self, x, self._exchanged.backward(x, first), _checked(second)
-        )
-        found = left <= _INVERSE_TOLERANCE * max(r.handles.scale for r in self.regions)
-        for cut in self.cuts:
-            found &= cut.opening(v, x) >= 0
+        x = _places(points).astype(np.float64)
+        v, found = self._forward(x, progress)
         v[~found] = np.nan
         return v
+
+    def forward_field(self, points, progress=None):
+        """Where the material at `points` goes, as displacements, and where that is nowhere.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates of the undeformed space
+            float32 is taken as it is, all else as float64.
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        ForwardField
+
+        Raises
+        ------
+        ValueError, DeviceError, Aborted
+        """
+        x = _places(points)
+        v, found = self._forward(x.astype(np.float64), progress)
+        return ForwardField((v - x).astype(np.float32), found)
+
+    def _forward(self, x, progress):
+        """Places v of the points `x` (m, 3) float64; whether they were found (m,)."""
+        finite = np.isfinite(x).all(axis=1)
+        v, found = np.full_like(x, np.nan), np.zeros(len(x), bool)
+        x = x[finite]
+        first, second = _halves(progress)
+        v[finite], left = self._engine.inverse(
+            self, x, self._exchanged.backward(x, first), _checked(second)
+        )
+        found[finite] = left <= _INVERSE_TOLERANCE * max(r.handles.scale for r in self.regions)
+        for cut in self.cuts:
+            found[finite] &= cut.opening(v[finite], x) >= 0
+        return v, found
 
     @functools.cached_property
     def _exchanged(self):
@@ -469,6 +516,23 @@ def _points(name, value):
         bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
     return array
+
+
+def _places(value):
+    """`points` (m, 3) in their own precision; they need not be finite."""
+    array = np.asarray(value)
+    if array.dtype != np.float32:
+        try:
+            array = array.astype(np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"`points` must be numbers of shape (n, 3), got {value!r:.60}"
+            ) from None
+    if array.size == 0 and array.ndim <= 2:
+        array = array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"`points` must have the shape (n, 3), got {array.shape}")
+    return np.ascontiguousarray(array)
 
 
 def _weights(value, count):
