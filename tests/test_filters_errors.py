@@ -224,9 +224,9 @@ def test_the_executive_may_still_report_its_own(messages):  # noqa: F811
     scene.deforming.SetAlpha(-1)
     scene.deforming.Update()
     messages.take()
-    scene.deforming.SetInputConnection(1, None)
+    scene.deforming.SetInputConnection(0, None)
     scene.deforming.Update()
-    assert "Input port 1" in messages.take()
+    assert "Input port 0" in messages.take()
 
 
 def test_silence_when_vtk_is_told_to_be_silent(messages):  # noqa: F811

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import Grid, arrays
+from vtk_mls import Grid
 from vtk_mls.filters.algorithm import Algorithm, numbers
+from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
 
-_ORIGIN = (0.0, 0.0, 0.0)
 
-
-class MLSControlPoints(Algorithm):
+class MLSControlPoints(HandleLists, Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex; the point vectors "Displacement" are q - p; the point
@@ -22,10 +20,8 @@ class MLSControlPoints(Algorithm):
     ----------
     Mode : {"points", "lattice"}
         Whether p are RestPoints, or LatticeDimensions points filling Bounds, x fastest.
-    RestPoints, DeformedPoints : (x, y, z) each, world coordinates
-        p and q. Without DeformedPoints, q = p.
-    Weights : floats, > 0
-        A factor for each control point; none if all count alike.
+    RestPoints, DeformedPoints, Weights
+        See `HandleLists`.
     LatticeDimensions : (nx, ny, nz)
         A single point lies in the middle.
     Bounds : (xmin, xmax, ymin, ymax, zmin, zmax), world coordinates
@@ -34,9 +30,6 @@ class MLSControlPoints(Algorithm):
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
         self._mode = "points"
-        self._rest_points = []
-        self._deformed_points = []
-        self._weights = []
         self._lattice_dimensions = (3, 3, 3)
         self._bounds = (-1.0, 1.0, -1.0, 1.0, -1.0, 1.0)
 
@@ -46,60 +39,6 @@ class MLSControlPoints(Algorithm):
 
     def GetMode(self):
         return self._mode
-
-    def SetRestPoints(self, points):
-        """All p: (n, 3) array_like, world coordinates."""
-        self._set("_rest_points", _rows(points))
-
-    def GetRestPoints(self):
-        return tuple(self._rest_points)
-
-    def SetNumberOfRestPoints(self, count):
-        """Keep the first `count` p; new ones are (0, 0, 0)."""
-        self._resize(self._rest_points, count, _ORIGIN)
-
-    def GetNumberOfRestPoints(self):
-        return len(self._rest_points)
-
-    def SetRestPoint(self, index, x, y, z):
-        """One p; those missing before it are (0, 0, 0)."""
-        self._replace(self._rest_points, index, (x, y, z), _ORIGIN)
-
-    def SetDeformedPoints(self, points):
-        """All q: (n, 3) array_like, world coordinates."""
-        self._set("_deformed_points", _rows(points))
-
-    def GetDeformedPoints(self):
-        return tuple(self._deformed_points)
-
-    def SetNumberOfDeformedPoints(self, count):
-        """Keep the first `count` q; new ones are (0, 0, 0)."""
-        self._resize(self._deformed_points, count, _ORIGIN)
-
-    def GetNumberOfDeformedPoints(self):
-        return len(self._deformed_points)
-
-    def SetDeformedPoint(self, index, x, y, z):
-        """One q; those missing before it are (0, 0, 0)."""
-        self._replace(self._deformed_points, index, (x, y, z), _ORIGIN)
-
-    def SetWeights(self, weights):
-        """All factors: (n,) array_like."""
-        self._set("_weights", list(weights))
-
-    def GetWeights(self):
-        return tuple(self._weights)
-
-    def SetNumberOfWeights(self, count):
-        """Keep the first `count` factors; new ones are 1."""
-        self._resize(self._weights, count, 1.0)
-
-    def GetNumberOfWeights(self):
-        return len(self._weights)
-
-    def SetWeight(self, index, weight):
-        """One factor; those missing before it are 1."""
-        self._replace(self._weights, index, weight, 1.0)
 
     def SetLatticeDimensions(self, *dimensions):
         """Numbers of control points (nx, ny, nz)."""
@@ -118,43 +57,9 @@ class MLSControlPoints(Algorithm):
     def RequestData(self, request, inInfo, outInfo):
         if self._mode not in ("points", "lattice"):
             raise ValueError(f"`Mode` must be points or lattice, got {self._mode!r}")
-        if self._mode == "lattice":
-            rest = self._lattice()
-        else:
-            rest = _array("RestPoints", self._rest_points, (3,))
-        deformed = _array("DeformedPoints", self._deformed_points, (3,))
-        weights = _array("Weights", self._weights, ())
-        for name, values in (("DeformedPoints", deformed), ("Weights", weights)):
-            if len(values) not in (0, len(rest)):
-                raise ValueError(
-                    f"`{name}` must be none or one for each of the {len(rest)} rest points, "
-                    f"got {len(values)}"
-                )
-        displacement = deformed - rest if len(deformed) else np.zeros_like(rest)
-        output = vtkPolyData.GetData(outInfo)
-        points = vtkPoints()
-        points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
-        output.SetPoints(points)
-        vertices = vtkCellArray()
-        for number in range(len(rest)):
-            vertices.InsertNextCell(1, (number,))
-        output.SetVerts(vertices)
-        _add(output, "Displacement", displacement)
-        output.GetPointData().SetActiveVectors("Displacement")
-        if len(weights):
-            _add(output, "Weight", weights)
+        rest = self._lattice() if self._mode == "lattice" else None
+        fill_polydata(vtkPolyData.GetData(outInfo), *self._handles(rest))
         return 1
-
-    def _resize(self, values, count, new):
-        if count != len(values):
-            values[:] = values[:count] + [new] * (count - len(values))
-            self.Modified()
-
-    def _replace(self, values, index, value, new):
-        self._resize(values, max(index + 1, len(values)), new)
-        if values[index] != value:
-            values[index] = value
-            self.Modified()
 
     def _lattice(self):
         try:
@@ -164,7 +69,7 @@ class MLSControlPoints(Algorithm):
                 "`LatticeDimensions` must be three positive integers (nx, ny, nz), "
                 f"got {self._lattice_dimensions!r}"
             ) from None
-        bounds = _array("Bounds", self._bounds, ())
+        bounds = numbers_of("Bounds", self._bounds, ())
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():
             raise ValueError(
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
@@ -177,22 +82,3 @@ class MLSControlPoints(Algorithm):
         ]
         z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
         return np.stack([x, y, z], axis=-1).reshape(-1, 3)
-
-
-def _rows(points):
-    return [tuple(point) for point in points]
-
-
-def _array(name, values, row):
-    """float64 array of shape (n, *row)."""
-    try:
-        return np.array(values, dtype=np.float64).reshape(len(values), *row)
-    except (TypeError, ValueError):
-        expected = "rows of three numbers" if row else "numbers"
-        raise ValueError(f"`{name}` must be {expected}, got {values!r:.80}") from None
-
-
-def _add(output, name, values):
-    array = arrays.from_numpy(values, VTK_DOUBLE)
-    array.SetName(name)
-    output.GetPointData().AddArray(array)

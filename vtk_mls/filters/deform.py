@@ -284,8 +284,11 @@ class MLSDeform(DeformingFilter):
 
     def _updated_deformation(self):
         """The deformation before data have been asked for."""
-        surfaces = [self._update_input(2, n) for n in range(self.GetNumberOfInputConnections(2))]
-        return self._deformation(self._update_input(1), surfaces)
+        handles, surfaces = (
+            [self._update_input(port, n) for n in range(self.GetNumberOfInputConnections(port))]
+            for port in (1, 2)
+        )
+        return self._deformation(handles, surfaces)
 
     def _output_lattice(self, source, make_deformation):
         """Where the whole output lies, for an input on `source`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
@@ -9,17 +10,21 @@ from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters import cutting, gradients
 from vtk_mls.filters.algorithm import Algorithm, ask_for_all, inputs, numbers
+from vtk_mls.filters.handle_lists import HandleLists
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
+_ANCHOR = np.zeros((1, 3))
 
 
-class DeformingFilter(Algorithm):
-    """Base of the filters with control points on input port 1 and an image as output.
+class DeformingFilter(HandleLists, Algorithm):
+    """Base of the filters with control points and an image as output.
 
-    Control points are polydata: their points are p, in the undeformed space; a point vector array
-    holds q - p. Which one says `SetInputArrayToProcess(0, 1, 0, POINTS, name)`, "Displacement" by
-    itself; `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor
-    for each, by itself "Weight", which may be absent.
+    The control points are polydata on input port 1, if something is connected there: points are p,
+    in the undeformed space; a point vector array holds q - p. Which one says
+    `SetInputArrayToProcess(0, 1, 0, POINTS, name)`, "Displacement" by itself;
+    `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
+    by itself "Weight", which may be absent. Otherwise they are those that the properties list;
+    without any, nothing moves.
 
     Input port 2 may take the surfaces of cuts, from any number of polydata (see
     `cutting.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
@@ -30,6 +35,12 @@ class DeformingFilter(Algorithm):
 
     Properties
     ----------
+    RestPoints, DeformedPoints, Weights
+        Control points of the filter's own, see `HandleLists`; unused where input port 1 is
+        connected.
+    Blend : float
+        Which part of the way from p to q the control points go: 1 all of it, 0 none, and then the
+        deformation is exactly the identity.
     Kind, Alpha, Degree, Device
         Those of `vtk_mls.Deformation`; Device "" for automatic choice.
     Nu : float, > 1
@@ -53,6 +64,7 @@ class DeformingFilter(Algorithm):
         super().__init__(
             nInputPorts=3, inputType=input_type, nOutputPorts=1, outputType="vtkImageData"
         )
+        self._blend = 1.0
         self._kind = "rigid"
         self._alpha = 1.0
         self._degree = 2
@@ -69,14 +81,22 @@ class DeformingFilter(Algorithm):
 
     def FillInputPortInformation(self, port, info):
         info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData" if port else self.InputType)
-        if port == 2:
+        if port > 0:
             info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
+        if port == 2:
             info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
         return 1
 
     def SetInputData(self, *port_and_data):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
         self.SetInputDataObject(*port_and_data)
+
+    def SetBlend(self, blend):
+        """Part of the way from p to q."""
+        self._set("_blend", blend)
+
+    def GetBlend(self):
+        return self._blend
 
     def SetKind(self, kind):
         """One of `vtk_mls.KINDS`."""
@@ -187,24 +207,22 @@ class DeformingFilter(Algorithm):
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        return self._deformation(*inputs(in_info, 1), inputs(in_info, 2))
+        return self._deformation(inputs(in_info, 1), inputs(in_info, 2))
 
-    def _deformation(self, polydata, surfaces):
-        """The deformation by polydata of ports 1 and 2; the same object until something changes."""
-        displacement = self._array_name(0, polydata) or _DISPLACEMENT
-        weight = self._array_name(1, polydata) or _WEIGHT
-        if weight == _WEIGHT and not polydata.GetPointData().HasArray(weight):
-            weight = None
+    def _deformation(self, handles, surfaces):
+        """The deformation by what is on ports 1 and 2; the same object until something changes."""
+        names = self._handle_arrays(*handles) if handles else ()
         own = self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
-        data = [(each, each.GetMTime()) for each in (polydata, *surfaces)]
-        state = (data, displacement, weight, own, self._cuts, self._nu)
+        data = [(each, each.GetMTime()) for each in (*handles, *surfaces)]
+        state = (data, names or self._handle_lists(), self._blend, own, self._cuts, self._nu)
         state += (self._kind, self._alpha, self._degree, self._device)
         if self._known is None or self._known[0] != state:
-            rest, deformed, weights = arrays.control_points(polydata, displacement, weight)
+            points = arrays.control_points(*handles, *names) if handles else self._own_handles()
+            rest, deformed, weights = points
             found = [cut for each in surfaces for cut in cutting.surfaces(each)]
             deformation = Deformation(
                 rest,
-                deformed,
+                self._blended(rest, deformed),
                 kind=self._kind,
                 alpha=self._alpha,
                 degree=self._degree,
@@ -215,6 +233,29 @@ class DeformingFilter(Algorithm):
             )
             self._known = state, deformation
         return self._known[1]
+
+    def _handle_arrays(self, polydata):
+        """Names of the arrays with q - p and, or None, with weights."""
+        displacement = self._array_name(0, polydata) or _DISPLACEMENT
+        weight = self._array_name(1, polydata) or _WEIGHT
+        if weight == _WEIGHT and not polydata.GetPointData().HasArray(weight):
+            weight = None
+        return displacement, weight
+
+    def _own_handles(self):
+        """p, q and weights by properties; without any, a control point that stays."""
+        rest, deformed, weights = self._handles()
+        return (rest, deformed, weights) if len(rest) else (_ANCHOR, _ANCHOR, None)
+
+    def _blended(self, rest, deformed):
+        """q, or where it is on its way from p."""
+        try:
+            blend = float(self._blend)
+        except (TypeError, ValueError):
+            blend = np.nan
+        if not np.isfinite(blend):
+            raise ValueError(f"`Blend` must be a finite number, got {self._blend!r}")
+        return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _jacobian_tasks(self, deformation, output, grid):
         """What to do for the arrays of the Jacobian; the output has "Void" then, if any."""

@@ -1,0 +1,167 @@
+"""The deforming filters without control points on port 1: their own, and the blend factor."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (  # noqa: F401
+    DEFORMED,
+    FAST,
+    REST,
+    Executions,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    messages,
+    update,
+    values_of,
+)
+
+from vtk_mls import KINDS, arrays
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+
+FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
+
+
+@pytest.fixture
+def image(rng):
+    image = make_image()
+    add_array(image.GetPointData(), "value", rng.normal(size=image.GetNumberOfPoints()))
+    return image
+
+
+def alone(filter_type, image, **lists):
+    """A filter with handles of its own."""
+    deforming = filter_type()
+    deforming.SetDevice(FAST)
+    deforming.SetInputData(image)
+    for name, values in lists.items():
+        getattr(deforming, f"Set{name}")(values)
+    return deforming
+
+
+def with_handles(filter_type, image, *lists, **settings):
+    """A filter with handles on port 1."""
+    deforming = connect(filter_type(), image, control_points(*lists, **settings))
+    deforming.SetDevice(FAST)
+    return deforming
+
+
+def result(deforming):
+    output = update(deforming)
+    return values_of(output, output.GetPointData().GetArrayName(0))
+
+
+@FILTERS
+@pytest.mark.parametrize("offset", [0, 5e5])
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_moves_without_handles(filter_type, image, offset, kind):
+    image.SetOrigin(offset, 2 * offset, -offset)
+    before = values_of(image, "value")
+    deforming = alone(filter_type, image)
+    deforming.SetKind(kind)
+    expected = before if filter_type is MLSDeform else np.zeros((*before.shape, 3))
+    np.testing.assert_array_equal(result(deforming), expected)
+
+
+@FILTERS
+@pytest.mark.parametrize("weights", [(), np.arange(1.0, 9)])
+def test_own_handles_are_those_of_a_source(filter_type, image, weights):
+    own = alone(filter_type, image, RestPoints=REST, DeformedPoints=DEFORMED, Weights=weights)
+    expected = result(with_handles(filter_type, image, REST, DEFORMED, weights=weights))
+    np.testing.assert_array_equal(result(own), expected)
+    assert np.ptp(expected - result(alone(filter_type, image))) > 1
+
+
+@FILTERS
+def test_a_connected_source_takes_over(filter_type, image):
+    lists = {"RestPoints": REST, "DeformedPoints": DEFORMED + 1.0}
+    deforming = alone(filter_type, image, **lists)
+    own = result(deforming)
+    handles = control_points()
+    deforming.SetInputConnection(1, handles.GetOutputPort())
+    expected = result(with_handles(filter_type, image))
+    np.testing.assert_array_equal(result(deforming), expected)
+    assert not np.array_equal(own, expected)
+    deforming.SetInputConnection(1, None)
+    np.testing.assert_array_equal(result(deforming), own)
+
+
+@FILTERS
+def test_a_dragged_handle_is_followed_once(filter_type, image):
+    deforming = alone(filter_type, image, RestPoints=REST)
+    runs = Executions(deforming)
+    rest = result(deforming)
+    deforming.SetNumberOfDeformedPoints(len(REST))
+    for number, place in enumerate(DEFORMED):
+        deforming.SetDeformedPoint(number, *place)
+    expected = result(with_handles(filter_type, image))
+    np.testing.assert_array_equal(result(deforming), expected)
+    assert not np.array_equal(rest, expected)
+    assert runs.count == 2
+
+
+@FILTERS
+def test_lists_that_do_not_fit(filter_type, image, messages):  # noqa: F811
+    deforming = alone(filter_type, image, RestPoints=REST, DeformedPoints=DEFORMED[:5])
+    assert not deforming.GetExecutive().Update()
+    messages.assert_one("`DeformedPoints` must be none or one for each of the 8 rest points, got 5")
+    deforming.SetRestPoints(())
+    assert not deforming.GetExecutive().Update()
+    messages.assert_one("`DeformedPoints` .* 0 rest points, got 5")
+    deforming.SetDeformedPoints(())
+    deforming.SetWeights([1.0])
+    assert not deforming.GetExecutive().Update()
+    messages.assert_one("`Weights` .* 0 rest points, got 1")
+    deforming.SetWeights(())
+    update(deforming)
+
+
+def test_own_handles_fit_the_grid(image):
+    own = alone(MLSDeform, image, RestPoints=REST, DeformedPoints=DEFORMED)
+    connected = with_handles(MLSDeform, image)
+    for deforming in (own, connected):
+        deforming.SetOutputGrid("fitted")
+    assert update(own).GetDimensions() == update(connected).GetDimensions() != (9, 8, 7)
+
+
+@FILTERS
+@pytest.mark.parametrize("kind", KINDS)
+def test_blend_0_is_the_identity_to_the_bit(filter_type, image, kind):
+    deforming = with_handles(filter_type, image)
+    deforming.SetKind(kind)
+    deforming.SetBlend(0)
+    before = values_of(image, "value")
+    expected = before if filter_type is MLSDeform else np.zeros((*before.shape, 3))
+    np.testing.assert_array_equal(result(deforming), expected)
+
+
+@FILTERS
+@pytest.mark.parametrize("own", [False, True])
+def test_blend_leads_from_rest_to_deformed(filter_type, image, own):
+    lists = {"RestPoints": REST, "DeformedPoints": DEFORMED}
+    deforming = alone(filter_type, image, **lists) if own else with_handles(filter_type, image)
+    whole = result(deforming)
+    deforming.SetBlend(0.25)
+    expected = result(with_handles(filter_type, image, REST, REST + 0.25 * (DEFORMED - REST)))
+    np.testing.assert_allclose(result(deforming), expected, atol=1e-5)
+    deforming.SetBlend(1)
+    np.testing.assert_array_equal(result(deforming), whole)
+
+
+@pytest.mark.parametrize("blend", [np.nan, np.inf, "half", None])
+def test_a_blend_that_is_no_number(image, blend, messages):  # noqa: F811
+    deforming = with_handles(MLSDeform, image)
+    deforming.SetBlend(blend)
+    assert not deforming.GetExecutive().Update()
+    messages.assert_one(f"`Blend` must be a finite number, got {blend!r}")
+
+
+def test_many_handles(rng):
+    places = rng.normal(size=(100_000, 3))
+    source = control_points(places, places + 1)
+    output = update(source)
+    assert output.GetNumberOfVerts() == 100_000
+    assert output.GetCell(99_999).GetPointId(0) == 99_999
+    p, q, _ = arrays.control_points(output, "Displacement")
+    np.testing.assert_array_equal(p, places)
+    np.testing.assert_allclose(q, places + 1)
