@@ -28,7 +28,7 @@ ALLOWED = {
     "dispatch": {"device", "engine", "reference"},
     "doctor": {"", "device", "numpy", "resources"},
     "engine": {"cut_tables", "device", "handles", "interpolation", "numpy", "pyopencl"},
-    "filters": {"", "arrays", "numpy", "vtkmodules"},
+    "filters": {"", "arrays", "gradients", "numpy", "vtkmodules"},
     "fitting": {"grid", "numpy"},
     "gradients": {"numpy"},
     "grid": {"numpy"},

@@ -258,7 +258,7 @@ def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # n
     scene = Scene(MLSDeform)
     update(scene.deforming)
     monkeypatch.setattr(scene.deforming, "_resample", None)
-    monkeypatch.setattr(MLSDeform, "_check", lambda self, image, _: image.no_such_method())
+    monkeypatch.setattr(MLSDeform, "_check", lambda self, image: image.no_such_method())
     scene.deforming.SetAlpha(2)
     assert not scene.deforming.GetExecutive().Update()
     assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0

@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_FLOAT, vtkDataArray
+from vtkmodules.vtkCommonCore import (
+    VTK_BIT,
+    VTK_DOUBLE,
+    VTK_FLOAT,
+    VTK_ID_TYPE,
+    VTK_UNSIGNED_CHAR,
+    vtkDataArray,
+)
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 
@@ -159,6 +166,30 @@ def from_numpy(values, vtk_type):
     return array
 
 
+def add(attributes, name, values):
+    """Add `values` as an array: float32, float64, uint8, or int64 for vtkIdType."""
+    vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR, "i8": VTK_ID_TYPE}
+    array = from_numpy(values, vtk_type[values.dtype.str[1:]])
+    array.SetName(name)
+    attributes.AddArray(array)
+
+
+def replace(attributes, name, values):
+    """Give an array of point or cell data other values; it stays an active attribute if it is."""
+    old = attributes.GetArray(name)
+    array = from_numpy(values, old.GetDataType())
+    array.SetName(name)
+    array.CopyComponentNames(old)
+    roles = [
+        kind
+        for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES)
+        if attributes.GetAbstractAttribute(kind) is old
+    ]
+    attributes.AddArray(array)
+    for kind in roles:
+        attributes.SetActiveAttribute(name, kind)
+
+
 def image_values(attributes, grid):
     """All arrays of an image's point or cell data in their order, as numpy arrays.
 
@@ -197,13 +228,26 @@ def set_image_values(attributes, values, source):
     source : vtkDataSetAttributes
         Gives types, names, component names, lookup tables and the active attributes.
     """
+    set_values(attributes, [new.reshape(-1, *new.shape[3:]) for new in values], source)
+
+
+def set_rows(attributes, source, rows):
+    """Fill point or cell data with the tuples `rows` (n,) of those of `source`."""
+    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in _arrays(source)]
+    set_values(attributes, values, source)
+
+
+def set_values(attributes, values, source):
+    """Fill point or cell data with one of `values`, (n,) or (n, components), per array of `source`.
+
+    Otherwise as `set_image_values`.
+    """
     for new, old in zip(values, _arrays(source)):
-        flat = new.reshape(-1, *new.shape[3:])
         if is_numeric(old):
-            array = from_numpy(flat, old.GetDataType())
+            array = from_numpy(new, old.GetDataType())
             array.SetLookupTable(old.GetLookupTable())
         else:
-            array = _picked(old, flat)
+            array = _picked(old, new)
         array.SetName(old.GetName())
         array.CopyComponentNames(old)
         attributes.AddArray(array)

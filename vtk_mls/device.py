@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 from dataclasses import dataclass, field
 
 from vtk_mls.resources import resource
 
+_POCL = "Portable Computing Language"
 _INSTALL = (
     "install an OpenCL driver: `pip install 'pyopencl[pocl]'` or, for newer processors, "
     "`apt-get install pocl-opencl-icd` for the CPU, or the one of your GPU"
@@ -74,7 +76,7 @@ def choose(name: str | None = None) -> Device:
     """
     devices, problem = _find()
     for device in devices:
-        if name == device.key:
+        if name == device.key and defect(device) is None:
             return device
     for kind in ("gpu", "cpu") if name is None else (name,):
         for device in devices:
@@ -128,10 +130,16 @@ def _find():
 def defect(device: Device) -> str | None:
     """Why `device` cannot be used, in its driver's words, or None.
 
-    A driver can be found and still build nothing, such as a second PoCL in one process.
+    A driver can be found and still build nothing. Of several PoCL in one process only the first
+    that works is used: they read each other's files, and the next may end the process.
     """
     import pyopencl as cl
 
+    if device.platform == _POCL:
+        number = device.key.partition(":")[0]
+        for other in itertools.takewhile(lambda o: not o.key.startswith(f"{number}:"), _find()[0]):
+            if other.platform == _POCL and defect(other) is None:
+                return f"{other.key} is another PoCL, and two in one process disturb each other"
     try:
         cl.Program(
             queue(device).context, "__kernel void probe(__global int *x) { *x = 1; }"
@@ -160,12 +168,13 @@ def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]
     """
     import pyopencl as cl
 
-    options = [f"-D{name}={value}" for name, value in constants]
+    # no warnings: they would be about the driver's choice of instructions, which is not ours
+    options = ["-w", *(f"-D{name}={value}" for name, value in constants)]
     try:
         return cl.Program(queue(device).context, source(file)).build(options=options)
     except cl.Error as error:
         raise DeviceError(
-            f"the kernels in {file} do not build on {device} with {' '.join(options) or 'no -D'}: "
+            f"the kernels in {file} do not build on {device} with {' '.join(options)}: "
             + _complaints(error)
         ) from error
 

@@ -33,6 +33,18 @@ def turned(vectors, transposed_jacobian, normalise):
     return vectors.astype(np.float32)
 
 
+def pushed(vectors, jacobian):
+    """J_G^-1 times each of `vectors` (..., 3): tangents move so with the material.
+
+    0 where `jacobian` (..., 3, 3) is singular.
+    """
+    a, b, c = np.moveaxis(jacobian, -2, 0)
+    rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+    volume = np.sum(a * rows[..., 0, :], axis=-1)[..., None]
+    moved = np.einsum("...ij,...i->...j", rows, vectors)
+    return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
+
+
 def faced(gradients, opening, values, background, grid):
     """`gradients`, with those on the face of an opening taken across it; 0 in the void.
 

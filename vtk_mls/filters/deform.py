@@ -1,4 +1,4 @@
-"""Deform an image."""
+"""Deform an image or a mesh."""
 
 from __future__ import annotations
 
@@ -6,12 +6,17 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkDataObjectTypes,
+    vtkDataSet,
+    vtkImageData,
+)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import INTERPOLATIONS, Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters import cutting, gradients, warping
 from vtk_mls.filters.algorithm import in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
@@ -66,7 +71,7 @@ class MLSDeform(DeformingFilter):
     """
 
     def __init__(self):
-        super().__init__("vtkImageData")
+        super().__init__(output_type="vtkDataSet")
         self._interpolation = "linear"
         self._background = 0.0
         self._label_arrays = ()
@@ -78,6 +83,9 @@ class MLSDeform(DeformingFilter):
         self._gradient_array = ""
         self._gradient_vector_arrays = ()
         self._normalizes_gradient = False
+        self._push_forward_arrays = ()
+        self._splits_cells = True
+        self._splits = warping.Splits()
         self._fit = None  # deformation and input lattice of the last fitted grid, and that grid
 
     def SetInterpolation(self, interpolation):
@@ -165,7 +173,41 @@ class MLSDeform(DeformingFilter):
     def GetNormalizeGradient(self):
         return self._normalizes_gradient
 
+    def AddPushForwardArray(self, name):
+        """Name of a point or cell array of vectors that move with the material."""
+        if name not in self._push_forward_arrays:
+            self._set("_push_forward_arrays", (*self._push_forward_arrays, name))
+
+    def ClearPushForwardArrays(self):
+        self._set("_push_forward_arrays", ())
+
+    def GetPushForwardArrays(self):
+        return self._push_forward_arrays
+
+    def SetSplitCells(self, wanted):
+        """Whether cells of a mesh that a cut crosses are divided along it."""
+        self._set("_splits_cells", bool(wanted))
+
+    def GetSplitCells(self):
+        return self._splits_cells
+
+    def RequestDataObject(self, request, inInfo, outInfo):
+        data = vtkDataObject.GetData(inInfo[0])
+        if not isinstance(data, vtkDataSet):
+            return 1  # composite: VTK asks again for each block
+        if isinstance(data, vtkImageData):
+            wanted = "vtkImageData"
+        else:
+            wanted = warping.output_type(data, self._splits_cells and self._has_cuts())
+        output = vtkDataObject.GetData(outInfo)
+        if output is None or output.GetClassName() != wanted:
+            output = vtkDataObjectTypes.NewDataObject(wanted)
+            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), output)
+        return 1
+
     def RequestInformation(self, request, inInfo, outInfo):
+        if not isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
+            return 1
         info = outInfo.GetInformationObject(0)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         lattice = Lattice.of_information(inInfo[0].GetInformationObject(0))
@@ -176,10 +218,34 @@ class MLSDeform(DeformingFilter):
         return 1
 
     def RequestData(self, request, inInfo, outInfo):
-        image = vtkImageData.GetData(inInfo[0])
+        data = vtkDataSet.GetData(inInfo[0])
+        self._check(data)
+        deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
+        in_turn(deform(data, inInfo, outInfo), self._progress())
+        return 1
+
+    def RequestUpdateExtent(self, request, inInfo, outInfo):
+        if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
+            return super().RequestUpdateExtent(request, inInfo, outInfo)
+        # a mesh is deformed piece by piece, as it comes
+        return super().RequestUpdateExtent(request, inInfo[1:], outInfo)
+
+    def _deform_mesh(self, mesh, inInfo, outInfo):
+        """What is to be done for a mesh."""
+        output = vtkDataSet.GetData(outInfo)
+        if mesh.GetNumberOfPoints() == 0:
+            output.ShallowCopy(mesh)
+            return []
+        deformation = self._requested_deformation(inInfo)
+        splits = self._splits if self._splits_cells else None
+        return warping.Warp(self, deformation, mesh, output, splits).tasks()
+
+    def _deform_image(self, image, inInfo, outInfo):
+        """What is to be done for an image."""
         output = vtkImageData.GetData(outInfo)
         source = Lattice.of_image(image)
-        self._check(image, source)
+        if source.is_empty:
+            raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
         announced = (
             inInfo[0].GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
@@ -187,9 +253,7 @@ class MLSDeform(DeformingFilter):
         target = self._output_lattice(source.part(announced or source.extent), lambda: deformation)
         target = self._requested_part(target, outInfo.GetInformationObject(0))
         target.place(output)
-        tasks = self._tasks(deformation, image, output, source.grid, target.grid)
-        in_turn(tasks, self._progress())
-        return 1
+        return self._tasks(deformation, image, output, source.grid, target.grid)
 
     def _tasks(self, deformation, image, output, source, target):
         """All that is to be done, in its order."""
@@ -313,19 +377,18 @@ class MLSDeform(DeformingFilter):
             f"`OutputGrid` must be one of input, fitted, given, got {self._output_grid!r}"
         )
 
-    def _check(self, image, lattice):
-        """Raise what is wrong with the input and with properties that the deformation has not."""
-        if lattice.is_empty:
-            raise ValueError("`Input` is an empty image; it must have at least one point")
+    def _check(self, dataset):
+        """Raise what is wrong with properties that the deformation has not."""
         if self._interpolation not in INTERPOLATIONS:
             raise ValueError(
                 f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, "
                 f"got {self._interpolation!r}"
             )
-        data = image.GetPointData(), image.GetCellData()
+        data = dataset.GetPointData(), dataset.GetCellData()
         for wanted, names in (
             ("LabelArrays", self._label_arrays),
             ("GradientVectorArrays", self._gradient_vector_arrays),
+            ("PushForwardArrays", self._push_forward_arrays),
         ):
             for name in names:
                 if not any(attributes.HasArray(name) for attributes in data):

@@ -60,9 +60,9 @@ class DeformingFilter(HandleLists, Algorithm):
         each piece, if the output is made in pieces).
     """
 
-    def __init__(self, input_type):
+    def __init__(self, output_type="vtkImageData"):
         super().__init__(
-            nInputPorts=3, inputType=input_type, nOutputPorts=1, outputType="vtkImageData"
+            nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
         self._blend = 1.0
         self._kind = "rigid"
@@ -190,6 +190,10 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def GetGenerateJacobianDeterminant(self):
         return self._generates_determinant
+
+    def _has_cuts(self):
+        """Whether there is something to cut along."""
+        return self._cut_type != "none" or self._cuts or self.GetNumberOfInputConnections(2) > 0
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         for information in inInfo:

@@ -38,7 +38,7 @@ class MLSDisplacementField(DeformingFilter):
     """
 
     def __init__(self):
-        super().__init__("vtkDataSet")
+        super().__init__()
         self._sample_dimensions = (32, 32, 32)
 
     def SetSampleDimensions(self, *dimensions):

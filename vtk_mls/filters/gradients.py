@@ -62,6 +62,44 @@ def vectors(attributes, names):
     return found
 
 
+def directions(attributes, gradients, tangents):
+    """Which arrays of point or cell data turn with the material, and how.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    gradients, tangents : names of arrays
+
+    Returns
+    -------
+    dict of name: "gradient", "tangent" or (the active normals) "normal"
+
+    Raises
+    ------
+    ValueError
+        If one of the names does not hold three floats.
+    """
+    found = {}
+    for wanted, names, how in (
+        ("GradientVectorArrays", gradients, "gradient"),
+        ("PushForwardArrays", tangents, "tangent"),
+    ):
+        for name in names:
+            array = attributes.GetArray(name)
+            if array is None:
+                continue
+            if not _is_vectors(array):
+                raise ValueError(
+                    f"`{wanted}` names `{name}`, which must have 3 components of type float or "
+                    f"double, got {array.GetNumberOfComponents()} of {array.GetDataTypeAsString()}"
+                )
+            found[name] = how
+    normals = attributes.GetNormals()
+    if normals is not None and _is_vectors(normals):
+        found[normals.GetName()] = "normal"
+    return found
+
+
 def add_gradient(output, values):
     """Add "Gradient", (nz, ny, nx, 3) float32, to the points of an image."""
     _add(output.GetPointData(), "Gradient", values.reshape(-1, 3))

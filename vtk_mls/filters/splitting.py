@@ -1,0 +1,350 @@
+"""Meshes split along cuts, so that each side can move on its own.
+
+Cells that a cut crosses are divided there by VTK's clipping, and points on the cut become two, one
+for each side. A half-plane divides the cells on all of its plane, which keeps the mesh conforming,
+and joins them again beyond its edge. A surface divides the cells that touch its bounding box; how
+it bends within one cell does not count.
+
+Clipping leaves two meshes that know nothing of each other. To join them again where they are not
+apart, whatever types their cells have, each point gets a key, the same for points that are to be
+one. With the keys as coordinates VTK's merging of points does the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonDataModel import (
+    VTK_LINE,
+    VTK_POLY_LINE,
+    VTK_POLY_VERTEX,
+    VTK_POLYGON,
+    VTK_QUAD,
+    VTK_TRIANGLE,
+    VTK_TRIANGLE_STRIP,
+    VTK_VERTEX,
+    vtkCellArray,
+    vtkDataObject,
+    vtkImplicitFunction,
+    vtkPolyData,
+)
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+from vtkmodules.vtkFiltersCore import (
+    vtkAppendFilter,
+    vtkExtractCells,
+    vtkImplicitPolyDataDistance,
+    vtkPolyDataNormals,
+    vtkStaticCleanUnstructuredGrid,
+)
+from vtkmodules.vtkFiltersGeneral import vtkTableBasedClipDataSet
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+
+from vtk_mls import HalfPlane, Plane, arrays
+
+# Shares of the mesh's extent: how near a point counts as on the cut, and how far from it a place
+# is taken to tell the side (more than the device's float32 blurs).
+_ON_CUT, _BESIDE = 1e-6, 1e-5
+
+_POINT, _HEIGHT, _SHIFT, _PLACE = "_Point", "_Height", "_Shift", "_Place"
+
+
+def split(mesh, cuts):
+    """A mesh with its cells divided along cuts.
+
+    Parameters
+    ----------
+    mesh : vtkDataSet
+    cuts : sequence of Plane, HalfPlane and Surface
+
+    Returns
+    -------
+    mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
+        With all arrays but the point's global ids; at new points they are interpolated.
+    shift : (n, 3) float64, world units
+        From each point to a place beside it that is off the cuts, on the side where its cells
+        are; 0 for points that are on no cut.
+    """
+    grid = _unstructured(mesh)
+    extent = np.ptp(_places(grid), axis=0).max(initial=0)
+    _set_array(grid, _SHIFT, np.zeros((grid.GetNumberOfPoints(), 3)))
+    for cut in cuts:
+        grid = _divided(grid, cut, extent)
+    shift = _values(grid, _SHIFT).copy()
+    for name in (_POINT, _HEIGHT, _SHIFT, _PLACE):
+        grid.GetPointData().RemoveArray(name)
+    set_places(grid, _places(grid), mesh.GetPoints())
+    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), shift
+
+
+def crossed(mesh, cuts):
+    """Which cells of a mesh are crossed by a cut, seen between their corners: (n,) bool."""
+    grid = _unstructured(mesh)
+    places, (corners, starts) = _places(grid), _corners(grid)
+    sizes = np.diff(starts)
+    found = np.zeros(len(sizes), bool)
+    for cut in cuts:
+        _, low, high = _heights(grid, cut, 0)
+        cells = np.flatnonzero((low < 0) & (high >= 0) & ~found)
+        for size in np.unique(sizes[cells]):
+            some = cells[sizes[cells] == size]
+            x = places[corners[starts[some][:, None] + np.arange(size)]]
+            for a, b in zip(*np.triu_indices(size, 1)):
+                found[some] |= cut.opening(x[:, a], x[:, b]) < 0
+    return found
+
+
+def set_places(dataset, places, like):
+    """Set the points of a vtkPointSet to (n, 3) numbers, of the type of the vtkPoints `like`."""
+    points = like.NewInstance()
+    points.SetDataType(like.GetDataType())
+    dtype = arrays.to_numpy(points.GetData()).dtype
+    points.SetData(arrays.from_numpy(places.astype(dtype, copy=False), like.GetDataType()))
+    dataset.SetPoints(points)
+
+
+def _unstructured(mesh):
+    """A copy as vtkUnstructuredGrid, with float64 points and without global ids of points."""
+    grid = _appended([mesh])
+    ids = grid.GetPointData().GetGlobalIds()
+    if ids is not None:
+        grid.GetPointData().RemoveArray(ids.GetName())
+    return grid
+
+
+def _divided(grid, cut, extent):
+    """`grid` with its points on `cut` doubled where the cut is, and shifted."""
+    height, low, high = _heights(grid, cut, _ON_CUT * extent)
+    touched = (low <= 0) & (high >= 0)
+    if not touched.any():
+        return grid
+    places = _places(grid)
+    _set_array(grid, _POINT, np.arange(len(places), dtype=np.float64))
+    _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
+    crossing, above = touched & (low < 0) & (high > 0), touched & (low >= 0)
+    pieces = _clipped(_extracted(grid, crossing))
+    whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
+    parts = [_extracted(grid, ~touched)]
+    parts += [_appended(pair) for pair in zip(whole, pieces)]
+    keys = [_values(parts[0], _POINT), *_keys(parts[1:], cut, places, extent)]
+    return _joined(parts, keys)
+
+
+def _keys(sides, cut, places, extent):
+    """Keys of the points of the parts above and below a cut; those on the cut are shifted.
+
+    An old point has its number as key; those that are not one keep apart from each other.
+    """
+    height_of = _height_function(cut)
+    rows, keys = [], []
+    for part, sign in zip(sides, (1, -1)):
+        x, point, shift = _places(part), _values(part, _POINT), _values(part, _SHIFT).copy()
+        on_cut = np.flatnonzero(np.abs(_values(part, _HEIGHT)) <= _ON_CUT * extent)
+        normal = _normals(height_of, x[on_cut], extent)
+        foot = x[on_cut] - height_of(x[on_cut])[:, None] * normal
+        step = _BESIDE * extent * normal
+        parted = cut.opening(foot + step, foot - step) < 0
+        shift[on_cut[parted]] += (foot + sign * step - x[on_cut])[parted]
+        _set_array(part, _SHIFT, shift)
+        side = np.zeros(len(x))
+        side[on_cut[parted]] = sign
+        nearest = np.clip(np.rint(point), 0, len(places) - 1).astype(np.int64)
+        is_old = (places[nearest] == x).all(axis=1)
+        keys.append(np.where(is_old, nearest + len(places) * (side % 3), -1))
+        # New points are the same if they are on the same edge, at the same place.
+        where = np.column_stack([x / extent * 1e10, point * 1e6, side])
+        rows.append(np.rint(where[~is_old]))
+    _, number = np.unique(np.concatenate(rows), axis=0, return_inverse=True)
+    number = 3 * len(places) + number.reshape(-1)
+    for key, some in zip(keys, np.split(number, [len(rows[0])])):
+        key[key < 0] = some
+    return keys
+
+
+def _joined(parts, keys):
+    """The parts as one mesh in which points with the same key are one."""
+    grid = _appended(parts)
+    keys = np.concatenate(keys).astype(np.int64)
+    _set_array(grid, _PLACE, _places(grid))
+    coordinates = np.column_stack([keys & 0x1FFFF, keys >> 17 & 0x1FFFF, keys >> 34])
+    set_places(grid, coordinates, grid.GetPoints())
+    clean = vtkStaticCleanUnstructuredGrid()
+    clean.SetInputData(grid)
+    clean.SetTolerance(0)
+    clean.Update()
+    grid = clean.GetOutput()
+    set_places(grid, _values(grid, _PLACE), grid.GetPoints())
+    return grid
+
+
+def _heights(grid, cut, tolerance):
+    """Signed distances of points from the cut or what continues it, and their range in each cell.
+
+    Distances up to `tolerance` are 0; points far from a bounded cut, and cells with one, have
+    infinite ones.
+    """
+    places, (corners, starts) = _places(grid), _corners(grid)
+    near = np.ones(len(places), bool)
+    if not isinstance(cut, (Plane, HalfPlane)):
+        touching = np.ones(len(starts) - 1, bool)
+        for axis in range(3):
+            low, high = _range(places[:, axis], corners, starts)
+            bounds = cut.points[:, axis]
+            touching &= (low <= bounds.max()) & (high >= bounds.min())
+        near = np.zeros(len(places), bool)
+        near[corners[np.repeat(touching, np.diff(starts))]] = True
+    height = np.full(len(places), np.inf)
+    height[near] = _height_function(cut)(places[near])
+    height[np.abs(height) <= tolerance] = 0
+    return height, *_range(height, corners, starts)
+
+
+def _height_function(cut):
+    """The signed distance from a cut as a function of places (n, 3)."""
+    if isinstance(cut, Plane):
+        return cut.height
+    if isinstance(cut, HalfPlane):
+        return Plane(cut.point, cut.normal).height
+    centre = cut.points.mean(axis=0)
+    size, axes = np.linalg.svd(cut.points - centre, full_matrices=False)[1:]
+    if size[2] <= 1e-9 * size[0]:
+        return Plane(centre, axes[2]).height
+    oriented, distance = vtkPolyDataNormals(), vtkImplicitPolyDataDistance()
+    oriented.SetInputData(_surface(cut))
+    oriented.SplittingOff()
+    oriented.Update()
+    distance.SetInput(oriented.GetOutput())
+
+    def height(places):
+        result = arrays.from_numpy(np.empty(len(places)), VTK_DOUBLE)
+        vtkImplicitFunction.EvaluateFunction(
+            distance, arrays.from_numpy(places, VTK_DOUBLE), result
+        )
+        return arrays.to_numpy(result).copy()
+
+    return height
+
+
+def _normals(height_of, places, extent):
+    """Directions (n, 3) in which the signed distance grows."""
+    steps = _ON_CUT * extent * np.eye(3)
+    slopes = [height_of(places + step) - height_of(places - step) for step in steps]
+    normals = np.stack(slopes, axis=1)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+
+
+def _clipped(grid):
+    """The cells of `grid` above and below height 0, without those that have no size."""
+    clip = vtkTableBasedClipDataSet()
+    clip.SetInputData(grid)
+    clip.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, _HEIGHT)
+    clip.SetValue(0)
+    clip.GenerateClippedOutputOn()
+    clip.Update()
+    return [_solid(piece) for piece in (clip.GetOutput(), clip.GetClippedOutput())]
+
+
+def _solid(grid):
+    """`grid` without cells of no size, which clipping makes of corners on the cut."""
+    if grid.GetNumberOfCells() == 0:
+        return grid
+    size = vtkCellSizeFilter()
+    size.SetInputData(grid)
+    size.Update()
+    data = size.GetOutput().GetCellData()
+    sizes = [arrays.to_numpy(data.GetArray(n)) for n in ("Length", "Area", "Volume")]
+    return _extracted(grid, np.any(sizes, axis=0))
+
+
+def _extracted(grid, cells):
+    """The cells of `grid` for which `cells` (n,) is true, with their points."""
+    extract = vtkExtractCells()
+    extract.SetInputData(grid)
+    numbers = np.flatnonzero(cells)
+    extract.SetCellIds(numbers, len(numbers))
+    extract.SetPassThroughCellIds(False)
+    extract.Update()
+    return extract.GetOutput()
+
+
+def _appended(parts):
+    append = vtkAppendFilter()
+    append.SetOutputPointsPrecision(vtkAlgorithm.DOUBLE_PRECISION)
+    for part in parts:
+        append.AddInputData(part)
+    append.Update()
+    return append.GetOutput()
+
+
+def _range(values, corners, starts):
+    """Least and greatest of the points' values in each cell; no cell without points has any."""
+    low, high = np.full((2, len(starts) - 1), np.inf)
+    filled = np.diff(starts) > 0
+    if filled.any():
+        of_corners, first = values[corners], starts[:-1][filled]
+        low[filled] = np.minimum.reduceat(of_corners, first)
+        high[filled] = np.maximum.reduceat(of_corners, first)
+    return low, high
+
+
+def _corners(grid):
+    """Points of all cells one after the other, and where each cell's begin (and the last ends)."""
+    cells = grid.GetCells()
+    return [arrays.to_numpy(a) for a in (cells.GetConnectivityArray(), cells.GetOffsetsArray())]
+
+
+def _places(grid):
+    return arrays.to_numpy(grid.GetPoints().GetData())
+
+
+def _values(grid, name):
+    return arrays.to_numpy(grid.GetPointData().GetArray(name))
+
+
+def _set_array(grid, name, values):
+    array = arrays.from_numpy(values, VTK_DOUBLE)
+    array.SetName(name)
+    grid.GetPointData().AddArray(array)
+
+
+def _cell_array(corners, starts, chosen):
+    sizes = np.diff(starts)
+    offsets = np.concatenate([[0], np.cumsum(sizes[chosen])])
+    cells = vtkCellArray()
+    cells.SetData(
+        arrays.from_numpy(offsets, VTK_ID_TYPE),
+        arrays.from_numpy(corners[np.repeat(chosen, sizes)], VTK_ID_TYPE),
+    )
+    return cells
+
+
+def _surface(cut):
+    """The triangles of a `Surface` as vtkPolyData."""
+    polydata, points = vtkPolyData(), vtkPoints()
+    points.SetData(arrays.from_numpy(cut.points, VTK_DOUBLE))
+    polydata.SetPoints(points)
+    count = len(cut.triangles)
+    polydata.SetPolys(
+        _cell_array(cut.triangles.ravel(), 3 * np.arange(count + 1), np.ones(count, bool))
+    )
+    return polydata
+
+
+def _polydata(grid):
+    """A grid of vertices, lines, polygons and strips as vtkPolyData."""
+    polydata = vtkPolyData()
+    polydata.SetPoints(grid.GetPoints())
+    polydata.GetPointData().ShallowCopy(grid.GetPointData())
+    polydata.SetFieldData(grid.GetFieldData())
+    types = arrays.to_numpy(grid.GetCellTypesArray())
+    order = []
+    for set_cells, members in (
+        (polydata.SetVerts, (VTK_VERTEX, VTK_POLY_VERTEX)),
+        (polydata.SetLines, (VTK_LINE, VTK_POLY_LINE)),
+        (polydata.SetPolys, (VTK_TRIANGLE, VTK_QUAD, VTK_POLYGON)),
+        (polydata.SetStrips, (VTK_TRIANGLE_STRIP,)),
+    ):
+        chosen = np.isin(types, members)
+        set_cells(_cell_array(*_corners(grid), chosen))
+        order.append(np.flatnonzero(chosen))
+    arrays.set_rows(polydata.GetCellData(), grid.GetCellData(), np.concatenate(order))
+    return polydata

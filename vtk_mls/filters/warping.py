@@ -1,0 +1,185 @@
+"""Point sets, moved forward by the inverse of the map that deforms images."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints, vtkWeakReference
+from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid, vtkUnstructuredGrid
+from vtkmodules.vtkFiltersCore import vtkCellCenters
+
+from vtk_mls import Aborted, arrays
+from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters.orientation import inverted
+from vtk_mls.filters.splitting import crossed, set_places, split
+from vtk_mls.gradients import pushed, turned
+
+# Points whose Jacobians are in memory at once.
+_CHUNK = 1 << 20
+
+_MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
+
+
+def output_type(mesh, splits):
+    """Name of the class of a deformed mesh.
+
+    Only vtkPolyData and vtkUnstructuredGrid can hold divided cells; a deformed vtkRectilinearGrid
+    has curved lines, and is a vtkStructuredGrid.
+    """
+    for name in _MOVED_WHOLE:
+        if mesh.IsA(name):
+            return name
+    if splits:
+        return "vtkUnstructuredGrid"
+    return "vtkStructuredGrid" if isinstance(mesh, vtkRectilinearGrid) else mesh.GetClassName()
+
+
+class Splits:
+    """Divided meshes, kept for as long as the mesh and the cuts are the same.
+
+    Handles are dragged far more often than cuts are laid.
+    """
+
+    def __init__(self):
+        self._kept = {}
+
+    def of(self, mesh, cuts):
+        """What `splitting.split` says."""
+        self._kept = {key: kept for key, kept in self._kept.items() if kept[0].Get() is not None}
+        state = mesh.GetMTime(), cuts
+        kept = self._kept.get(mesh.__this__)
+        if kept is None or kept[1] != state:
+            alive = vtkWeakReference()
+            alive.Set(mesh)
+            kept = self._kept[mesh.__this__] = alive, state, split(mesh, cuts)
+        return kept[2]
+
+
+class Warp:
+    """What is done to one mesh.
+
+    Parameters
+    ----------
+    wanted : MLSDeform
+        Says which arrays turn and which are to be made.
+    deformation : Deformation
+    mesh : vtkPointSet or vtkRectilinearGrid
+    output : vtkPointSet
+        Of the class that `output_type` names; it is filled.
+    splits : Splits, or None to keep cells whole
+    """
+
+    def __init__(self, wanted, deformation, mesh, output, splits):
+        self.wanted, self.deformation, self.output = wanted, deformation, output
+        self.keeps_whole = deformation.cuts and splits is None
+        self.shift = None
+        if deformation.cuts and splits is not None and mesh.GetNumberOfCells() > 0:
+            mesh, self.shift = splits.of(mesh, deformation.cuts)
+        _copy(mesh, output)
+        self.before = arrays.to_numpy(output.GetPoints().GetData())
+
+    def tasks(self):
+        """Functions of a callback for `progress`, in their order."""
+        tasks = [self._move]
+        if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
+            tasks.append(self._add_jacobian)
+        for attributes, places in (
+            (self.output.GetPointData(), lambda: self._beside(self._places())),
+            (self.output.GetCellData(), self._centres),
+        ):
+            directions = gradients.directions(
+                attributes,
+                self.wanted.GetGradientVectorArrays(),
+                self.wanted.GetPushForwardArrays(),
+            )
+            if directions:
+                tasks.append(partial(self._turn, attributes, places, directions))
+        return tasks
+
+    def _move(self, progress):
+        field = self.deformation.forward_field(self._beside(self.before), progress)
+        points, cells = self.output.GetPointData(), self.output.GetCellData()
+        if self.keeps_whole:
+            torn = crossed(self.output, self.deformation.cuts)
+            arrays.add(cells, "Void", torn.astype(np.uint8))
+            cutting.hide(cells, torn)
+        set_places(self.output, self.before + field.displacement, self.output.GetPoints())
+        arrays.add(points, "ForwardDisplacement", field.displacement)
+        arrays.add(points, "NoInverse", (~field.found).astype(np.uint8))
+        self._count("FailedInverses", np.count_nonzero(~field.found))
+
+    def _add_jacobian(self, progress):
+        places = self._beside(self._places())
+        rows = np.empty((len(places), 9), np.float32)
+        for part, jacobian in _jacobians(self.deformation, places, progress):
+            rows[part] = jacobian.reshape(-1, 9)
+        jacobian = rows.reshape(-1, 3, 3)
+        points = self.output.GetPointData()
+        if self.wanted.GetGenerateJacobian():
+            arrays.add(points, "Jacobian", jacobian.swapaxes(1, 2).reshape(-1, 9))
+        if self.wanted.GetGenerateJacobianDeterminant():
+            arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
+            if isinstance(self.output, vtkUnstructuredGrid):
+                self._count("InvertedCells", inverted(self.output, self.before, self._places()))
+
+    def _turn(self, attributes, places, directions, progress):
+        """Turn vectors of the points or cells, which are at `places()`."""
+        values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
+        for part, jacobian in _jacobians(self.deformation, places(), progress):
+            for name, how in directions.items():
+                rows = values[name][part]
+                if how == "tangent":
+                    rows[:] = pushed(rows, jacobian)
+                else:
+                    unit = how == "normal" or self.wanted.GetNormalizeGradient()
+                    rows[:] = turned(rows, jacobian.swapaxes(1, 2), unit)
+        for name, rows in values.items():
+            arrays.replace(attributes, name, rows)
+
+    def _beside(self, places):
+        """The places of points, or where they are on a cut, places beside it on their side."""
+        return places if self.shift is None else places + self.shift
+
+    def _places(self):
+        """Where the points are now."""
+        return arrays.to_numpy(self.output.GetPoints().GetData())
+
+    def _centres(self):
+        """Where the middles of the cells are now."""
+        centers = vtkCellCenters()
+        centers.SetInputData(self.output)
+        centers.VertexCellsOff()
+        centers.Update()
+        return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
+
+    def _count(self, name, number):
+        arrays.add(self.output.GetFieldData(), name, np.array([number]))
+
+
+def _jacobians(deformation, places, progress):
+    """Slices of `places` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
+    for start in range(0, len(places), _CHUNK):
+        part = slice(start, min(start + _CHUNK, len(places)))
+        finite = np.isfinite(places[part]).all(axis=1)
+        jacobian = np.full((len(finite), 3, 3), np.nan)
+        jacobian[finite] = deformation.jacobian(places[part][finite])
+        yield part, jacobian
+        if progress(part.stop / len(places)):
+            raise Aborted(f"stopped at {part.stop} of {len(places)} points as `progress` asked")
+
+
+def _copy(mesh, output):
+    """Make `output` a copy of `mesh` with points of its own to be."""
+    if not isinstance(mesh, vtkRectilinearGrid):
+        output.ShallowCopy(mesh)
+        return
+    axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
+    z, y, x = np.meshgrid(*(arrays.to_numpy(axis) for axis in axes[::-1]), indexing="ij")
+    points = vtkPoints()
+    points.SetDataType(VTK_DOUBLE)
+    output.SetExtent(mesh.GetExtent())
+    output.SetPoints(points)
+    set_places(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), points)
+    for get in ("GetPointData", "GetCellData", "GetFieldData"):
+        getattr(output, get)().ShallowCopy(getattr(mesh, get)())
