@@ -259,6 +259,14 @@ def set_values(attributes, values, source):
             attributes.SetActiveAttribute(position, kind)
 
 
+def cell_types(grid):
+    """VTK's number for the type of each cell of a vtkUnstructuredGrid: (n,) integers."""
+    try:
+        return to_numpy(grid.GetCellTypes())  # VTK 9.6
+    except TypeError:
+        return to_numpy(grid.GetCellTypesArray())
+
+
 def is_numeric(array):
     """Whether a vtkAbstractArray holds numbers."""
     return isinstance(array, vtkDataArray)

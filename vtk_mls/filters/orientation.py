@@ -23,6 +23,7 @@ _TETRAHEDRA = {
 }
 
 
+@np.errstate(invalid="ignore")  # points may be NaN
 def inverted(grid, before, after):
     """Number of cells whose volume has another sign than before.
 
@@ -35,7 +36,7 @@ def inverted(grid, before, after):
     """
     if grid.GetNumberOfCells() == 0:
         return 0
-    types = arrays.to_numpy(grid.GetCellTypesArray())
+    types = arrays.cell_types(grid)
     cells = grid.GetCells()
     corners = arrays.to_numpy(cells.GetConnectivityArray())
     starts = arrays.to_numpy(cells.GetOffsetsArray())[:-1]
@@ -47,7 +48,7 @@ def inverted(grid, before, after):
         for tetrahedron in tetrahedra:
             a, b, c, d = (corners[first + corner] for corner in tetrahedron)
             for total, x in zip(volumes, (before, after)):
-                edges = np.stack([x[b] - x[a], x[c] - x[a], x[d] - x[a]], axis=1)
-                total += np.linalg.det(edges.astype(np.float64))
+                area = np.cross(x[b] - x[a], x[c] - x[a])
+                total += np.sum(area * (x[d] - x[a]), axis=1, dtype=np.float64)
         count += np.count_nonzero(volumes[0] * volumes[1] < 0)
     return count

@@ -13,7 +13,7 @@ one. With the keys as coordinates VTK's merging of points does the rest.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_ID_TYPE, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLY_LINE,
@@ -65,14 +65,15 @@ def split(mesh, cuts):
         are; 0 for points that are on no cut.
     """
     grid = _unstructured(mesh)
-    extent = np.ptp(_places(grid), axis=0).max(initial=0)
+    x = _places(grid)[np.isfinite(_places(grid)).all(axis=1)]
+    extent = np.ptp(x, axis=0).max() if len(x) > 1 else 1.0
     _set_array(grid, _SHIFT, np.zeros((grid.GetNumberOfPoints(), 3)))
     for cut in cuts:
         grid = _divided(grid, cut, extent)
     shift = _values(grid, _SHIFT).copy()
     for name in (_POINT, _HEIGHT, _SHIFT, _PLACE):
         grid.GetPointData().RemoveArray(name)
-    set_places(grid, _places(grid), mesh.GetPoints())
+    set_places(grid, _places(grid), mesh.GetPoints().GetDataType())
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), shift
 
 
@@ -93,18 +94,19 @@ def crossed(mesh, cuts):
     return found
 
 
-def set_places(dataset, places, like):
-    """Set the points of a vtkPointSet to (n, 3) numbers, of the type of the vtkPoints `like`."""
-    points = like.NewInstance()
-    points.SetDataType(like.GetDataType())
-    dtype = arrays.to_numpy(points.GetData()).dtype
-    points.SetData(arrays.from_numpy(places.astype(dtype, copy=False), like.GetDataType()))
+def set_places(dataset, places, vtk_type):
+    """Set the points of a vtkPointSet to (n, 3) numbers, as VTK_FLOAT or VTK_DOUBLE."""
+    points = vtkPoints()
+    points.SetDataType(vtk_type)
+    dtype = np.float32 if vtk_type == VTK_FLOAT else np.float64
+    points.SetData(arrays.from_numpy(places.astype(dtype, copy=False), vtk_type))
     dataset.SetPoints(points)
 
 
 def _unstructured(mesh):
     """A copy as vtkUnstructuredGrid, with float64 points and without global ids of points."""
     grid = _appended([mesh])
+    set_places(grid, _places(grid), VTK_DOUBLE)
     ids = grid.GetPointData().GetGlobalIds()
     if ids is not None:
         grid.GetPointData().RemoveArray(ids.GetName())
@@ -123,41 +125,45 @@ def _divided(grid, cut, extent):
     crossing, above = touched & (low < 0) & (high > 0), touched & (low >= 0)
     pieces = _clipped(_extracted(grid, crossing))
     whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
-    parts = [_extracted(grid, ~touched)]
-    parts += [_appended(pair) for pair in zip(whole, pieces)]
-    keys = [_values(parts[0], _POINT), *_keys(parts[1:], cut, places, extent)]
-    return _joined(parts, keys)
+    parts = [(0, _extracted(grid, ~touched))]
+    parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
+    parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
+    return _joined([part for _, part in parts], _keys(parts, cut, places, extent))
 
 
-def _keys(sides, cut, places, extent):
-    """Keys of the points of the parts above and below a cut; those on the cut are shifted.
+def _keys(parts, cut, places, extent):
+    """Keys of the points of parts above (1), below (-1) and off (0) a cut.
 
-    An old point has its number as key; those that are not one keep apart from each other.
+    An old point has its number as key; those on the cut get others on each side, and are shifted.
     """
     height_of = _height_function(cut)
-    rows, keys = [], []
-    for part, sign in zip(sides, (1, -1)):
+    keys, edges = [], []
+    for side, part in parts:
         x, point, shift = _places(part), _values(part, _POINT), _values(part, _SHIFT).copy()
         on_cut = np.flatnonzero(np.abs(_values(part, _HEIGHT)) <= _ON_CUT * extent)
         normal = _normals(height_of, x[on_cut], extent)
         foot = x[on_cut] - height_of(x[on_cut])[:, None] * normal
         step = _BESIDE * extent * normal
-        parted = cut.opening(foot + step, foot - step) < 0
-        shift[on_cut[parted]] += (foot + sign * step - x[on_cut])[parted]
+        parted = (side != 0) & (cut.opening(foot + step, foot - step) < 0)
+        shift[on_cut[parted]] += (foot + side * step - x[on_cut])[parted]
         _set_array(part, _SHIFT, shift)
-        side = np.zeros(len(x))
-        side[on_cut[parted]] = sign
+        sides = np.zeros(len(x))
+        sides[on_cut[parted]] = side % 3
         nearest = np.clip(np.rint(point), 0, len(places) - 1).astype(np.int64)
-        is_old = (places[nearest] == x).all(axis=1)
-        keys.append(np.where(is_old, nearest + len(places) * (side % 3), -1))
-        # New points are the same if they are on the same edge, at the same place.
-        where = np.column_stack([x / extent * 1e10, point * 1e6, side])
-        rows.append(np.rint(where[~is_old]))
-    _, number = np.unique(np.concatenate(rows), axis=0, return_inverse=True)
-    number = 3 * len(places) + number.reshape(-1)
-    for key, some in zip(keys, np.split(number, [len(rows[0])])):
-        key[key < 0] = some
+        is_old = (point == nearest) & _same(places[nearest], x)
+        keys.append(np.where(is_old, nearest + len(places) * sides, -1))
+        # new points are the same if they are on the same edge, at the same place
+        edges.append(np.column_stack([x / extent * 1e10, point * 1e6, sides])[~is_old])
+    _, number = np.unique(np.rint(np.concatenate(edges)), axis=0, return_inverse=True)
+    counts = np.cumsum([len(rows) for rows in edges])
+    for key, some in zip(keys, np.split(number.reshape(-1), counts)):
+        key[key < 0] = 3 * len(places) + some
     return keys
+
+
+def _same(x, y):
+    """Which rows are equal; NaN equals NaN."""
+    return ((x == y) | (np.isnan(x) & np.isnan(y))).all(axis=1)
 
 
 def _joined(parts, keys):
@@ -166,13 +172,13 @@ def _joined(parts, keys):
     keys = np.concatenate(keys).astype(np.int64)
     _set_array(grid, _PLACE, _places(grid))
     coordinates = np.column_stack([keys & 0x1FFFF, keys >> 17 & 0x1FFFF, keys >> 34])
-    set_places(grid, coordinates, grid.GetPoints())
+    set_places(grid, coordinates, VTK_DOUBLE)
     clean = vtkStaticCleanUnstructuredGrid()
     clean.SetInputData(grid)
     clean.SetTolerance(0)
     clean.Update()
     grid = clean.GetOutput()
-    set_places(grid, _values(grid, _PLACE), grid.GetPoints())
+    set_places(grid, _values(grid, _PLACE), VTK_DOUBLE)
     return grid
 
 
@@ -195,7 +201,9 @@ def _heights(grid, cut, tolerance):
     height = np.full(len(places), np.inf)
     height[near] = _height_function(cut)(places[near])
     height[np.abs(height) <= tolerance] = 0
-    return height, *_range(height, corners, starts)
+    low, high = _range(height, corners, starts)
+    low[np.isinf(high)] = np.inf
+    return height, low, high
 
 
 def _height_function(cut):
@@ -335,7 +343,7 @@ def _polydata(grid):
     polydata.SetPoints(grid.GetPoints())
     polydata.GetPointData().ShallowCopy(grid.GetPointData())
     polydata.SetFieldData(grid.GetFieldData())
-    types = arrays.to_numpy(grid.GetCellTypesArray())
+    types = arrays.cell_types(grid)
     order = []
     for set_cells, members in (
         (polydata.SetVerts, (VTK_VERTEX, VTK_POLY_VERTEX)),

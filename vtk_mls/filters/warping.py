@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints, vtkWeakReference
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkWeakReference
 from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
@@ -104,7 +104,8 @@ class Warp:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn.astype(np.uint8))
             cutting.hide(cells, torn)
-        set_places(self.output, self.before + field.displacement, self.output.GetPoints())
+        places = self.before + field.displacement
+        set_places(self.output, places, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
         arrays.add(points, "NoInverse", (~field.found).astype(np.uint8))
         self._count("FailedInverses", np.count_nonzero(~field.found))
@@ -119,7 +120,8 @@ class Warp:
         if self.wanted.GetGenerateJacobian():
             arrays.add(points, "Jacobian", jacobian.swapaxes(1, 2).reshape(-1, 9))
         if self.wanted.GetGenerateJacobianDeterminant():
-            arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
+            with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
+                arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             if isinstance(self.output, vtkUnstructuredGrid):
                 self._count("InvertedCells", inverted(self.output, self.before, self._places()))
 
@@ -176,10 +178,7 @@ def _copy(mesh, output):
         return
     axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
     z, y, x = np.meshgrid(*(arrays.to_numpy(axis) for axis in axes[::-1]), indexing="ij")
-    points = vtkPoints()
-    points.SetDataType(VTK_DOUBLE)
     output.SetExtent(mesh.GetExtent())
-    output.SetPoints(points)
-    set_places(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), points)
+    set_places(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), VTK_DOUBLE)
     for get in ("GetPointData", "GetCellData", "GetFieldData"):
         getattr(output, get)().ShallowCopy(getattr(mesh, get)())
