@@ -558,6 +558,11 @@ def test_what_is_not_cut_stays_in_one_piece(cut, parts, kind):
     assert shift.any(axis=1).sum() > 0
 
 
+def test_tetrahedra_stay_tetrahedra():
+    output, _ = split(cells(VTK_TETRA), [CUTS["plane"], CUTS["polygon"]])
+    assert (arrays.cell_types(output) == VTK_TETRA).all()
+
+
 def test_a_cut_along_faces_needs_no_new_cells():
     mesh = cells(VTK_HEXAHEDRON, 4)
     middle = (LOW + HIGH) / 2

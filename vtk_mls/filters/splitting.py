@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_POLY_VERTEX,
     VTK_POLYGON,
     VTK_QUAD,
+    VTK_TETRA,
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
@@ -36,7 +37,7 @@ from vtkmodules.vtkFiltersCore import (
     vtkPolyDataNormals,
     vtkStaticCleanUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersGeneral import vtkTableBasedClipDataSet
+from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls import HalfPlane, Plane, arrays
@@ -241,14 +242,35 @@ def _normals(height_of, places, extent):
 
 
 def _clipped(grid):
-    """The cells of `grid` above and below height 0, without those that have no size."""
+    """The cells of `grid` above and below height 0, without those that have no size.
+
+    Of tetrahedra only tetrahedra are made: VTK's mappers of unstructured volumes want them.
+    """
     clip = vtkTableBasedClipDataSet()
     clip.SetInputData(grid)
     clip.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, _HEIGHT)
     clip.SetValue(0)
     clip.GenerateClippedOutputOn()
     clip.Update()
-    return [_solid(piece) for piece in (clip.GetOutput(), clip.GetClippedOutput())]
+    pieces = [clip.GetOutput(), clip.GetClippedOutput()]
+    if grid.GetNumberOfCells() > 0 and (arrays.cell_types(grid) == VTK_TETRA).all():
+        pieces = [_tetrahedra(piece) for piece in pieces]
+    return [_solid(piece) for piece in pieces]
+
+
+def _tetrahedra(grid):
+    """`grid` with its cells divided into tetrahedra whose volume is positive."""
+    triangulate = vtkDataSetTriangleFilter()
+    triangulate.SetInputData(grid)
+    triangulate.Update()
+    grid = triangulate.GetOutput()
+    corners, starts = _corners(grid)
+    corners = corners.reshape(-1, 4).copy()
+    a, b, c, d = _places(grid)[corners.T]
+    wrong = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) < 0
+    corners[wrong, :2] = corners[wrong, 1::-1]
+    grid.SetCells(VTK_TETRA, _cell_array(corners.ravel(), starts, np.ones(len(corners), bool)))
+    return grid
 
 
 def _solid(grid):
