@@ -73,6 +73,17 @@ inline integer half_plane_blocks(frame_t a, frame_t b) {
   return ((a.s < 0) != (b.s < 0)) & (fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0);
 }
 
+// No direction that surfaces have by design.
+#define ASIDE (real)(0.5377f), (real)(0.2863f), (real)(0.7930f)
+
+// Whether the line from the origin along `way` passes right of the edge a - b. A line through a corner
+// counts as moved aside, so that it passes one of the triangles there.
+inline integer right_of(vec way, vec beside, vec a, vec b, vec a_x_b) {
+  vec p = {way.x * a_x_b.x, way.y * a_x_b.y, way.z * a_x_b.z};
+  real side = p.x + p.y + p.z, blur = 1e-6f * (fabs(p.x) + fabs(p.y) + fabs(p.z));
+  return select(side, dot3(beside, vec_sub(b, a)), fabs(side) <= blur) < 0;
+}
+
 // Whether the segment v - q passes the triangle; of two that share an edge just one.
 inline integer crosses_triangle(__global const float *corners, vec v, vec q) {
   vec a = vec_sub(load3(corners), v), b = vec_sub(load3(corners + 3), v),
@@ -80,7 +91,9 @@ inline integer crosses_triangle(__global const float *corners, vec v, vec q) {
   vec ab = cross3(a, b), bc = cross3(b, c), ac = cross3(a, c);
   vec normal = {ab.x + bc.x - ac.x, ab.y + bc.y - ac.y, ab.z + bc.z - ac.z};
   real from = -dot3(a, normal), to = from + dot3(way, normal);
-  integer right_ab = dot3(way, ab) < 0, right_bc = dot3(way, bc) < 0, right_ac = dot3(way, ac) < 0;
+  vec beside = cross3((vec){ASIDE}, way);
+  integer right_ab = right_of(way, beside, a, b, ab), right_bc = right_of(way, beside, b, c, bc),
+          right_ac = right_of(way, beside, a, c, ac);
   return ((from < 0) != (to < 0)) & (right_ab == right_bc) & (right_bc != right_ac);
 }
 

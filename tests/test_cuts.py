@@ -126,6 +126,35 @@ def test_shared_edges_are_watertight(rng):
     assert sheet.blocks(at - way, at + way).all()
 
 
+def _tiles(count):
+    """A square of side 2 `count` around the origin, of triangles with corners at whole numbers."""
+    n = 2 * count + 1
+    y, x = np.mgrid[-count : count + 1, -count : count + 1]
+    at = np.arange(n * n).reshape(n, n)
+    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel()
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
+    return Surface(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), triangles)
+
+
+def test_ways_through_corners_are_blocked(device):
+    """Symmetric scenes make them common."""
+    tiles, polygon = _tiles(3), Surface.polygon([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
+    q = np.array([[0.0, 0, 2]])
+    v = np.stack(np.meshgrid(*[np.arange(-4, 5)] * 2, [-2.0, -1.0], indexing="ij"), axis=-1)
+    v = v.reshape(-1, 3)
+    through = v + (q - v) * (v[:, 2:] / (v[:, 2:] - 2))
+    inside = np.abs(through[:, :2]).max(axis=1) < 3
+    for cut in (tiles, polygon):
+        np.testing.assert_array_equal(cut.blocks(v, q)[inside], True)
+    # what the nearer of two opposite handles says counts for less than nothing behind the cut
+    rest, deformed = np.array([[0, 0, 2.5], [0, 0, -3.0]]), np.array([[0, 0, 2.0], [0, 0, -2.0]])
+    for cut in (tiles, polygon):
+        d = Deformation(rest, deformed, cuts=[cut], nu=8, device=device)
+        with_one = Deformation(rest[1:], deformed[1:], device="reference")
+        below = v[np.abs(v[:, :2]).max(axis=1) <= 1]
+        np.testing.assert_allclose(d.backward(below), with_one.backward(below), atol=0.02)
+
+
 def test_detours_are_shortest_paths(rng):
     """Against all points of the edge line, and of a polygon's outline."""
     v, q = rng.uniform(-2, 6, (2, 200, 3))
