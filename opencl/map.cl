@@ -132,16 +132,19 @@ __kernel void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *
 }
 
 // Where in the source grid the points of a grid take their material from: continuous indices in
-// three planes, outside of everything where a cut has opened. `to_source` takes the grid's own
-// indices there, `turn` a displacement.
+// three planes; unless `continued`, outside of everything where a cut has opened. `to_source` takes
+// the grid's own indices there, `turn` a displacement.
 __kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, const float16 to_source,
-                                const float16 turn, __global float *restrict index) {
+                                const float16 turn, const int continued,
+                                __global float *restrict index) {
   FIT_ON_GRID
   vec d = moved(&map, &fit);
   vec from = vec_add(transformed(to_source, here), transformed(turn, d));
 #if CUTS
-  real open = opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d));
-  from.x = select(from.x, (real)(-1e9f), open < 0);
+  if (!continued) {
+    real open = opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d));
+    from.x = select(from.x, (real)(-1e9f), open < 0);
+  }
   if (!ALL(kept)) {
     for (int l = 0; l < lanes; ++l)
       if (KEPT(l)) {

@@ -392,6 +392,14 @@ DEFORM = [
         clip or contour by VoidDistance at 0, which gives a smooth face.""",
         default=1,
     ),
+    choice(
+        "VoidValues",
+        vtk_mls.VOID_VALUES,
+        "background",
+        """What arrays hold in the void: the background; or continued, as if the material of each
+        side went on behind the face of the cut. Turn HideVoid off, contour or slice that and clip
+        the result by VoidDistance at 0: it ends at the face without steps.""",
+    ),
     vector(
         "String",
         "GradientArray",

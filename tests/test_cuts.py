@@ -12,7 +12,7 @@ from conftest import (
     random_rotation,
 )
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls import VOID_VALUES, Deformation, Grid, HalfPlane, Plane, Surface
 
 HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
 SHAPES = {
@@ -404,6 +404,27 @@ def test_the_void_is_background(device, rng):
     assert field.void.sum() > 17 * 17 * 3
     assert (image[field.void] == 7).all()
     assert (image[4:6] == 1).all()
+
+
+def test_continued_values_are_those_of_each_sides_map(device):
+    """In the void the function goes on behind the face; elsewhere nothing changes."""
+    cut = HalfPlane((16, 16, 10), (1, 0, 0), (0, 0, 1))
+    deformed = np.array([(8, 8, 24), (24, 24, 24), (8, 24, 8), (24, 8, 8)], float)
+    rest = deformed - np.where(deformed[:, 2:] > 16, np.sign(deformed[:, :1] - 16), 0) * [3, 0, 0]
+    d = Deformation(rest, deformed, cuts=[cut], device=device)
+    grid = Grid((33, 33, 33))
+    image = waves(grid.points()).reshape(grid.shape)
+    kept, continued = (d.resample([image], grid, void_values=way)[0] for way in VOID_VALUES)
+    void = d.displacement_field(grid.dimensions).void
+    assert void.sum() > 500
+    np.testing.assert_array_equal(continued[~void], kept[~void])
+    assert (kept[void] == 0).all()
+    origins = d.backward(grid.points()[void.ravel()])
+    inside = (np.abs(origins - 16) < 15).all(axis=1)
+    assert inside.sum() > 500
+    np.testing.assert_allclose(continued[void][inside], waves(origins)[inside], atol=2e-3)
+    with pytest.raises(ValueError, match="`void_values` must be one of background, cont.*'full'"):
+        d.resample([image], grid, void_values="full")
 
 
 def test_without_cuts_there_is_no_void(device, rng):

@@ -173,6 +173,34 @@ def test_vtk_leaves_the_void_out():
     assert np.abs(value.opening(points[away])).max() < 0.1
 
 
+def test_continued_values_end_sharp_at_the_face(device):  # noqa: F811
+    deforming = scene(MLSDeform, device)
+    deforming.AddCut(HalfPlane(*HALF))
+    deforming.AddGradientVectorArray("g")
+    deforming.SetGradientArray("values")
+    image = deforming.GetInputDataObject(0, 0)
+    add_array(image.GetPointData(), "g", np.tile([1.0, 0, 0], (image.GetNumberOfPoints(), 1)))
+    before = update(deforming)
+    void = values_of(before, "Void") > 0
+    names = "values", "g", "Gradient"
+    kept = {name: values_of(before, name).copy() for name in names}
+    deforming.SetVoidValues("continued")
+    output = update(deforming)
+    np.testing.assert_array_equal(values_of(output, "Void") > 0, void)
+    value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device=device)
+    arguments = values_of(image, "values"), grid_of(image)
+    expected = {
+        "values": value.resample([arguments[0]], arguments[1], void_values="continued")[0],
+        "g": value.turned(values_of(image, "g"), arguments[1], void_values="continued"),
+        "Gradient": value.corrected_gradient(*arguments, void_values="continued"),
+    }
+    for name in names:
+        assert not kept[name][void].any()
+        result = values_of(output, name)
+        np.testing.assert_allclose(result, expected[name].reshape(result.shape), atol=1e-5)
+        assert np.count_nonzero(result[void]) > void.sum() / 2
+
+
 @BOTH
 def test_polygons_cut(kind, device):  # noqa: F811
     deforming, source = scene(kind, device), rectangle()
@@ -237,6 +265,7 @@ def test_nothing_is_done_twice(kind):
     }
     if kind is MLSDeform:
         properties.update(GradientArray="values", NormalizeGradient=True, HideVoid=False)
+        properties.update(VoidValues="continued")
     for number, (name, value) in enumerate(properties.items(), start=4):
         for _ in range(2):
             getattr(deforming, f"Set{name}")(value)

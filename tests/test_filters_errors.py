@@ -101,6 +101,7 @@ BOTH = {
     ),
 }
 DEFORM = {
+    "unknown void": (lambda s: s.deforming.SetVoidValues("full"), "`VoidValues`.*'full'"),
     "unknown interpolation": (lambda s: s.deforming.SetInterpolation("sharp"), "linear.*sharp"),
     "unknown grid": (lambda s: s.deforming.SetOutputGrid("own"), "`OutputGrid` .*fitted.*own"),
     "background of text": (lambda s: s.deforming.SetBackground("air"), "`background` .*air"),
@@ -173,6 +174,7 @@ GOOD = {
     "Interpolation": "linear",
     "Background": 0.0,
     "OutputGrid": "input",
+    "VoidValues": "background",
 }
 
 

@@ -14,7 +14,7 @@ import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume
 from vtk_fixtures import FAST, messages  # noqa: F401  (a fixture)
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
-from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkCutter
+from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter
 from vtkmodules.vtkFiltersGeneral import vtkClipDataSet
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingCore import (
@@ -84,7 +84,7 @@ def _deformation():
 
 
 @cache
-def _opened(background, hides_void=True):
+def _opened(background, hides_void=True, void_values="background"):
     """The ball, cut and pulled apart."""
     deformation = _deformation()
     handles = MLSControlPoints()
@@ -97,6 +97,7 @@ def _opened(background, hides_void=True):
     deform.AddCut(*deformation.cuts)
     deform.SetBackground(background)
     deform.SetHideVoid(hides_void)
+    deform.SetVoidValues(void_values)
     deform.Update()
     return deform.GetOutputDataObject(0)
 
@@ -139,6 +140,11 @@ def _contour():
     contour = vtkContourFilter()
     contour.SetValue(0, 128)
     return contour
+
+
+def _ran(algorithm):
+    algorithm.Update()
+    return algorithm.GetOutput()
 
 
 def _slice():
@@ -208,6 +214,35 @@ def test_nothing_is_drawn_in_the_void(way):
     after = _lit(prop(_opened(background)))
     assert not after[gap].any()
     assert np.count_nonzero(after) > 300
+
+
+def test_a_contour_of_continued_values_is_clipped_without_steps():
+    """Against that of values with a background, which goes on into the void, in steps."""
+    stepped, continued = (
+        _opened(0, hides_void=False, void_values=way) for way in ("background", "continued")
+    )
+
+    def ends(image, clipped):
+        """How far from the face the contour ends, in voxels."""
+        surface = _contour()
+        surface.SetInputData(image)
+        surface.SetInputArrayToProcess(0, 0, 0, 0, "density")
+        surface = _ran(surface)
+        if clipped:
+            clip = vtkClipPolyData()
+            surface.GetPointData().SetActiveScalars("VoidDistance")
+            clip.SetInputData(surface)
+            surface = _ran(clip)
+        points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+        opening = _deformation().opening(points[points[:, 2] > 18])
+        assert len(opening) > 500
+        return -opening.min()
+
+    assert ends(stepped, clipped=False) > 0.3
+    assert ends(continued, clipped=True) < 0.03
+    gap = _gap()
+    assert _lit(_surface(continued))[gap].all()
+    assert not _lit(_surface(continued, _clip()))[gap].any()
 
 
 def test_a_clip_by_the_distance_leaves_the_void_out():

@@ -17,6 +17,8 @@ from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.regions import Region, divided
 
+# What the void that a cut opens can hold: nothing, or material as if each side went on.
+VOID_VALUES = ("background", "continued")
 # Share of the extent by which G(forward(x)) may miss x.
 _INVERSE_TOLERANCE = 1e-5
 
@@ -342,7 +344,14 @@ class Deformation:
         return DisplacementField(displacement, grid, opening)
 
     def resample(
-        self, arrays, source, target=None, interpolation="linear", background=0.0, progress=None
+        self,
+        arrays,
+        source,
+        target=None,
+        interpolation="linear",
+        background=0.0,
+        void_values="background",
+        progress=None,
     ):
         """Deform what `arrays` hold on a grid.
 
@@ -357,6 +366,10 @@ class Deformation:
         background : float
             Value of places whose material came from outside of `source` (by more than half a
             spacing), and of the void.
+        void_values : {"background", "continued"}
+            What is in the void: `background`; or the values that the map of each side brings
+            there, as if its material went on behind the face of the cut. Contours of these end
+            sharp where they are clipped by the opening.
         progress : callable, optional
             As for `backward`, called between slabs.
 
@@ -389,6 +402,7 @@ class Deformation:
             source if target is None else target,
             list(methods),
             _number("background", background),
+            _continues(void_values),
             _checked(progress),
         )
 
@@ -417,6 +431,7 @@ class Deformation:
         target=None,
         interpolation="linear",
         normalise=False,
+        void_values="background",
         progress=None,
     ):
         """Deform vectors that are gradients or normals: J_G^T n(G(v)), Eq. 29.
@@ -424,7 +439,7 @@ class Deformation:
         Parameters
         ----------
         vectors : (nz, ny, nx, 3) array, world frame
-        source, target, interpolation, progress
+        source, target, interpolation, void_values, progress
             As for `resample`.
         normalise : bool
             Whether to return unit vectors; the factor det(J_G) of Eq. 29 does not count then, and
@@ -433,12 +448,14 @@ class Deformation:
         Returns
         -------
         (nz, ny, nx, 3) float32
-            0 outside and in the void.
+            0 outside, and in the void unless values are continued there.
         """
         target = source if target is None else target
         halves = _halves(progress)
         vectors = np.asarray(vectors, dtype=np.float32)
-        (moved,) = self.resample([vectors], source, target, interpolation, 0.0, halves[0])
+        (moved,) = self.resample(
+            [vectors], source, target, interpolation, 0.0, void_values, halves[0]
+        )
         field = self._engine.jacobian_field(self, target, _checked(halves[1]))
         return gradients.turned(moved, field, normalise)
 
@@ -450,17 +467,19 @@ class Deformation:
         interpolation="linear",
         background=0.0,
         normalise=False,
+        void_values="background",
         progress=None,
     ):
         """Gradient of the deformed `array`: J_G^T (grad f)(G(v)) with the analytic Jacobian.
 
         It follows the deformation exactly, unlike differences of the resampled array. On the
-        face of a void it is taken across the face, as the paper has it.
+        face of a void it is taken across the face, as the paper has it, unless values are
+        continued behind it.
 
         Parameters
         ----------
         array : (nz, ny, nx) array
-        source, target, interpolation, background, progress
+        source, target, interpolation, background, void_values, progress
             As for `resample`.
         normalise : bool
             Whether to return unit vectors.
@@ -468,13 +487,19 @@ class Deformation:
         Returns
         -------
         (nz, ny, nx, 3) float32, per world unit
-            0 outside and in the void.
+            0 outside, and in the void unless values are continued there.
         """
         target = source if target is None else target
         slopes = self.turned(
-            gradients.gradient(array, source), source, target, interpolation, False, progress
+            gradients.gradient(array, source),
+            source,
+            target,
+            interpolation,
+            False,
+            void_values,
+            progress,
         )
-        if self.cuts:
+        if self.cuts and not _continues(void_values):
             frame = target.dimensions, target.origin, target.spacing, target.direction
             opening = self.displacement_field(*frame).opening
             (values,) = self.resample(
@@ -568,6 +593,14 @@ def _number(name, value):
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"`{name}` must be a number, got {value!r}") from None
+
+
+def _continues(void_values):
+    if void_values not in VOID_VALUES:
+        raise ValueError(
+            f"`void_values` must be one of {', '.join(VOID_VALUES)}, got {void_values!r}"
+        )
+    return void_values == "continued"
 
 
 def _halves(progress):

@@ -139,7 +139,9 @@ class Engine:
                         self._launch_grid("grid_jacobian", deformation, region, grid, part, out)
         return result.reshape(*grid.shape, 3, 3)
 
-    def resample(self, deformation, arrays, source, target, methods, background, progress=None):
+    def resample(
+        self, deformation, arrays, source, target, methods, background, continued, progress=None
+    ):
         """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
@@ -163,6 +165,7 @@ class Engine:
                         part,
                         _transform(matrix, offset + turn @ handles.drift),
                         _transform(turn * handles.scale, np.zeros(3)),
+                        np.int32(continued),
                         index,
                     )
                 for number, (array, method, result) in enumerate(zip(arrays, methods, results)):

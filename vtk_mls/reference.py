@@ -92,7 +92,7 @@ def jacobian_field(deformation, grid, progress=None):
     return result.reshape(*grid.shape, 3, 3)
 
 
-def resample(deformation, arrays, source, target, methods, background, progress=None):
+def resample(deformation, arrays, source, target, methods, background, continued, progress=None):
     """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
     results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
     matrix, offset = target.index_transform(source)
@@ -101,7 +101,7 @@ def resample(deformation, arrays, source, target, methods, background, progress=
         v = target.points(part.start, part.stop)
         moved = _answers(deformation, v, "displacement")
         index = target.indices(part.start, part.stop) @ matrix.T + offset + moved @ to_index.T
-        if deformation.cuts:
+        if deformation.cuts and not continued:
             index[_opening(deformation, v, v + moved) < 0] = -np.inf
         for array, method, result in zip(arrays, methods, results):
             flat = result.reshape(-1, *array.shape[3:])

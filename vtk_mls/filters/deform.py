@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import INTERPOLATIONS, Grid, arrays
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters import cutting, gradients, warping
 from vtk_mls.filters.algorithm import in_turn, numbers
@@ -31,14 +31,15 @@ class MLSDeform(DeformingFilter):
     integers are rounded; strings come from the nearest point, and so do label arrays and
     `vtkGhostType`. Field data passes. Where G is the identity, values are the same to the bit.
     Gradients and normals are turned (Eq. 29): the active normals, which keep length 1, and the
-    GradientVectorArrays. In the void and outside they are 0.
+    GradientVectorArrays. Outside they are 0, and in the void unless values are continued there.
 
     With cuts, points have "Void" and "VoidDistance", cells "Void" (at their centre), and
     `vtkGhostType` hides the void: its points, and the cells that it fills or touches. VTK's
     surfaces, slices, thresholds and volume rendering leave these out. (vtkContourFilter does not
-    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off:
-    cells on the face must be there for that. Before VTK 9.3, in whose vtkGeometryFilter hidden
-    cells of images are a crash, only points are hidden: there a threshold by Void leaves it out.
+    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off, for
+    cells on the face must be there for that, and set VoidValues to "continued". Before VTK 9.3,
+    in whose vtkGeometryFilter hidden cells of images are a crash, only points are hidden: there a
+    threshold by Void leaves it out.
 
     The whole input is needed whatever part of the output is asked for; memory is that of input
     and output. Pieces of the output are made independently, so MPI processes share the work.
@@ -60,10 +61,14 @@ class MLSDeform(DeformingFilter):
         For "fitted" control points and cuts are updated in RequestInformation.
     HideVoid : bool
         Whether `vtkGhostType` hides the void.
+    VoidValues : {"background", "continued"}
+        What arrays hold in the void: Background; or what they would if the material of each side
+        went on behind the face. Then contour or slice first and clip by VoidDistance after: the
+        result ends at the face without steps, and in its unmixed colours.
     GradientArray : name
         Of the point scalars whose gradient in the deformed image is wanted, as point array
         "Gradient" (three floats, per world unit): J_G^T (grad f)(G(v)), and across the face on
-        the face of the void. "" for none.
+        the face of the void unless values are continued behind it. "" for none.
     GradientVectorArrays : names
         Of point and cell arrays that are gradients of the input.
     NormalizeGradient : bool
@@ -80,6 +85,7 @@ class MLSDeform(DeformingFilter):
         self._output_spacing = (1.0, 1.0, 1.0)
         self._output_origin = (0.0, 0.0, 0.0)
         self._hides_void = True
+        self._void_values = "background"
         self._gradient_array = ""
         self._gradient_vector_arrays = ()
         self._normalizes_gradient = False
@@ -147,6 +153,13 @@ class MLSDeform(DeformingFilter):
 
     def GetHideVoid(self):
         return self._hides_void
+
+    def SetVoidValues(self, choice):
+        """One of `vtk_mls.VOID_VALUES`."""
+        self._set("_void_values", choice)
+
+    def GetVoidValues(self):
+        return self._void_values
 
     def SetGradientArray(self, name):
         """Name of point scalars whose gradient is wanted, "" for none."""
@@ -283,7 +296,13 @@ class MLSDeform(DeformingFilter):
             chosen, methods = zip(*members)
             chosen_values = [values[number] for number in chosen]
             done = deformation.resample(
-                chosen_values, source, target, list(methods), background, progress
+                chosen_values,
+                source,
+                target,
+                list(methods),
+                background,
+                self._void_values,
+                progress,
             )
             for number, result in zip(chosen, done):
                 results[number] = result
@@ -291,7 +310,13 @@ class MLSDeform(DeformingFilter):
         def turn(number, is_normal, progress):
             unit = is_normal or self._normalizes_gradient
             turned = deformation.turned(
-                values[number], source, target, self._interpolation, unit, progress
+                values[number],
+                source,
+                target,
+                self._interpolation,
+                unit,
+                self._void_values,
+                progress,
             )
             results[number] = turned.astype(values[number].dtype)
 
@@ -342,6 +367,7 @@ class MLSDeform(DeformingFilter):
             self._interpolation,
             self._background,
             self._normalizes_gradient,
+            self._void_values,
             progress,
         )
         gradients.add_gradient(output, values)
@@ -379,11 +405,12 @@ class MLSDeform(DeformingFilter):
 
     def _check(self, dataset):
         """Raise what is wrong with properties that the deformation has not."""
-        if self._interpolation not in INTERPOLATIONS:
-            raise ValueError(
-                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, "
-                f"got {self._interpolation!r}"
-            )
+        for name, choices, choice in (
+            ("interpolation", INTERPOLATIONS, self._interpolation),
+            ("VoidValues", VOID_VALUES, self._void_values),
+        ):
+            if choice not in choices:
+                raise ValueError(f"`{name}` must be one of {', '.join(choices)}, got {choice!r}")
         data = dataset.GetPointData(), dataset.GetCellData()
         for wanted, names in (
             ("LabelArrays", self._label_arrays),
