@@ -131,29 +131,61 @@ __kernel void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *
               LANE(j.a[3 * column + row], l) + (row == column);
 }
 
-// Where in the source grid the points of a grid take their material from: continuous indices in
-// three planes; unless `continued`, outside of everything where a cut has opened. `to_source` takes
-// the grid's own indices there, `turn` a displacement.
-__kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, const float16 to_source,
-                                const float16 turn, const int continued,
-                                __global float *restrict index) {
-  FIT_ON_GRID
-  vec d = moved(&map, &fit);
-  vec from = vec_add(transformed(to_source, here), transformed(turn, d));
+// Stores the lanes of a plane that belong to this launch.
 #if CUTS
-  if (!continued) {
-    real open = opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d));
-    from.x = select(from.x, (real)(-1e9f), open < 0);
+#define STORE_KEPT(plane, value)                                 \
+  if (ALL(kept)) {                                               \
+    store_plane(plane, value, count, at);                        \
+  } else {                                                       \
+    for (int l = 0; l < lanes; ++l)                              \
+      if (KEPT(l)) (plane)[at + l] = LANE(value, l);             \
   }
-  if (!ALL(kept)) {
-    for (int l = 0; l < lanes; ++l)
-      if (KEPT(l)) {
-        index[at + l] = LANE(from.x, l);
-        index[count + at + l] = LANE(from.y, l);
-        index[2 * count + at + l] = LANE(from.z, l);
-      }
-    return;
-  }
+#else
+#define STORE_KEPT(plane, value) store_plane(plane, value, count, at);
 #endif
-  store_points(index, from, count, at);
+
+// `to_source` takes indices of the grid to those of the source, `turn` a displacement; unless
+// `continued`, what a cut has opened is outside of everything.
+#define SOURCE_PARAMETERS \
+  const float16 to_source, const float16 turn, const int continued, __global float *restrict index
+
+// Stores where in the source grid the points of a grid take their material from: continuous
+// indices in three planes.
+#if CUTS
+#define OPENING opening_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d))
+#define LEAVE_VOID_OUT if (!continued) from.x = select(from.x, (real)(-1e9f), OPENING < 0);
+#else
+#define LEAVE_VOID_OUT
+#endif
+#define STORE_SOURCE_INDEX                                                         \
+  const vec d = moved(&map, &fit);                                                 \
+  vec from = vec_add(transformed(to_source, here), transformed(turn, d));          \
+  LEAVE_VOID_OUT                                                                   \
+  STORE_KEPT(index, from.x)                                                        \
+  STORE_KEPT(index + count, from.y)                                                \
+  STORE_KEPT(index + 2 * count, from.z)
+
+__kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS) {
+  FIT_ON_GRID
+  STORE_SOURCE_INDEX
+}
+
+// The same, and what turns a gradient there: after the indices follow nine planes of dG/dv. With
+// cuts also the opening, local units times `scale`.
+__kernel void grid_source_frame(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS
+#if CUTS
+                                , const float scale, __global float *restrict opening
+#endif
+) {
+  FIT_ON_GRID
+  STORE_SOURCE_INDEX
+  const mat j = moved_jacobian(&map, &fit);
+  for (int i = 0; i < 9; ++i) {
+    const real entry = j.a[i] + (i % 4 == 0 ? 1.0f : 0.0f);
+    STORE_KEPT(index + (3 + i) * count, entry)
+  }
+#if CUTS
+  const real open = scale * OPENING;
+  STORE_KEPT(opening, open)
+#endif
 }

@@ -30,7 +30,7 @@ ALLOWED = {
     "engine": {"cut_tables", "device", "handles", "interpolation", "numpy", "pyopencl"},
     "filters": {"", "arrays", "gradients", "numpy", "vtkmodules"},
     "fitting": {"grid", "numpy"},
-    "gradients": {"numpy"},
+    "gradients": {"interpolation", "numpy"},
     "grid": {"numpy"},
     "handles": {"numpy"},
     "interpolation": {"numpy"},

@@ -490,6 +490,91 @@ def test_gradient_on_the_face_of_an_opening(key):
     np.testing.assert_allclose(slopes[bottom - 1, 16, 16], [0, 0, -1], atol=1e-3)
 
 
+def pulled_apart(cut, device, by=3.0):
+    """Handles on both sides of a cut across x = 16, pulled apart above the middle."""
+    deformed = np.array([(8, 8, 24), (24, 24, 24), (8, 24, 8), (24, 8, 8)], float)
+    way = np.where(deformed[:, 2:] > 16, np.sign(deformed[:, :1] - 16), 0)
+    return Deformation(deformed - by * way * [1, 0, 0], deformed, cuts=[cut], device=device)
+
+
+OPENINGS = {
+    "plane": Plane((16.3, 16, 10.2), (1, 0.2, 0.1)),
+    "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
+    "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
+}
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", OPENINGS)
+@pytest.mark.parametrize("normalise", [False, True])
+def test_devices_agree_on_gradients_at_an_opening(shape, normalise, key):
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = 3 + waves(grid.points()).reshape(grid.shape)
+    expected, got = (
+        pulled_apart(OPENINGS[shape], each).corrected_gradient(image, grid, normalise=normalise)
+        for each in ("reference", key)
+    )
+    error, allowed = lengths(got - expected), 1e-3 * lengths(expected).max()
+    assert np.mean(error > allowed) <= 2e-4
+
+
+@pytest.mark.parametrize("shape", OPENINGS)
+def test_a_closed_cut_has_no_face(shape, device):
+    d = pulled_apart(OPENINGS[shape], device, by=0)
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = 3 + waves(grid.points()).reshape(grid.shape)
+    plain = Deformation(d.rest, d.deformed, device=device).corrected_gradient(image, grid)
+    np.testing.assert_allclose(d.corrected_gradient(image, grid), plain, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", OPENINGS)
+def test_gradients_turn_smoothly_to_the_face(shape):
+    """From that inside to across the face, over a voxel, wherever the voxels lie."""
+    d = pulled_apart(OPENINGS[shape], "reference")
+    source = Grid((33, 33, 33))
+    image = 3 + waves(source.points()).reshape(source.shape)
+    line = Grid((1601, 1, 1), (12, 16, 22), (0.01, 1, 1))
+    slopes = d.corrected_gradient(image, source, line)[0, 0]
+    (opening,) = (d.opening(line.points()),)
+    solid = opening >= 0
+    assert (slopes[~solid] == 0).all()
+    both = solid[1:] & solid[:-1]
+    assert lengths(np.diff(slopes, axis=0))[both].max() < 0.05 * lengths(slopes).max()
+    at_face = np.flatnonzero(solid[1:] != solid[:-1])
+    assert len(at_face) == 2
+    for place in (at_face[0], at_face[1] + 1):
+        # across the face, as long as the step in one voxel of the undeformed image
+        epsilon = 1e-5 * np.eye(3)
+        v = line.points()[[place]]
+        across = [(d.opening(v + e) - d.opening(v - e)).item() / 2e-5 for e in epsilon]
+        (value,) = d.resample([image], source, Grid((1, 1, 1), v[0]))
+        np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, "plane"])
+def test_away_is_the_slope_of_the_opening(shape, rng):
+    cut = SHAPES[shape][0] if shape in SHAPES else OPENINGS["plane"]
+    v = rng.uniform(20, 230, (400, 3))
+    if isinstance(cut, Surface):
+        g = cut.points[cut.triangles].mean(axis=1)[rng.integers(len(cut.triangles), size=400)]
+    elif isinstance(cut, Plane):
+        g = v - cut.height(v)[:, None] * cut.normal
+    else:
+        g = cut.point + rng.uniform(5, 50, (400, 2)) @ [cut.inward, cut.along]
+    g = g + rng.normal(0, 0.02, g.shape)
+    slope = np.stack(
+        [(cut.opening(v, g + e) - cut.opening(v, g - e)) / 2e-6 for e in 1e-6 * np.eye(3)], axis=1
+    )
+    agreeing = lengths(slope - cut.away(v, g)) < 1e-3
+    assert agreeing.mean() > 0.97  # the others lie within the difference of the surface or a fold
+
+
+def test_vectors_must_lie_on_the_grid():
+    d = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference")
+    with pytest.raises(ValueError, match=r"`vectors` must have .*\(4, 3, 2, 3\), got \(4, 3, 2\)"):
+        d.turned(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
+
+
 def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
     """The normal of a level of f stays normal to that level of f(G(v))."""
     grid = Grid((30, 30, 30), spacing=(2, 2, 2))

@@ -53,6 +53,10 @@ class Plane:
         side = np.where(self.height(v) < 0, -1, 1)
         return side * self.height(g)
 
+    def away(self, v, g):
+        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
+
 
 @dataclass(frozen=True, eq=False)
 class HalfPlane:
@@ -118,6 +122,14 @@ class HalfPlane:
         to_edge = np.hypot(s + (t - s) * share, h + (e - h) * share)
         reach = np.minimum(to_cut, to_edge)
         return np.where(self.blocks(v, g), -reach, reach)
+
+    def away(self, v, g):
+        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        t, e, _ = self.frame(g)
+        beside = e > 0
+        t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
+        out = _unit(t[:, None] * self.normal + e[:, None] * self.inward)
+        return np.where(self.blocks(v, g)[:, None], -out, out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,10 +209,19 @@ class Surface:
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous off the cut."""
         reach = np.full(len(v), np.inf)
         for triangle in self.points[self.triangles]:
-            reach = np.minimum(reach, _distance_to_triangle(g, *triangle))
+            reach = np.minimum(reach, _from_triangle(g, *triangle)[0])
         for a, b in self.boundary:
             reach = np.minimum(reach, _distance_of_segments(v, g, a, b))
         return np.where(self.blocks(v, g), -reach, reach)
+
+    def away(self, v, g):
+        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
+        for triangle in self.points[self.triangles]:
+            distance, direction = _from_triangle(g, *triangle)
+            out = np.where((distance < nearest)[:, None], direction, out)
+            nearest = np.minimum(nearest, distance)
+        return np.where(self.blocks(v, g)[:, None], -out, out)
 
 
 def _crosses(v, q, a, b, c):
@@ -233,18 +254,29 @@ def _bend_on_edge(v, q, a, b):
     return a + np.clip(l_v + (l_q - l_v) * share, 0, length)[..., None] * along
 
 
-def _distance_to_triangle(x, a, b, c):
-    normal = np.cross(b - a, c - a)
-    normal = normal / np.linalg.norm(normal)
+def _from_triangle(x, a, b, c):
+    """Distances (m,) of places `x` (m, 3) from a triangle, and the unit vectors away from it."""
+    normal = _unit(np.cross(b - a, c - a))
     inside = np.ones(len(x), bool)
-    distance = np.full(len(x), np.inf)
+    distance, offset = np.full(len(x), np.inf), np.zeros_like(x)
     for start, end in ((a, b), (b, c), (c, a)):
         inside &= (x - start) @ np.cross(normal, end - start) >= 0
         t = np.clip((x - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
-        distance = np.minimum(
-            distance, np.linalg.norm(x - start - t[:, None] * (end - start), axis=1)
-        )
-    return np.where(inside, np.abs((x - a) @ normal), distance)
+        from_edge = x - start - t[:, None] * (end - start)
+        length = np.linalg.norm(from_edge, axis=1)
+        offset = np.where((length < distance)[:, None], from_edge, offset)
+        distance = np.minimum(distance, length)
+    height = (x - a) @ normal
+    above = np.where(height < 0, -1, 1)[:, None] * normal
+    return (
+        np.where(inside, np.abs(height), distance),
+        np.where(inside[:, None], above, _unit(offset)),
+    )
+
+
+def _unit(vectors):
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 def _distance_of_segments(v, g, a, b):

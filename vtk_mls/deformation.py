@@ -450,14 +450,9 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, and in the void unless values are continued there.
         """
-        target = source if target is None else target
-        halves = _halves(progress)
-        vectors = np.asarray(vectors, dtype=np.float32)
-        (moved,) = self.resample(
-            [vectors], source, target, interpolation, 0.0, void_values, halves[0]
-        )
-        field = self._engine.jacobian_field(self, target, _checked(halves[1]))
-        return gradients.turned(moved, field, normalise)
+        return self._turned(
+            vectors, source, target, interpolation, normalise, void_values, progress
+        )[0]
 
     def corrected_gradient(
         self,
@@ -490,23 +485,47 @@ class Deformation:
             0 outside, and in the void unless values are continued there.
         """
         target = source if target is None else target
-        slopes = self.turned(
-            gradients.gradient(array, source),
-            source,
-            target,
-            interpolation,
-            False,
-            void_values,
-            progress,
+        slopes = gradients.gradient(array, source)
+        turned, opening = self._turned(
+            slopes, source, target, interpolation, normalise, void_values, progress
         )
         if self.cuts and not _continues(void_values):
-            frame = target.dimensions, target.origin, target.spacing, target.direction
-            opening = self.displacement_field(*frame).opening
-            (values,) = self.resample(
-                [np.asarray(array, np.float32)], source, target, interpolation, background
+            reach = gradients.REACH * np.abs(source.spacing).mean()
+            near = np.nonzero((opening >= 0) & (opening < reach))
+            at_faces = gradients.at_faces(
+                self,
+                target.at(np.stack(near[::-1], axis=1)),
+                np.asarray(array, np.float32),
+                slopes,
+                source,
+                interpolation,
+                _number("background", background),
             )
-            slopes = gradients.faced(slopes, opening, values, background, target)
-        return gradients.turned(slopes, np.eye(3), True) if normalise else slopes
+            turned[near] = gradients.unit(at_faces) if normalise else at_faces
+        return turned
+
+    def _turned(self, vectors, source, target, interpolation, normalise, void_values, progress):
+        """What `turned` returns, and the opening or None."""
+        vectors = np.ascontiguousarray(vectors, dtype=np.float32)
+        if vectors.shape != (*source.shape, 3):
+            raise ValueError(
+                f"`vectors` must have the shape of the grid, {(*source.shape, 3)}, "
+                f"got {vectors.shape}"
+            )
+        if interpolation not in INTERPOLATIONS:
+            raise ValueError(
+                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
+            )
+        return self._engine.turned(
+            self,
+            vectors,
+            source,
+            source if target is None else target,
+            interpolation,
+            _continues(void_values),
+            normalise,
+            _checked(progress),
+        )
 
     def fitted_grid(self, source):
         """The grid on the lattice of `source` that holds all of the deformed volume.

@@ -145,8 +145,6 @@ class Engine:
         """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
-        matrix, offset = target.index_transform(source)
-        turn = np.linalg.inv(source.index_to_world)
         with self._lock:
             sources = _Sources(self, arrays)
             slabs = self._slabs(
@@ -156,16 +154,13 @@ class Engine:
             for part in _stepped(slabs, progress):
                 count = part.stop - part.start
                 for region in deformation.regions:
-                    handles = region.handles
                     self._launch_grid(
                         "grid_source_index",
                         deformation,
                         region,
                         target,
                         part,
-                        _transform(matrix, offset + turn @ handles.drift),
-                        _transform(turn * handles.scale, np.zeros(3)),
-                        np.int32(continued),
+                        *_to_source(source, target, region.handles, continued),
                         index,
                     )
                 for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
@@ -179,6 +174,50 @@ class Engine:
                     for rest in sources.fitting(number, index, count):
                         self._sample(rest, array, source, method, background, rows)
         return results
+
+    def turned(
+        self, deformation, vectors, source, target, method, continued, normalise, progress=None
+    ):
+        """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the opening."""
+        result = np.empty((target.size, 3), np.float32)
+        opening = np.empty(target.size if deformation.cuts else 0, np.float32)
+        with self._lock:
+            sources = _Sources(self, [vectors])
+            slabs = self._slabs(target.size, deformation, 64, _CACHED if self._in_place else None)
+            planes = self._scratch(48 * (slabs[0].stop - slabs[0].start))
+            for part in _stepped(slabs, progress):
+                count, rows = part.stop - part.start, result[part]
+                with ExitStack() as buffers:
+                    if deformation.cuts:
+                        there = buffers.enter_context(self._written(opening[part]))
+                    for region in deformation.regions:
+                        outputs = [planes]
+                        if deformation.cuts:
+                            outputs += [np.float32(region.handles.scale), there]
+                        self._launch_grid(
+                            "grid_source_frame",
+                            deformation,
+                            region,
+                            target,
+                            part,
+                            *_to_source(source, target, region.handles, continued),
+                            *outputs,
+                        )
+                for rest in sources.fitting(0, planes, count):
+                    self._sample(rest, vectors, source, method, 0.0, rows)
+                with self._exchanged(rows) as moved:
+                    self._launch(
+                        "turn.cl",
+                        (("LANES", self.device.lanes),),
+                        "turn",
+                        -(-count // self.device.lanes),
+                        np.int64(count),
+                        planes,
+                        np.int32(normalise),
+                        moved,
+                    )
+        opening = opening.reshape(target.shape) if deformation.cuts else None
+        return result.reshape(*target.shape, 3), opening
 
     # Launching
 
@@ -452,6 +491,17 @@ def _transform(matrix, offset):
     packed = np.zeros(16, np.float32)
     packed[:12] = np.concatenate([np.asarray(matrix).T.ravel(), offset])
     return packed
+
+
+def _to_source(source, target, handles, continued):
+    """First arguments of the kernels that tell where in `source` points of `target` come from."""
+    matrix, offset = target.index_transform(source)
+    turn = np.linalg.inv(source.index_to_world)
+    return (
+        _transform(matrix, offset + turn @ handles.drift),
+        _transform(turn * handles.scale, np.zeros(3)),
+        np.int32(continued),
+    )
 
 
 def _float4(vector):

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.interpolation import sample
+
+# How far into the material the face of an opening shows in the gradient, in voxels of the source.
+REACH = 1.5
+
 
 def gradient(array, grid):
     """Gradient of `array` on `grid`, by differences.
@@ -28,8 +33,7 @@ def turned(vectors, transposed_jacobian, normalise):
     """J_G^T times each of `vectors` (..., 3); of length 1 (or 0) if `normalise`."""
     vectors = np.einsum("...ij,...j->...i", transposed_jacobian, vectors)
     if normalise:
-        length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-        vectors = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+        vectors = unit(vectors)
     return vectors.astype(np.float32)
 
 
@@ -45,24 +49,56 @@ def pushed(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
-def faced(gradients, opening, values, background, grid):
-    """`gradients`, with those on the face of an opening taken across it; 0 in the void.
+def at_faces(deformation, v, values, slopes, source, interpolation, background):
+    """Gradient of a deformed array near the faces of an opening.
 
-    A voxel of material next to the void sees the border between both, as the paper has it: the
-    direction is that of the gradient of the opening, the size that of the step from `background`
-    to its value in one voxel.
+    Where the material ends there is a step from its value to `background`. In the undeformed
+    material it lies one voxel wide along the cut, and turns with J_G^T like every gradient
+    (Eq. 29): on the face it is all, and over the next voxel it gives way to the gradient of the
+    values. A cut that is closed has no step: half a voxel behind the face there must be a void.
+
+    Parameters
+    ----------
+    deformation : Deformation
+        With cuts.
+    v : (m, 3) array, world coordinates
+        Places, not in the void.
+    values, slopes : (nz, ny, nx) and (nz, ny, nx, 3) arrays of floats
+        The undeformed array, and its `gradient`.
+    source : Grid
+        Where these are.
+    interpolation, background
+        As of `Deformation.resample`.
+
+    Returns
+    -------
+    (m, 3) float64, per world unit
     """
-    void = opening < 0
-    face = ~void & _touching(void)
-    across = gradient(opening, grid)[face]
-    length = np.linalg.norm(across, axis=-1, keepdims=True)
-    step = np.abs(values[face] - background)[:, None] / np.abs(grid.spacing).mean()
-    sign = np.where(values[face] < background, -1, 1)[:, None]
-    gradients[face] = np.divide(
-        sign * step * across, length, out=np.zeros_like(across, dtype=np.float64), where=length > 0
-    )
-    gradients[void] = 0
-    return gradients
+    voxel = np.abs(source.spacing).mean()
+    origin = deformation.backward(v)
+    turn = deformation.jacobian(v).swapaxes(1, 2)
+    openings = [cut.opening(v, origin) for cut in deformation.cuts]
+    opening, nearest = np.min(openings, axis=0), np.argmin(openings, axis=0)
+    away = np.zeros_like(v)
+    for number, cut in enumerate(deformation.cuts):
+        here = nearest == number
+        away[here] = cut.away(v[here], origin[here])
+    across = np.einsum("mij,mj->mi", turn, away)
+    squared = np.maximum(np.sum(across**2, axis=1), np.finfo(float).tiny)
+    behind = v - ((opening + voxel / 2) / squared)[:, None] * across
+    depth = -deformation.opening(behind)
+    share = np.clip(REACH - opening / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
+
+    index = source.index_of(origin)
+    step = (sample(values, index, interpolation, background) - background) / voxel
+    inner = sample(slopes, index, interpolation, 0)
+    return np.einsum("mij,mj->mi", turn, inner + share[:, None] * (step[:, None] * away - inner))
+
+
+def unit(vectors):
+    """`vectors` (..., 3) with length 1, or 0."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 def _slope(values, axis):
@@ -79,14 +115,3 @@ def _slope(values, axis):
         far -= np.roll(values, 2, axis)
         slope[tuple(inner)] = ((8 * near - far) / 12)[tuple(inner)]
     return slope
-
-
-def _touching(void):
-    """Voxels with a void neighbour along an axis."""
-    found = np.zeros_like(void)
-    for axis in range(3):
-        ahead, behind = [slice(None)] * 3, [slice(None)] * 3
-        ahead[axis], behind[axis] = slice(1, None), slice(None, -1)
-        found[tuple(ahead)] |= void[tuple(behind)]
-        found[tuple(behind)] |= void[tuple(ahead)]
-    return found

@@ -109,6 +109,17 @@ def resample(deformation, arrays, source, target, methods, background, continued
     return results
 
 
+def turned(deformation, vectors, source, target, method, continued, normalise, progress=None):
+    """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the opening."""
+    ways = (vectors,), source, target, (method,), 0.0, continued, progress
+    (moved,) = resample(deformation, *ways)
+    result = np.einsum("...ij,...j->...i", jacobian_field(deformation, target), moved)
+    if normalise:
+        result = _unit(result)
+    _, opening = displacement_field(deformation, target)
+    return result.astype(np.float32), opening
+
+
 def _opening(deformation, v, origin):
     return np.min([cut.opening(v, origin) for cut in deformation.cuts], axis=0)
 
