@@ -13,9 +13,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkFlyingEdges3D
-from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
-from vtkmodules.vtkImagingCore import vtkImageReslice
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth, vtkImageGradient
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
@@ -29,7 +27,7 @@ from vtkmodules.vtkRenderingCore import (
 
 from vtk_mls import HalfPlane, demo_volumes
 from vtk_mls.demo_picture import BACKGROUND, DRAGGED, OVERSAMPLING, PINNED, spheres, text, write
-from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 # In millimetres: x to the right, y to the front, z up. The cut runs down to its edge at EDGE.
 EDGE = np.array([98.0, 118.0, 58.0])
@@ -87,7 +85,7 @@ def draw(directory: Path):
         "Pulled open",
         "gradients corrected: light falls on what is there",
         _shaded(outside, "Turned", BRAIN),
-        _shaded(face, "Gradient"),
+        _shaded(face, "Gradients"),
         *after,
     )
     _fill(
@@ -135,9 +133,7 @@ def _brain():
     brain.GetPointData().GetScalars().SetName("T1")
     for name in ("Turned", "Carried"):
         values = vtk_to_numpy(gradient.GetOutput().GetPointData().GetScalars())
-        array = numpy_to_vtk(values.astype(np.float32), deep=True)
-        array.SetName(name)
-        brain.GetPointData().AddArray(array)
+        _add(brain, name, values.astype(np.float32))
     return brain
 
 
@@ -160,48 +156,34 @@ def _deformed(brain, rest, deformed, file):
     deform.SetInputData(brain)
     deform.SetInputConnection(1, handles.GetOutputPort())
     deform.AddCut(CUT)
-    deform.SetHideVoid(False)  # contours need the cells on the face
+    deform.SetHideVoid(False)  # contours need the cells on the face,
+    deform.SetVoidValues("continued")  # and colours behind it
     deform.AddGradientVectorArray("Turned")
-    deform.SetGradientArray("T1")
     deform.SetOutputGrid("given")
     deform.SetOutputOrigin(*LOWER)
     deform.SetOutputDimensions(*(UPPER - LOWER + 1).astype(int).tolist())
     deform.Update()
     image = vtkImageData()
     image.ShallowCopy(deform.GetOutputDataObject(0))
-    _save(image, file)
-
-    # What the map makes of T1 without leaving the void out, for contours that reach into it.
-    field = MLSDisplacementField()
-    field.SetInputData(image)
-    field.SetInputConnection(1, handles.GetOutputPort())
-    field.AddCut(CUT)
-    transform = vtkGridTransform()
-    transform.SetDisplacementGridConnection(field.GetOutputPort())
-    reslice = vtkImageReslice()
-    reslice.SetInputData(brain)
-    reslice.SetResliceTransform(transform)
-    reslice.SetInterpolationModeToLinear()
-    reslice.SetOutputOrigin(image.GetOrigin())
-    reslice.SetOutputExtent(image.GetExtent())
-    reslice.SetOutputSpacing(image.GetSpacing())
-    reslice.Update()
-    array = reslice.GetOutput().GetPointData().GetScalars()
-    array.SetName("T1")
-    image.GetPointData().AddArray(array)
-    void = vtk_to_numpy(image.GetPointData().GetArray("Void"))
-    array = numpy_to_vtk(1 - void.astype(np.float32), deep=True)
-    array.SetName("Solid")
-    image.GetPointData().AddArray(array)
+    solid = 1 - vtk_to_numpy(image.GetPointData().GetArray("Void")).astype(np.float32)
+    _add(image, "Solid", solid)
+    _save(image, file, solid)
     return image
 
 
-def _save(image, file):
-    """Write what one may want to look at elsewhere."""
+def _add(image, name, values):
+    array = numpy_to_vtk(values, deep=True)
+    array.SetName(name)
+    image.GetPointData().AddArray(array)
+
+
+def _save(image, file, solid):
+    """Write what one may want to look at elsewhere, with nothing in the void."""
     part = vtkImageData()
     part.CopyStructure(image)
-    for name in ("T1", "Void", "VoidDistance"):
+    for name in ("Void", "VoidDistance"):
         part.GetPointData().AddArray(image.GetPointData().GetArray(name))
+    _add(part, "T1", solid * vtk_to_numpy(image.GetPointData().GetArray("T1")))
     part.GetPointData().SetActiveScalars("T1")
     writer = vtkXMLImageDataWriter()
     writer.SetInputData(part)
