@@ -66,6 +66,33 @@ face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosur
 assert data(face).GetNumberOfCells() > 50
 simple.Delete(face)
 del face
+# The ways to look inside that all versions have: a clip at the face, and without its steps a
+# threshold; both keep what is solid only.
+deform.VoidValues = "continued"
+# The clip of 5.11 drops the active scalars: something else must be active.
+other = simple.Calculator(Input=deform, Function="RTData", ResultArrayName="Copy")
+clip = simple.Clip(Input=other, ClipType="Scalar", Scalars=["POINTS", "VoidDistance"], Value=0.0)
+clip.Invert = 0
+threshold = simple.Threshold(Input=deform, Scalars=["POINTS", "Void"])
+threshold.LowerThreshold = threshold.UpperThreshold = 0.0
+for solid in (clip, threshold):
+    kept = data(solid)
+    assert 0.5 * np.prod(lattice.dimensions) < kept.GetNumberOfPoints()
+    assert kept.GetPointData().GetArray("VoidDistance").GetRange()[0] > -1e-5
+    assert kept.GetPointData().GetArray("RTData").GetRange()[0] > volume.min() - 1  # unmixed
+    assert cells_of_surface(solid) > 500
+    simple.Delete(solid)
+simple.Delete(other)
+del clip, threshold, solid, other
+contour = simple.Contour(Input=deform, ContourBy=["POINTS", "RTData"], Isosurfaces=[157.0])
+clip = simple.Clip(Input=contour, ClipType="Scalar", Scalars=["POINTS", "VoidDistance"], Value=0.0)
+clip.Invert = 0
+assert data(clip).GetPointData().GetArray("VoidDistance").GetRange()[0] > -1e-5
+assert 500 < data(clip).GetNumberOfCells() < data(contour).GetNumberOfCells() * 1.2
+for proxy in (clip, contour):
+    simple.Delete(proxy)
+del clip, contour, proxy
+deform.VoidValues = "background"
 deform.HideVoid = 1
 for proxy in filters:
     proxy.Nu = 4.0

@@ -13,8 +13,9 @@ from vtkmodules.vtkFiltersCore import (
 
 from vtk_mls import HalfPlane, Plane, Surface, arrays
 
-# Before VTK 9.3 vtkGeometryFilter, with which ParaView 5.11 draws, writes beyond its memory for
-# images with hidden cells.
+# Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
+# of each column of an image with hidden cells at the end of the z axis, whatever axis the column
+# has: beyond its memory where the image ends later along z. (Its fast mode does not.)
 CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
 CUT_TYPES = ("none", "plane", "half-plane")
 
