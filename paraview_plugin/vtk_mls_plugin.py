@@ -251,15 +251,16 @@ DEFORMATION = [
 
 HAS_CUT = shown_when("CutType", "none", inverse=1)
 
-# A cut by properties, and what all cuts have in common.
+# A cut by properties, and what all cuts have in common. ParaView shows the plane's widget where the
+# first property of its group stands, which is Input: that comes between these two.
+CUT_TYPE = choice(
+    "CutType",
+    ("none", "plane", "half-plane"),
+    "none",
+    """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+    half-plane has an edge through its origin, and begins there.""",
+)
 CUT = [
-    choice(
-        "CutType",
-        ("none", "plane", "half-plane"),
-        "none",
-        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
-        half-plane has an edge through its origin, and begins there.""",
-    ),
     vector(
         "Double",
         "CutOrigin",
@@ -331,6 +332,10 @@ DEFORM = [
         least squares. Every array of the input is resampled on the deformed image. Cuts open it;
         the void between their sides is in the array Void."""
     ),
+    CONTROL_POINTS,
+    CUTS,
+    *DEFORMATION,
+    CUT_TYPE,
     data_input(
         "Input",
         0,
@@ -340,9 +345,6 @@ DEFORM = [
         input_arrays("scalars", "point", components=1),
         input_arrays("gradients", "any", components=3),
     ),
-    CONTROL_POINTS,
-    CUTS,
-    *DEFORMATION,
     *CUT,
     choice(
         "Interpolation",
@@ -426,15 +428,16 @@ FIELD = [
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
         place that the material now at v came from."""
     ),
+    CONTROL_POINTS,
+    CUTS,
+    *DEFORMATION,
+    CUT_TYPE,
     data_input(
         "Input",
         0,
         "vtkDataSet",
         "Gives the grid of the field: its own if it is an image, else one over its bounds.",
     ),
-    CONTROL_POINTS,
-    CUTS,
-    *DEFORMATION,
     *CUT,
     vector(
         "Int",
