@@ -588,3 +588,23 @@ def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
     inside = lengths(got) > 0
     assert inside.mean() > 0.5
     np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
+
+
+def test_pushed_vectors_move_with_the_material(device, rng):
+    rest, deformed = random_handles(rng, 12)
+    grid = Grid((17, 18, 19), (0, 0, 0), (15, 14, 14), random_rotation(rng))
+    vectors = np.tile(np.array([1.0, -2.0, 0.5]), (*grid.shape, 1))
+    d = Deformation(rest, deformed, device=device)
+    pushed = d.pushed(vectors, grid)
+    specification = Deformation(rest, deformed, device="reference")
+    v = grid.points()
+    origin, step = specification.backward(v), 1e-3
+    inside = (np.abs(grid.index_of(origin) / (np.array(grid.dimensions) - 1) - 0.5) < 0.5).all(1)
+    # dF/dx w by differences of the forward map, where it leads back to v
+    ahead = specification.forward(origin[inside] + step * vectors[0, 0, 0])
+    behind = specification.forward(origin[inside] - step * vectors[0, 0, 0])
+    true = (ahead - behind) / (2 * step)
+    there = np.linalg.norm((ahead + behind) / 2 - v[inside], axis=1) < 0.1
+    assert there.mean() > 0.9
+    error = np.abs(pushed.reshape(-1, 3)[inside] - true)[there]
+    assert np.quantile(error, 0.99) < 2e-3

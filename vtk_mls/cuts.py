@@ -24,7 +24,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-
 _ASIDE = np.array([0.5377, 0.2863, 0.7930])  # no direction that surfaces have by design
 
 

@@ -454,6 +454,35 @@ class Deformation:
             vectors, source, target, interpolation, normalise, void_values, progress
         )[0]
 
+    def pushed(
+        self,
+        vectors,
+        source,
+        target=None,
+        interpolation="linear",
+        void_values="background",
+        progress=None,
+    ):
+        """Deform vectors that move with the material, as velocities do: J_G^-1 w(G(v)).
+
+        Parameters
+        ----------
+        vectors : (nz, ny, nx, 3) array, world frame
+        source, target, interpolation, void_values, progress
+            As for `resample`.
+
+        Returns
+        -------
+        (nz, ny, nx, 3) float32
+            0 outside, where the map is singular, and in the void unless values are continued there.
+        """
+        target = source if target is None else target
+        first, second = _halves(progress)
+        vectors = np.asarray(vectors, dtype=np.float32)
+        (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
+        frame = target.dimensions, target.origin, target.spacing, target.direction
+        return gradients.pushed(moved, self.jacobian_field(*frame, second))
+
     def corrected_gradient(
         self,
         array,

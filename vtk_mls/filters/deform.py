@@ -289,7 +289,9 @@ class MLSDeform(DeformingFilter):
     def _resample(self, deformation, old, new, source, target, progress):
         """Deform the arrays `old` into `new`, those with the same background in one pass."""
         values = arrays.image_values(old, source)
-        vectors = gradients.vectors(old, self._gradient_vector_arrays)
+        directions = gradients.directions(
+            old, self._gradient_vector_arrays, self._push_forward_arrays
+        )
         results, passes, tasks = [None] * len(values), {}, []
 
         def fill(background, members, progress):
@@ -307,24 +309,20 @@ class MLSDeform(DeformingFilter):
             for number, result in zip(chosen, done):
                 results[number] = result
 
-        def turn(number, is_normal, progress):
-            unit = is_normal or self._normalizes_gradient
-            turned = deformation.turned(
-                values[number],
-                source,
-                target,
-                self._interpolation,
-                unit,
-                self._void_values,
-                progress,
-            )
+        def turn(number, how, progress):
+            arguments = values[number], source, target, self._interpolation
+            if how == "tangent":
+                turned = deformation.pushed(*arguments, self._void_values, progress)
+            else:
+                unit = how == "normal" or self._normalizes_gradient
+                turned = deformation.turned(*arguments, unit, self._void_values, progress)
             results[number] = turned.astype(values[number].dtype)
 
         for number in range(len(values)):
             array = old.GetAbstractArray(number)
             method, background = self._interpolation, self._background
-            if array.GetName() in vectors:
-                tasks.append(partial(turn, number, vectors[array.GetName()]))
+            if array.GetName() in directions:
+                tasks.append(partial(turn, number, directions[array.GetName()]))
                 continue
             if not arrays.is_numeric(array):
                 method, background = "nearest", -1

@@ -27,41 +27,6 @@ def scalars(image, name):
     return arrays.to_numpy(array).reshape(image.GetDimensions()[::-1])
 
 
-def vectors(attributes, names):
-    """Which arrays of point or cell data are gradients or normals.
-
-    Parameters
-    ----------
-    attributes : vtkDataSetAttributes
-    names : names of gradients
-
-    Returns
-    -------
-    dict of name: bool
-        Whether it is to have length 1: the active normals.
-
-    Raises
-    ------
-    ValueError
-        If one of `names` does not hold three floats.
-    """
-    found = {}
-    for name in names:
-        array = attributes.GetArray(name)
-        if array is not None:
-            if not _is_vectors(array):
-                raise ValueError(
-                    f"`GradientVectorArrays` names `{name}`, which must have 3 components of type "
-                    f"float or double, got {array.GetNumberOfComponents()} of "
-                    f"{array.GetDataTypeAsString()}"
-                )
-            found[name] = False
-    normals = attributes.GetNormals()
-    if normals is not None and _is_vectors(normals):
-        found[normals.GetName()] = True
-    return found
-
-
 def directions(attributes, gradients, tangents):
     """Which arrays of point or cell data turn with the material, and how.
 
