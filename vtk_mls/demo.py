@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 import time
@@ -105,9 +106,10 @@ def main(directory):
     print(f"Wrote original.vti, handles.vtp and one .vti for each kind in {directory}")
     draw(directory)
     if slow:
-        print("The second part of the demo, a brain cut open, needs OpenCL and is left out.")
+        print("The rest of the demo, a brain cut open, needs OpenCL and is left out.")
     else:
         cut_open(directory)
+        mesh_open(directory)
 
 
 def draw(directory):
@@ -134,6 +136,21 @@ def cut_open(directory):
         return
     print("A brain of 197 x 233 x 189 voxels, cut by a half-plane and pulled open (cut.vti)")
     _run("demo_cut", directory, ["cut.png", "void.png"])
+
+
+def mesh_open(directory):
+    """Cut the brain open as tetrahedra: two .vtu, mesh.png; say what is missing if that fails.
+
+    Parameters
+    ----------
+    directory : Path
+    """
+    for package in ("nilearn", "tetgen"):
+        if importlib.util.find_spec(package) is None:
+            print(f"No tetrahedra are made of the brain: pip install {package}")
+            return
+    print("The same brain as tetrahedra, cut and pulled open (tetrahedra.vtu, pulled_open.vtu)")
+    _run("demo_mesh", directory, ["mesh.png"])
 
 
 def _run(module, directory, names):
