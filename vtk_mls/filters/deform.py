@@ -22,27 +22,37 @@ from vtk_mls.filters.deforming import DeformingFilter
 
 
 class MLSDeform(DeformingFilter):
-    """Deforms an image by control points.
+    """Deforms an image or a mesh by control points.
 
-    On input port 0 is the image, on port 1 are the control points, on port 2 may be cuts (see
-    `DeformingFilter`). Each
-    execution resamples every point and cell array backward: the value at a place is the input's
-    at where its material came from (G, Eq. 2 of the paper). Arrays keep type, names and role;
-    integers are rounded; strings come from the nearest point, and so do label arrays and
-    `vtkGhostType`. Field data passes. Where G is the identity, values are the same to the bit.
-    Gradients and normals are turned (Eq. 29): the active normals, which keep length 1, and the
-    GradientVectorArrays. Outside they are 0, and in the void unless values are continued there.
+    On input port 0 is the dataset, on port 1 may be control points, on port 2 cuts (see
+    `DeformingFilter`). Composite data are deformed block by block. Field data pass.
 
-    With cuts, points have "Void" and "VoidDistance", cells "Void" (at their centre), and
+    Images are resampled backward: the value at a place is the input's at where its material came
+    from (G, Eq. 2 of the paper). Point and cell arrays keep type, names and role; integers are
+    rounded; strings come from the nearest point, and so do label arrays and `vtkGhostType`. Where G
+    is the identity, values are the same to the bit. The whole input is needed whatever part of
+    the output is asked for; memory is that of input and output. Pieces of the output are made
+    independently, so MPI processes share the work.
+
+    Points of meshes are moved forward, by the exact inverse of G, so that a mesh and an image
+    deformed alike stay together. The output has the type of the input, but vtkRectilinearGrid
+    becomes vtkStructuredGrid. All arrays are kept, and "ForwardDisplacement" is the way of each
+    point. Where there is no inverse (the map folds, or what is there was pushed through a cut; a
+    point is NaN) "NoInverse" is 1, the point goes to the nearest place that was found, and the
+    field array "FailedInverses" counts.
+
+    Directions turn: gradients as J_G^T (Eq. 29), namely the active normals, which keep length 1,
+    and the GradientVectorArrays; the PushForwardArrays as J_G^-1. In images they are 0 in the void
+    and outside.
+
+    With cuts, points of images have "Void" and "VoidDistance", cells "Void" (at their centre), and
     `vtkGhostType` hides the void: its points, and the cells that it fills or touches. VTK's
     surfaces, slices, thresholds and volume rendering leave these out. (vtkContourFilter does not
-    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off, for
-    cells on the face must be there for that, and set VoidValues to "continued". Before VTK 9.3,
-    in whose vtkGeometryFilter hidden cells of images are a crash, only points are hidden: there a
-    threshold by Void leaves it out.
-
-    The whole input is needed whatever part of the output is asked for; memory is that of input
-    and output. Pieces of the output are made independently, so MPI processes share the work.
+    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off:
+    cells on the face must be there for that. Before VTK 9.3, in whose vtkGeometryFilter hidden
+    cells of images are a crash, only points are hidden: there a threshold by Void leaves it out.
+    Cells of meshes are split along cuts (see `splitting`); types that cannot hold the pieces
+    become vtkUnstructuredGrid.
 
     Properties
     ----------
@@ -73,6 +83,11 @@ class MLSDeform(DeformingFilter):
         Of point and cell arrays that are gradients of the input.
     NormalizeGradient : bool
         Whether "Gradient" and the GradientVectorArrays get length 1.
+    PushForwardArrays : names
+        Of point and cell arrays of vectors that move with the material, as velocities do.
+    SplitCells : bool
+        Whether cells of meshes are split along cuts. Otherwise those that are torn have "Void" 1
+        and are hidden by `vtkGhostType`.
     """
 
     def __init__(self):

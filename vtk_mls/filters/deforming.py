@@ -55,9 +55,10 @@ class DeformingFilter(HandleLists, Algorithm):
         Whether to make the point array "Jacobian": (I + J_D)^T of Eq. 29, row by row, so that
         component 3 i + j is dG_j/dv_i.
     GenerateJacobianDeterminant : bool
-        Whether to make the point array "JacobianDeterminant" of G, and the field array
-        "FoldedVoxels" with the number of points where it is not above 0, without the void (in
-        each piece, if the output is made in pieces).
+        Whether to make the point array "JacobianDeterminant" of G, and a count in the field data
+        (of each piece, if the output is made in pieces): "FoldedVoxels", points of an image where
+        it is not above 0, without the void; or "InvertedCells" of a vtkUnstructuredGrid, cells
+        whose volume has changed its sign.
     """
 
     def __init__(self, output_type="vtkImageData"):
