@@ -229,7 +229,8 @@ class MLSDeform(DeformingFilter):
             wanted = warping.output_type(data, self._splits_cells and self._has_cuts())
         output = vtkDataObject.GetData(outInfo)
         if output is None or output.GetClassName() != wanted:
-            output = vtkDataObjectTypes.NewDataObject(wanted)
+            is_same = data.GetClassName() == wanted
+            output = data.NewInstance() if is_same else vtkDataObjectTypes.NewDataObject(wanted)
             outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), output)
         return 1
 

@@ -27,6 +27,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,
     vtkDataObject,
     vtkImplicitFunction,
+    vtkPointSet,
     vtkPolyData,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
@@ -74,7 +75,8 @@ def split(mesh, cuts):
     shift = _values(grid, _SHIFT).copy()
     for name in (_POINT, _HEIGHT, _SHIFT, _PLACE):
         grid.GetPointData().RemoveArray(name)
-    set_places(grid, _places(grid), mesh.GetPoints().GetDataType())
+    has_points = isinstance(mesh, vtkPointSet)
+    set_places(grid, _places(grid), mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE)
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), shift
 
 
