@@ -105,6 +105,29 @@ inline integer surface_blocks(const cuts_t *cuts, int surface, vec v, vec q) {
   return odd;
 }
 
+// Whether a cut that one can go round is between v and g.
+inline integer blocked(const cuts_t *cuts, vec v, vec g) {
+  integer anything = 0;
+#if HALF_PLANES
+  for (int i = 0; i < HALF_PLANES; ++i) {
+    __global const float *half_plane = cuts->half_planes + i * HALF_PLANE_SIZE;
+    anything |= half_plane_blocks(frame_of(half_plane, v), frame_of(half_plane, g));
+  }
+#endif
+#if SURFACES
+  for (int i = 0; i < cuts->surface_count; ++i) anything |= surface_blocks(cuts, i, v, g);
+#endif
+  return anything;
+}
+
+// Whether x, local, is on this launch's side of all planes.
+inline integer on_side(const cuts_t *cuts, vec x) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->plane_count; ++i)
+    inside &= cuts->sides[i] * plane_height(cuts->planes + i * PLANE_SIZE, x) >= 0;
+  return inside;
+}
+
 // Where the detour v - b - q over an edge bends.
 inline vec bend_on_edge(__global const float *edge, vec v, vec q) {
   vec a = load3(edge), way = vec_sub(load3(edge + 3), a);

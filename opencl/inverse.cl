@@ -1,8 +1,44 @@
-// The inverse of the backward map: v with G(v) = x, by Newton's method with step control.
+// The inverse of the backward map: for places x the way to v = x + way with G(v) = x.
+//
+// All x are less drift, and local. The map's displacement d(v) = G(v) - v is small next to v, so
+// what is searched is the way with way + d(x + way) = 0: no digits are lost in v - x.
 
-#define NEWTON_STEPS 40
-#define HALVINGS 6
-#define INVERSE_TOLERANCE 3e-7f  // local units: about what float32 resolves
+#define TRIALS 64
+#define SMALLEST_SHARE 0.01f
+#define INVERSE_TOLERANCE 3e-7f  // next to x: about what float32 resolves
+#define CHORDS 5
+#define CHORD_TOLERANCE 5e-6f    // left for a last step that needs no check
+
+inline real length3(vec a) { return sqrt(dot3(a, a)); }
+
+// What rounding of x is relative to.
+inline real size_of(vec x) {
+  return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
+}
+
+// x - G(x + way), with the fit there.
+inline vec residual(const map_t *map, vec x, vec way, fit_t *fit) {
+  *fit = fit_at(map, vec_add(x, way));
+  return vec_scale((real)(-1), vec_add(way, moved(map, fit)));
+}
+
+#if CUTS
+// The place of x with its drift.
+inline vec drifted(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
+
+// Whether the way leads through a cut that one can go round: the material is not there.
+inline integer is_blocked(const map_t *map, vec x, vec way) {
+  return blocked(&map->cuts, drifted(&map->cuts, x), vec_add(x, way));
+}
+
+// Whether the way leads through any cut.
+inline integer is_cut_off(const map_t *map, vec x, vec way) {
+  return is_blocked(map, x, way) | !on_side(&map->cuts, vec_add(x, way));
+}
+#else
+#define is_blocked(map, x, way) ((integer)(0))
+#define is_cut_off(map, x, way) ((integer)(0))
+#endif
 
 // d with (I + J) d = r for the Jacobian J of the displacement; r itself where I + J is singular.
 inline vec newton_step(const mat *jacobian, vec r) {
@@ -16,32 +52,105 @@ inline vec newton_step(const mat *jacobian, vec r) {
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), step), r, singular);
 }
 
-// Improves `v` until G(v) = x; the distance that is left of G(v) from x, local units. `x` is less
-// drift.
-inline real invert(const map_t *map, vec x, vec *v) {
-  fit_t fit = fit_at(map, *v);
-  vec r = vec_sub(x, vec_add(*v, moved(map, &fit)));
-  real left = sqrt(dot3(r, r));
-  for (int step = 0; step < NEWTON_STEPS; ++step) {
-    if (!ANY(left > INVERSE_TOLERANCE)) break;
-    mat jacobian = moved_jacobian(map, &fit);
-    vec way = newton_step(&jacobian, r);
-    real share = 1;
-    integer open = left > INVERSE_TOLERANCE;
-    for (int half_step = 0; half_step < HALVINGS && ANY(open); ++half_step) {
-      vec next = vec_madd(share, way, *v);
-      fit_t there = fit_at(map, next);
-      vec rest = vec_sub(x, vec_add(next, moved(map, &there)));
-      real distance = sqrt(dot3(rest, rest));
-      integer better = open & (distance < left);
-      *v = vec_select(*v, next, better);
-      r = vec_select(r, rest, better);
-      left = select(left, distance, better);
-      open &= !better;
-      share = select(share, share * 0.5f, open);
+// Newton's method from a first guess in `way`; what is left next to the size of x. A step that does
+// not come closer, or leads through a cut, is halved.
+inline real newton(const map_t *map, vec x, vec *way) {
+  real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
+  vec step = {0, 0, 0}, trial = *way;
+  for (int i = 0; i < TRIALS; ++i) {
+    fit_t fit;
+    vec r = residual(map, x, trial, &fit);
+    real distance = length3(r);
+    integer better = distance < left;
+    if (i > 0) better &= !is_blocked(map, x, trial);
+    *way = vec_select(*way, trial, better);
+    left = select(left, distance, better);
+    share = select(share * 0.5f, (real)(1), better);
+    integer open = (left > close) & (share > SMALLEST_SHARE);
+    if (!ANY(open)) break;
+    if (ANY(open & better)) {
+      mat jacobian = moved_jacobian(map, &fit);
+      step = vec_select(step, newton_step(&jacobian, r), better);
     }
-    if (ALL(open | (left <= INVERSE_TOLERANCE))) break;  // nobody moves any more
-    fit = fit_at(map, *v);
+    trial = vec_madd(share, step, *way);
   }
-  return left;
+  return left / size_of(x);
+}
+
+// Broyden's method from a first guess in `way` and one for dv/dx in `response`: no Jacobians, no
+// step control. What is left next to the size of x, before a last step.
+inline real broyden(const map_t *map, vec x, vec *way, mat *response) {
+  real left = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
+  vec step = {0, 0, 0};
+  for (int i = 0; i < CHORDS; ++i) {
+    fit_t fit;
+    integer open = left > close;
+    vec r = residual(map, x, *way, &fit);
+    left = select(left, length3(r), open);
+    // the response to the last step was not `step`, as foreseen, but step - t
+    vec t = mat_vec(response, r);
+    real square = dot3(step, step), change = dot3(step, t);
+    real gain = 1 / most(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
+    add_outer(response, vec_scale(gain, t), transposed_mat_vec(response, step));
+    step = vec_scale(fma(change, gain, (real)(1)), t);
+    *way = vec_select(*way, vec_add(*way, step), open);
+    if (!ANY(left > close)) break;
+  }
+  return left / size_of(x);
+}
+
+// First guesses: ways at the nodes of a regular lattice.
+typedef struct {
+  __global const float4 *nodes;  // (nz, ny, nx)
+  int4 dimensions;               // 2 at least
+  float4 low, density;           // first node, nodes per local unit
+} guess_t;
+
+#define GUESS_PARAMETERS                                                   \
+  __global const float4 *restrict nodes, const int4 dimensions, const float4 low, \
+      const float4 density
+#define GUESS \
+  { nodes, dimensions, low, density }
+
+// Index of the cell below, along one axis, and the place in it.
+inline integer cell_along(real index, int nodes, real *place) {
+  index = least(most(index, (real)(0)), (real)(nodes - 1));
+  integer cell = TO_INTEGER(least(index, (real)(nodes - 2)));
+  *place = index - TO_REAL(cell);
+  return cell;
+}
+
+// The way at x, trilinear, and dv/dx.
+inline void guess_at(const guess_t *guess, vec x, vec *way, mat *response) {
+  const float4 low = guess->low, density = guess->density;
+  const int nx = guess->dimensions.x, ny = guess->dimensions.y;
+  real a, b, c;
+  integer i = cell_along((x.x - low.x) * density.x, nx, &a);
+  integer j = cell_along((x.y - low.y) * density.y, ny, &b);
+  integer k = cell_along((x.z - low.z) * density.z, guess->dimensions.z, &c);
+  integer first = i + nx * (j + ny * k);
+  for (int l = 0; l < LANES; ++l) {
+    __global const float4 *node = guess->nodes + LANE_INT(first, l);
+    float u = LANE(a, l), v = LANE(b, l), w = LANE(c, l);
+    float4 n00 = node[0], n10 = node[nx], d00 = node[1] - n00, d10 = node[nx + 1] - n10;
+    node += nx * ny;
+    float4 n01 = node[0], n11 = node[nx], d01 = node[1] - n01, d11 = node[nx + 1] - n11;
+    n00 += u * d00, n10 += u * d10, n01 += u * d01, n11 += u * d11;
+    float4 d0 = d00 + v * (d10 - d00), d1 = d01 + v * (d11 - d01);
+    float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
+    float4 dx = density.x * (d0 + w * (d1 - d0)), dy = density.y * (e0 + w * (e1 - e0)),
+           dz = density.z * (n1 - n0), n = n0 + w * (n1 - n0);
+    LANE(way->x, l) = n.x;
+    LANE(way->y, l) = n.y;
+    LANE(way->z, l) = n.z;
+    LANE(response->a[0], l) = 1 + dx.x;
+    LANE(response->a[1], l) = dy.x;
+    LANE(response->a[2], l) = dz.x;
+    LANE(response->a[3], l) = dx.y;
+    LANE(response->a[4], l) = 1 + dy.y;
+    LANE(response->a[5], l) = dz.y;
+    LANE(response->a[6], l) = dx.z;
+    LANE(response->a[7], l) = dy.z;
+    LANE(response->a[8], l) = 1 + dz.z;
+  }
 }

@@ -58,16 +58,48 @@ __kernel void point_jacobian(MAP_PARAMETERS, const long points_count,
 
 #include "inverse.cl"
 
-// v with G(v) = x for places x less drift, from the first guesses in `v`; and what is left.
+// For places x less drift the way to v with G(v) = x, from first guesses in `ways`, three planes;
+// and what is left of it next to the size of x.
 __kernel void point_inverse(MAP_PARAMETERS, const long points_count,
-                            __global const float *restrict points, __global float *restrict v,
+                            __global const float *restrict points, __global float *restrict ways,
                             __global float *restrict left) {
   const map_t map = MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
-  vec place = load_points(v, points_count, first);
-  real rest = invert(&map, load_points(points, points_count, first), &place);
-  store_points(v, place, points_count, first);
+  vec x = load_points(points, points_count, first), way = load_points(ways, points_count, first);
+#if CUTS
+  float4 drift = map.cuts.drift;  // to x itself
+  way = vec_select(way, (vec){drift.x, drift.y, drift.z}, is_blocked(&map, x, way));
+#endif
+  real rest = newton(&map, x, &way);
+  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, way));
+  store_points(ways, way, points_count, first);
+  store_plane(left, rest, points_count, first);
+}
+
+// For places x less drift v - x, world units, interleaved, from a lattice of first guesses; and what
+// is left of the way next to the size of x.
+__kernel void point_forward(MAP_PARAMETERS, const long points_count,
+                            __global const float *restrict points, GUESS_PARAMETERS,
+                            const float scale, const float4 drift,
+                            __global float *restrict displacement, __global float *restrict left) {
+  const map_t map = MAP;
+  const guess_t guess = GUESS;
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= points_count) return;
+  vec x = load_points(points, points_count, first), way;
+  mat response;
+  guess_at(&guess, x, &way, &response);
+  real rest = broyden(&map, x, &way, &response);
+  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, way));
+  way = vec_madd((real)(0), x, way);  // NaN stays NaN
+  int lanes = (int)min((long)LANES, points_count - first);
+  for (int l = 0; l < lanes; ++l) {
+    __global float *to = displacement + 3 * (first + l);
+    to[0] = fma(scale, LANE(way.x, l), -drift.x);
+    to[1] = fma(scale, LANE(way.y, l), -drift.y);
+    to[2] = fma(scale, LANE(way.z, l), -drift.z);
+  }
   store_plane(left, rest, points_count, first);
 }
 

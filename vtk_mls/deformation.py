@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
@@ -19,9 +17,6 @@ from vtk_mls.regions import Region, divided
 
 # What the void that a cut opens can hold: nothing, or material as if each side went on.
 VOID_VALUES = ("background", "continued")
-# Share of the extent by which G(forward(x)) may miss x.
-_INVERSE_TOLERANCE = 1e-5
-
 
 class Aborted(RuntimeError):
     """The `progress` callback asked to stop."""
@@ -234,8 +229,9 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        x = _places(points).astype(np.float64)
-        v, found = self._forward(x, progress)
+        points = _places(points)
+        displacement, found = self._engine.forward(self, points, _checked(progress))
+        v = points + displacement.astype(np.float64)
         v[~found] = np.nan
         return v
 
@@ -257,28 +253,9 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        x = _places(points)
-        v, found = self._forward(x.astype(np.float64), progress)
-        return ForwardField((v - x).astype(np.float32), found)
-
-    def _forward(self, x, progress):
-        """Places v of the points `x` (m, 3) float64; whether they were found (m,)."""
-        finite = np.isfinite(x).all(axis=1)
-        v, found = np.full_like(x, np.nan), np.zeros(len(x), bool)
-        x = x[finite]
-        first, second = _halves(progress)
-        v[finite], left = self._engine.inverse(
-            self, x, self._exchanged.backward(x, first), _checked(second)
-        )
-        found[finite] = left <= _INVERSE_TOLERANCE * max(r.handles.scale for r in self.regions)
-        for cut in self.cuts:
-            found[finite] &= cut.opening(v[finite], x) >= 0
-        return v, found
-
-    @functools.cached_property
-    def _exchanged(self):
-        """The deformation with p and q exchanged: a forward map that is not quite the inverse."""
-        return dataclasses.replace(self, rest=self.deformed, deformed=self.rest)
+        points = _places(points)
+        displacement, found = self._engine.forward(self, points, _checked(progress))
+        return ForwardField(displacement.astype(np.float32, copy=False), found)
 
     def jacobian(self, points, progress=None):
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.

@@ -20,6 +20,10 @@ from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 18
+# The search for the inverse. Points for each node of the lattice of first guesses, and nodes.
+_POINTS_PER_NODE, _LEAST_NODES, _MOST_NODES = 64, 1 << 10, 1 << 18
+# What may be left of G(v) = x, in local units, after the quick search and after all.
+_QUICK, _FOUND = 5e-6, 1e-5
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 _C_TYPES = {
     **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},
@@ -76,33 +80,20 @@ class Engine:
             result[where] = np.eye(3) + planes.T.reshape(-1, 3, 3)
         return result
 
-    def inverse(self, deformation, points, guess, progress=None):
-        """v with G(v) = x at `points` x (m, 3), from `guess` on; distance of G(v) from x (m,)."""
-        result, left = np.empty_like(points), np.empty(len(points))
+    def forward(self, deformation, points, progress=None):
+        """v - x with G(v) = x at `points` x (m, 3), (m, 3) float32; whether there is one (m,)."""
+        displacement = np.empty((len(points), 3), np.float32)
+        found = np.zeros(len(points), bool)
         with self._lock:
-            slabs = self._slabs(len(points), deformation, 28, 1 << 20)
-            for part in _stepped(slabs, progress):
-                for region in deformation.regions:
-                    handles = region.handles
-                    here = region.holds(deformation.planes, points[part])
-                    where = part.start + np.flatnonzero(here)
-                    if len(where) == 0:
-                        continue
-                    x = _planes(handles.local(points[where] - handles.drift))
-                    v, rest = _planes(handles.local(guess[where])), np.empty(len(where), np.float32)
-                    with self._read(x) as a, self._exchanged(v) as b, self._written(rest) as c:
-                        self._launch_map(
-                            "point_inverse",
-                            deformation,
-                            region,
-                            None,
-                            len(where),
-                            np.int64(len(where)),
-                            *(a, b, c),
-                        )
-                    result[where] = handles.centre + handles.scale * v.T
-                    left[where] = handles.scale * rest
-        return result, left
+            searches = [_Search(self, deformation, r, points) for r in deformation.regions]
+            for part in _stepped(self._slabs(len(points), deformation, 64, _CACHED), progress):
+                for search in searches:
+                    where = part
+                    if deformation.planes:
+                        here = search.region.holds(deformation.planes, points[part])
+                        where = part.start + np.flatnonzero(here)
+                    displacement[where], found[where] = search.forward(points[where])
+        return displacement, found
 
     def displacement_field(self, deformation, grid, progress=None):
         """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
@@ -242,6 +233,33 @@ class Engine:
                         )
                     yield where, region.handles, result
 
+    def _local(self, handles, points, offset=0):
+        """`points` (m, 3) less `offset` in the local frame of `handles`, (3, m) float32."""
+        centre = handles.centre + offset
+        if points.dtype == np.float64 and not self.device.has_float64:
+            points, centre = (points - centre).astype(np.float32), np.zeros(3)
+        local = np.empty((3, len(points)), np.float32)
+        if len(points) == 0:
+            return local
+        double = points.dtype == np.float64
+        constants = [("LANES", self.device.lanes), ("COORDINATE", "double" if double else "float")]
+        if double:
+            constants.append(("USE_FP64", 1))
+        with self._read(np.ascontiguousarray(points)) as x, self._written(local) as out:
+            self._launch(
+                "points.cl",
+                tuple(constants),
+                "to_local",
+                -(-len(points) // self.device.lanes),
+                np.int64(len(points)),
+                x,
+                _float4(centre),
+                _float4(centre - np.float32(centre)),
+                np.float32(1 / handles.scale),
+                out,
+            )
+        return local
+
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
@@ -367,6 +385,129 @@ class Engine:
     def _exchanged(self, array):
         """A context manager: `array` on the device, to change; back on the host at the end."""
         return _Shared(self, array, cl.mem_flags.READ_WRITE, there=True, back=True)
+
+
+class _Search:
+    """The inverse of the map in one region, from first guesses on a lattice over `points`."""
+
+    def __init__(self, engine, deformation, region, points):
+        self.engine, self.deformation, self.region = engine, deformation, region
+        self.guess = None
+        nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
+        if nodes < _LEAST_NODES:
+            return
+        handles = region.handles
+        low, high = handles.local(_bounds(points) - handles.drift)
+        dimensions, step = _lattice_over(low, high, nodes)
+        axes = [a + step * np.arange(n) for a, n in zip(low, dimensions)]
+        z, y, x = (axis.ravel() for axis in np.meshgrid(*axes[::-1], indexing="ij"))
+        ways, left = self.exact(np.stack([x, y, z]).astype(np.float32))
+        table = np.zeros((len(left), 4), np.float32)
+        table[:, :3] = ways.T
+        packed = np.zeros(4, np.int32)
+        packed[:3] = dimensions
+        self.guess = (engine._constant(table), packed, _float4(low), _float4(np.full(3, 1 / step)))
+
+    def forward(self, points):
+        """v - x for `points` x (m, 3), (m, 3) float32; whether it was found (m,)."""
+        engine, handles = self.engine, self.region.handles
+        local = engine._local(handles, points, handles.drift)
+        if self.guess is None:
+            ways, left = self.exact(local)
+            return (handles.scale * ways.T - handles.drift), left <= _FOUND
+        displacement = np.empty((len(points), 3), np.float32)
+        left = np.empty(len(points), np.float32)
+        if len(points) == 0:
+            return displacement, left <= _FOUND
+        with (
+            engine._read(local) as x,
+            engine._written(displacement) as out,
+            engine._written(left) as rest,
+        ):
+            engine._launch_map(
+                "point_forward",
+                self.deformation,
+                self.region,
+                None,
+                len(points),
+                np.int64(len(points)),
+                x,
+                *self.guess,
+                np.float32(handles.scale),
+                _float4(handles.drift),
+                out,
+                rest,
+            )
+        lost = np.flatnonzero(left > _QUICK)
+        if len(lost):
+            ways, left[lost] = self.exact(np.ascontiguousarray(local[:, lost]))
+            displacement[lost] = handles.scale * ways.T - handles.drift
+        return displacement, left <= _FOUND
+
+    def exact(self, local):
+        """Ways from places `local` (3, m) less drift, by Newton's method; what is left of them."""
+        engine = self.engine
+        count = local.shape[1]
+        ways, left = self._exchanged(local), np.empty(count, np.float32)
+        if count == 0:
+            return ways, left
+        with (
+            engine._read(local) as x,
+            engine._exchanged(ways) as way,
+            engine._written(left) as rest,
+        ):
+            engine._launch_map(
+                "point_inverse",
+                self.deformation,
+                self.region,
+                None,
+                count,
+                np.int64(count),
+                x,
+                way,
+                rest,
+            )
+        return ways, left
+
+    def _exchanged(self, local):
+        """First guesses of the ways: those of the map with p and q exchanged."""
+        engine, handles, other = self.engine, self.region.handles, self.region.exchanged.handles
+        count = local.shape[1]
+        ratio = handles.scale / other.scale
+        offset = (handles.centre + handles.drift - other.centre) / other.scale
+        there = (local * ratio + offset[:, None]).astype(np.float32)
+        ways = np.empty((3, count), np.float32)
+        if count:
+            with engine._read(there) as x, engine._written(ways) as out:
+                engine._launch_map(
+                    "point_displacement",
+                    self.deformation,
+                    self.region.exchanged,
+                    None,
+                    count,
+                    np.int64(count),
+                    x,
+                    out,
+                )
+        drift = (other.drift + handles.drift) / handles.scale
+        return (ways / ratio + drift[:, None]).astype(np.float32)
+
+
+def _bounds(points):
+    """Lowest and highest coordinates (2, 3) of the finite ones of `points` (m, 3)."""
+    # column by column: numpy takes many times longer along the first axis
+    bounds = np.array([(x.min(), x.max()) for x in points.T], dtype=np.float64).T
+    if np.isfinite(bounds).all():
+        return bounds
+    finite = points[np.isfinite(points).all(axis=1)]
+    return _bounds(finite) if len(finite) else np.zeros((2, 3))
+
+
+def _lattice_over(low, high, nodes):
+    """Nodes along each axis, two at least, of a lattice of about `nodes`; its step."""
+    size = np.maximum(high - low, 1e-3 * max((high - low).max(), 1e-6))
+    step = float(np.prod(size) / nodes) ** (1 / 3)
+    return np.maximum(np.ceil(size / step).astype(int) + 1, 2), step
 
 
 def _stepped(slabs, progress):

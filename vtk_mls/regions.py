@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from itertools import product
 
@@ -33,6 +34,13 @@ class Region:
         for plane, side in zip(planes, self.sides):
             inside &= (plane.height(points) < 0) == (side < 0)
         return inside
+
+    @functools.cached_property
+    def exchanged(self) -> Region:
+        """With p and q exchanged: its backward map is a forward map, but not quite the inverse."""
+        handles = self.handles
+        exchanged = HandleSet(handles.deformed, handles.rest, handles.weights, handles.degree)
+        return Region(self.sides, exchanged)
 
 
 def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
