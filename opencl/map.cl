@@ -77,6 +77,17 @@ __kernel void point_inverse(MAP_PARAMETERS, const long points_count,
   store_plane(left, rest, points_count, first);
 }
 
+// For places x less drift the way to the best of some samples of the map, in three planes.
+__kernel void nearest_sample(MAP_PARAMETERS, const long points_count,
+                             __global const float *restrict points, const int sample_count,
+                             __global const float *restrict samples, __global float *restrict ways) {
+  const map_t map = MAP;
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= points_count) return;
+  vec x = load_points(points, points_count, first);
+  store_points(ways, way_to_nearest(&map, x, sample_count, samples), points_count, first);
+}
+
 // For places x less drift v - x, world units, interleaved, from a lattice of first guesses; and what
 // is left of the way next to the size of x.
 __kernel void point_forward(MAP_PARAMETERS, const long points_count,

@@ -11,7 +11,7 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls import device as devices
-from vtk_mls import interpolation
+from vtk_mls import guesses, interpolation
 from vtk_mls.cut_tables import BEFORE_SURFACES, SURFACES, cut_tables
 from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
 
@@ -22,6 +22,8 @@ _WORK_PER_LAUNCH = 3e8
 _CACHED = 1 << 18
 # The search for the inverse. Points for each node of the lattice of first guesses, and nodes.
 _POINTS_PER_NODE, _LEAST_NODES, _MOST_NODES = 64, 1 << 10, 1 << 18
+# Samples of the map, where points begin that do not find their place otherwise.
+_SAMPLES = 1 << 12
 # What may be left of G(v) = x, in local units, after the quick search and after all.
 _QUICK, _FOUND = 5e-6, 1e-5
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
@@ -387,135 +389,130 @@ class Engine:
         return _Shared(self, array, cl.mem_flags.READ_WRITE, there=True, back=True)
 
 
-class _Search:
-    """The inverse of the map in one region, from first guesses on a lattice over `points`."""
-
-    def __init__(self, engine, deformation, region, points):
-        self.engine, self.deformation, self.region = engine, deformation, region
-        self.guess = None
-        nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
-        if nodes < _LEAST_NODES:
-            return
-        handles = region.handles
-        low, high = handles.local(_bounds(points) - handles.drift)
-        dimensions, step = _lattice_over(low, high, nodes)
-        axes = [a + step * np.arange(n) for a, n in zip(low, dimensions)]
-        z, y, x = (axis.ravel() for axis in np.meshgrid(*axes[::-1], indexing="ij"))
-        ways, left = self.exact(np.stack([x, y, z]).astype(np.float32))
-        table = np.zeros((len(left), 4), np.float32)
-        table[:, :3] = ways.T
-        packed = np.zeros(4, np.int32)
-        packed[:3] = dimensions
-        self.guess = (engine._constant(table), packed, _float4(low), _float4(np.full(3, 1 / step)))
-
-    def forward(self, points):
-        """v - x for `points` x (m, 3), (m, 3) float32; whether it was found (m,)."""
-        engine, handles = self.engine, self.region.handles
-        local = engine._local(handles, points, handles.drift)
-        if self.guess is None:
-            ways, left = self.exact(local)
-            return (handles.scale * ways.T - handles.drift), left <= _FOUND
-        displacement = np.empty((len(points), 3), np.float32)
-        left = np.empty(len(points), np.float32)
-        if len(points) == 0:
-            return displacement, left <= _FOUND
-        with (
-            engine._read(local) as x,
-            engine._written(displacement) as out,
-            engine._written(left) as rest,
-        ):
-            engine._launch_map(
-                "point_forward",
-                self.deformation,
-                self.region,
-                None,
-                len(points),
-                np.int64(len(points)),
-                x,
-                *self.guess,
-                np.float32(handles.scale),
-                _float4(handles.drift),
-                out,
-                rest,
-            )
-        lost = np.flatnonzero(left > _QUICK)
-        if len(lost):
-            ways, left[lost] = self.exact(np.ascontiguousarray(local[:, lost]))
-            displacement[lost] = handles.scale * ways.T - handles.drift
-        return displacement, left <= _FOUND
-
-    def exact(self, local):
-        """Ways from places `local` (3, m) less drift, by Newton's method; what is left of them."""
-        engine = self.engine
-        count = local.shape[1]
-        ways, left = self._exchanged(local), np.empty(count, np.float32)
-        if count == 0:
-            return ways, left
-        with (
-            engine._read(local) as x,
-            engine._exchanged(ways) as way,
-            engine._written(left) as rest,
-        ):
-            engine._launch_map(
-                "point_inverse",
-                self.deformation,
-                self.region,
-                None,
-                count,
-                np.int64(count),
-                x,
-                way,
-                rest,
-            )
-        return ways, left
-
-    def _exchanged(self, local):
-        """First guesses of the ways: those of the map with p and q exchanged."""
-        engine, handles, other = self.engine, self.region.handles, self.region.exchanged.handles
-        count = local.shape[1]
-        ratio = handles.scale / other.scale
-        offset = (handles.centre + handles.drift - other.centre) / other.scale
-        there = (local * ratio + offset[:, None]).astype(np.float32)
-        ways = np.empty((3, count), np.float32)
-        if count:
-            with engine._read(there) as x, engine._written(ways) as out:
-                engine._launch_map(
-                    "point_displacement",
-                    self.deformation,
-                    self.region.exchanged,
-                    None,
-                    count,
-                    np.int64(count),
-                    x,
-                    out,
-                )
-        drift = (other.drift + handles.drift) / handles.scale
-        return (ways / ratio + drift[:, None]).astype(np.float32)
-
-
-def _bounds(points):
-    """Lowest and highest coordinates (2, 3) of the finite ones of `points` (m, 3)."""
-    # column by column: numpy takes many times longer along the first axis
-    bounds = np.array([(x.min(), x.max()) for x in points.T], dtype=np.float64).T
-    if np.isfinite(bounds).all():
-        return bounds
-    finite = points[np.isfinite(points).all(axis=1)]
-    return _bounds(finite) if len(finite) else np.zeros((2, 3))
-
-
-def _lattice_over(low, high, nodes):
-    """Nodes along each axis, two at least, of a lattice of about `nodes`; its step."""
-    size = np.maximum(high - low, 1e-3 * max((high - low).max(), 1e-6))
-    step = float(np.prod(size) / nodes) ** (1 / 3)
-    return np.maximum(np.ceil(size / step).astype(int) + 1, 2), step
-
-
 def _stepped(slabs, progress):
     """`slabs`, one after the other, with the progress after each."""
     for part in slabs:
         yield part
         if progress is not None:
             progress(part.stop / slabs[-1].stop)
+
+
+class _Search:
+    """The inverse of the map in one region, at some of `points` (m, 3).
+
+    Each place x, less drift, gets a way from it to the v with G(v) = x, in local units, and what is
+    left of G(v) = x there. Many points find theirs quickly, from first guesses on a lattice over
+    all of them. The others are looked for by Newton's method: from the map with p and q exchanged,
+    and if that leads nowhere, from the place among samples that the map brings nearest to x.
+    """
+
+    def __init__(self, engine, deformation, region, points):
+        self.engine, self.deformation, self.region = engine, deformation, region
+        self.box = guesses.bounds(points)
+        self.guess = None
+        nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
+        if nodes >= _LEAST_NODES:
+            self.guess = self._guess(nodes)
+
+    def forward(self, points):
+        """v - x (m, 3) float32, world units, for x of `points` (m, 3); whether it was found (m,)."""
+        handles = self.region.handles
+        local = self.engine._local(handles, points, handles.drift)
+        if self.guess is None:
+            ways, left = self._careful(local)
+            return handles.scale * ways.T - handles.drift, left <= _FOUND
+        displacement, left = self._quick(local)
+        lost = np.flatnonzero(left > _QUICK)
+        ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
+        displacement[lost] = handles.scale * ways.T - handles.drift
+        return displacement, left <= _FOUND
+
+    def _guess(self, nodes):
+        """Kernel arguments of a lattice with the ways at its nodes."""
+        handles = self.region.handles
+        lattice = guesses.Lattice.over(handles.local(self.box - handles.drift), nodes)
+        ways, _ = self._newton(*self._begun(_planes(lattice.points())))
+        table = np.zeros((ways.shape[1], 4), np.float32)
+        table[:, :3] = ways.T
+        dimensions = np.array([*lattice.dimensions, 1], np.int32)
+        density = _float4(np.full(3, 1 / lattice.step))
+        return self.engine._constant(table), dimensions, _float4(lattice.low), density
+
+    def _quick(self, local):
+        """v - x (m, 3) float32, world units, for places `local` (3, m); what is left (m,)."""
+        count, handles = local.shape[1], self.region.handles
+        displacement, left = np.empty((count, 3), np.float32), np.empty(count, np.float32)
+        frame = np.float32(handles.scale), _float4(handles.drift)
+        self._run("point_forward", [local], [*self.guess, *frame], [displacement, left])
+        return displacement, left
+
+    def _careful(self, local):
+        """Ways (3, m) from places `local` (3, m); what is left (m,)."""
+        ways, left = self._newton(*self._begun(local))
+        lost = np.flatnonzero(left > _FOUND)
+        if len(lost) and self._samples is not None:
+            places = np.ascontiguousarray(local[:, lost])
+            begin = np.empty_like(places)
+            self._run("nearest_sample", [places], self._samples, [begin])
+            again, rest = self._newton(places, begin)
+            better = rest < left[lost]
+            ways[:, lost[better]], left[lost[better]] = again[:, better], rest[better]
+        return ways, left
+
+    def _newton(self, local, ways):
+        """The ways that Newton's method finds from first guesses; what is left."""
+        left = np.empty(local.shape[1], np.float32)
+        self._run("point_inverse", [local], [], [ways, left])
+        return ways, left
+
+    def _begun(self, local):
+        """`local`, and the ways of the map with p and q exchanged."""
+        handles, other = self.region.handles, self.region.exchanged.handles
+        ratio = handles.scale / other.scale
+        offset = (handles.centre + handles.drift - other.centre) / other.scale
+        there, ways = _planes(local.T * ratio + offset), np.empty_like(local)
+        self._run("point_displacement", [there], [], [ways], self.region.exchanged)
+        drift = (other.drift + handles.drift) / handles.scale
+        return local, (ways / ratio + drift[:, None]).astype(np.float32)
+
+    @functools.cached_property
+    def _samples(self):
+        """Kernel arguments: number and table of samples all round; None if there are none."""
+        handles, planes = self.region.handles, self.deformation.planes
+        box = guesses.joined(self.box, guesses.bounds(handles.deformed))
+        v = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
+        v = v[self.region.holds(planes, v)]
+        if len(v) == 0:
+            return None
+        local = _planes(handles.local(v))
+        slope = np.empty((9, len(v)), np.float32)
+        self._run("point_jacobian", [local], [], [slope])
+        upright = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
+        local = np.ascontiguousarray(local[:, upright])
+        moved = np.empty_like(local)
+        self._run("point_displacement", [local], [], [moved])
+        table = np.ascontiguousarray(np.concatenate([local, local + moved]).T)
+        return np.int32(local.shape[1]), self.engine._constant(table)
+
+    def _run(self, kernel, inputs, arguments, outputs, region=None):
+        """Launch a kernel of the map at the places `inputs[0]` (3, m)."""
+        engine, count = self.engine, inputs[0].shape[1]
+        if count == 0:
+            return
+        with ExitStack() as buffers:
+            read = [buffers.enter_context(engine._read(array)) for array in inputs]
+            written = [buffers.enter_context(engine._exchanged(array)) for array in outputs]
+            engine._launch_map(
+                kernel,
+                self.deformation,
+                region or self.region,
+                None,
+                count,
+                np.int64(count),
+                *read,
+                *arguments,
+                *written,
+            )
 
 
 class _Shared:

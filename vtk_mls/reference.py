@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import interpolation
+from vtk_mls import guesses, interpolation
 from vtk_mls.handles import ROTATION_KINDS
 
 NAME = "reference (numpy, float64)"
@@ -23,7 +23,10 @@ NAME = "reference (numpy, float64)"
 _ON_HANDLE = 1e-32
 # A weighted norm that lost this share of its square in the orthogonalisation is rounding.
 _VANISHING = 1e-20
-_NEWTON_STEPS, _HALVINGS = 40, 6
+# The search for the inverse: evaluations, the smallest part of a step, and distances in local units.
+_TRIALS, _SMALLEST_SHARE = 64, 0.01
+_EXACT, _FOUND = 1e-12, 1e-5
+_SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
@@ -37,36 +40,84 @@ def jacobian(deformation, points, progress=None):
     return _answers(deformation, points, "jacobian", progress)
 
 
-def inverse(deformation, points, guess, progress=None):
-    """v with G(v) = x at `points` x (m, 3), from `guess` on; distance of G(v) from x (m,).
+def forward(deformation, points, progress=None):
+    """v - x with G(v) = x at `points` x (m, 3), (m, 3); whether there is one (m,).
 
-    Newton's method; a step that does not come closer is halved.
+    Newton's method from the map with p and q exchanged, and where that leads nowhere, from the
+    place among samples that the map brings nearest to x.
     """
-    v = guess.copy()
-    rest = points - backward(deformation, v)
-    left = np.linalg.norm(rest, axis=1)
-    tolerance = 1e-12 * max(r.handles.scale for r in deformation.regions)
-    moving = left > tolerance
-    for step in range(_NEWTON_STEPS):
-        (at,) = np.nonzero(moving)
-        if len(at) == 0:
+    displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
+    box = guesses.bounds(points)
+    for part in _parts(len(points), deformation, progress):
+        for region in deformation.regions:
+            here = np.isfinite(points[part]).all(axis=1)
+            here &= region.holds(deformation.planes, points[part])
+            rows = part.start + np.flatnonzero(here)
+            if len(rows) == 0:
+                continue
+            x = points[rows].astype(np.float64)
+            exchanged = _Fit(deformation, region.exchanged.handles, x)
+            v, left = _newton(deformation, region, x, x + exchanged.displacement())
+            (lost,) = np.nonzero(left > _FOUND * region.handles.scale)
+            if len(lost):
+                begin = _nearest_sample(deformation, region, box, x[lost])
+                again, rest = _newton(deformation, region, x[lost], begin)
+                better = rest < left[lost]
+                v[lost[better]], left[lost[better]] = again[better], rest[better]
+            displacement[rows], found[rows] = v - x, left <= _FOUND * region.handles.scale
+    return displacement, found
+
+
+def _newton(deformation, region, x, trial):
+    """v with G(v) = x, from `trial` on, all (m, 3); distance of G(v) from x (m,), in world units.
+
+    A step that does not come closer, or leads through a cut, is halved.
+    """
+    v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
+    left, share, way = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
+    for step in range(_TRIALS):
+        fit = _Fit(deformation, region.handles, trial)
+        rest = x - trial - fit.displacement()
+        distance = np.linalg.norm(rest, axis=1)
+        closer = distance < left
+        if step > 0:
+            closer &= ~_is_blocked(deformation, x, trial)
+        v, left = np.where(closer[:, None], trial, v), np.where(closer, distance, left)
+        share = np.where(closer, 1, share / 2)
+        moving = (left > _EXACT * region.handles.scale) & (share > _SMALLEST_SHARE)
+        if not moving.any():
             break
-        way = (np.linalg.pinv(jacobian(deformation, v[at])) @ rest[at, :, None])[:, :, 0]
-        moving[at] = False
-        for share in 0.5 ** np.arange(_HALVINGS):
-            there = v[at] + share * way
-            miss = points[at] - backward(deformation, there)
-            distance = np.linalg.norm(miss, axis=1)
-            closer = distance < left[at]
-            won = at[closer]
-            v[won], rest[won], left[won] = there[closer], miss[closer], distance[closer]
-            moving[won] = left[won] > tolerance
-            at, way = at[~closer], way[~closer]
-            if len(at) == 0:
-                break
-        if progress is not None:
-            progress((step + 1) / _NEWTON_STEPS)
-    return v, left
+        turn = closer & moving
+        jacobian = np.where(turn[:, None, None], fit.jacobian(), np.eye(3))
+        newton = (np.linalg.pinv(jacobian) @ rest[:, :, None])[:, :, 0]
+        way = np.where(turn[:, None], newton, way)
+        trial = v + share[:, None] * way
+    cut_off = np.array([cut.opening(v, x) < 0 for cut in deformation.cuts]).any(axis=0)
+    return v, np.where(cut_off, np.inf, left)
+
+
+def _is_blocked(deformation, x, v):
+    """Whether a cut that one can go round is between `x` and `v` (m, 3)."""
+    blocks = [cut.blocks(x, v) for cut in deformation.obstacles]
+    return np.any(blocks, axis=0) if blocks else np.zeros(len(x), bool)
+
+
+def _nearest_sample(deformation, region, box, x):
+    """For each of `x` (m, 3) the v among samples, right side out, whose G(v) comes nearest."""
+    handles = region.handles
+    box = guesses.joined(box, guesses.bounds(handles.deformed))
+    samples = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
+    samples = samples[region.holds(deformation.planes, samples)]
+    fit = _Fit(deformation, handles, samples)
+    upright = np.linalg.det(fit.jacobian()) > 0
+    samples, images = samples[upright], (samples + fit.displacement())[upright]
+    best, nearest = x.copy(), np.full(len(x), np.inf)
+    for v, image in zip(samples, images):
+        distance = np.linalg.norm(x - image, axis=1)
+        nearer = distance < nearest
+        nearer[nearer] = ~_is_blocked(deformation, x[nearer], v[None])
+        best[nearer], nearest[nearer] = v, distance[nearer]
+    return best
 
 
 def displacement_field(deformation, grid, progress=None):
