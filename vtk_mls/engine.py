@@ -87,8 +87,10 @@ class Engine:
         displacement = np.empty((len(points), 3), np.float32)
         found = np.zeros(len(points), bool)
         with self._lock:
-            searches = [_Search(self, deformation, r, points) for r in deformation.regions]
-            for part in _stepped(self._slabs(len(points), deformation, 64, _CACHED), progress):
+            searches = [
+                _Search(self, deformation, r, points, progress) for r in deformation.regions
+            ]
+            for part in _stepped(self._search_slabs(len(points), deformation), progress):
                 for search in searches:
                     where = part
                     if deformation.planes:
@@ -277,6 +279,10 @@ class Engine:
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
+    def _search_slabs(self, count, deformation):
+        """Slices of `count` places whose inverse is looked for."""
+        return self._slabs(count, deformation, 64, _CACHED)
+
     def _launch_grid(self, name, deformation, region, grid, part, *arguments):
         lattice = _lattice(grid, part, region.handles)
         count = part.stop - part.start
@@ -406,16 +412,16 @@ class _Search:
     and if that leads nowhere, from the place among samples that the map brings nearest to x.
     """
 
-    def __init__(self, engine, deformation, region, points):
+    def __init__(self, engine, deformation, region, points, progress):
         self.engine, self.deformation, self.region = engine, deformation, region
         self.box = guesses.bounds(points)
         self.guess = None
         nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
         if nodes >= _LEAST_NODES:
-            self.guess = self._guess(nodes)
+            self.guess = self._guess(nodes, progress)
 
     def forward(self, points):
-        """v - x (m, 3) float32, world units, for x of `points` (m, 3); whether it was found (m,)."""
+        """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
         handles = self.region.handles
         local = self.engine._local(handles, points, handles.drift)
         if self.guess is None:
@@ -427,16 +433,20 @@ class _Search:
         displacement[lost] = handles.scale * ways.T - handles.drift
         return displacement, left <= _FOUND
 
-    def _guess(self, nodes):
+    def _guess(self, nodes, progress):
         """Kernel arguments of a lattice with the ways at its nodes."""
-        handles = self.region.handles
+        engine, handles = self.engine, self.region.handles
         lattice = guesses.Lattice.over(handles.local(self.box - handles.drift), nodes)
-        ways, _ = self._newton(*self._begun(_planes(lattice.points())))
-        table = np.zeros((ways.shape[1], 4), np.float32)
-        table[:, :3] = ways.T
+        local = _planes(lattice.points())
+        table = np.zeros((local.shape[1], 4), np.float32)
+        for part in engine._search_slabs(len(table), self.deformation):
+            ways, _ = self._newton(*self._begun(np.ascontiguousarray(local[:, part])))
+            table[part, :3] = ways.T
+            if progress is not None:
+                progress(0.0)  # nothing is done yet, but abort is heard
         dimensions = np.array([*lattice.dimensions, 1], np.int32)
         density = _float4(np.full(3, 1 / lattice.step))
-        return self.engine._constant(table), dimensions, _float4(lattice.low), density
+        return engine._constant(table), dimensions, _float4(lattice.low), density
 
     def _quick(self, local):
         """v - x (m, 3) float32, world units, for places `local` (3, m); what is left (m,)."""

@@ -23,7 +23,7 @@ NAME = "reference (numpy, float64)"
 _ON_HANDLE = 1e-32
 # A weighted norm that lost this share of its square in the orthogonalisation is rounding.
 _VANISHING = 1e-20
-# The search for the inverse: evaluations, the smallest part of a step, and distances in local units.
+# The search for the inverse: evaluations, smallest part of a step, distances in local units.
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
 _EXACT, _FOUND = 1e-12, 1e-5
 _SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
