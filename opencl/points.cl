@@ -1,5 +1,9 @@
 // Points of the world in the local frame of control points. Build constants: README.md.
 
+#ifdef USE_FP64
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#endif
+
 #include "types.cl"
 
 #ifndef COORDINATE

@@ -209,8 +209,7 @@ class Deformation:
     def forward(self, points, progress=None):
         """Where the material at `points` goes: the true inverse of `backward`.
 
-        Newton's method on G with its analytic Jacobian; the first guess is the deformation with p
-        and q exchanged.
+        `forward_field` gives the same as displacements, for less time and memory.
 
         Parameters
         ----------
@@ -237,6 +236,10 @@ class Deformation:
 
     def forward_field(self, points, progress=None):
         """Where the material at `points` goes, as displacements, and where that is nowhere.
+
+        Places are looked for by Newton's method on G with its analytic Jacobian, without leaving
+        the material's side of a cut; many at once by Broyden's method, from first guesses that
+        are interpolated between some.
 
         Parameters
         ----------
