@@ -3,8 +3,8 @@
 // All x are less drift, and local. The map's displacement d(v) = G(v) - v is small next to v, so
 // what is searched is the way with way + d(x + way) = 0: no digits are lost in v - x.
 
-#define TRIALS 64
-#define SMALLEST_SHARE 0.01f
+#define TRIALS 32
+#define SMALLEST_SHARE 0.03f
 #define INVERSE_TOLERANCE 3e-7f  // next to x: about what float32 resolves
 #define CHORDS 5
 #define CHORD_TOLERANCE 5e-6f    // left for a last step that needs no check

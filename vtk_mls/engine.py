@@ -92,10 +92,7 @@ class Engine:
             ]
             for part in _stepped(self._search_slabs(len(points), deformation), progress):
                 for search in searches:
-                    where = part
-                    if deformation.planes:
-                        here = search.region.holds(deformation.planes, points[part])
-                        where = part.start + np.flatnonzero(here)
+                    where = _held(deformation, search.region, points, part)
                     displacement[where], found[where] = search.forward(points[where])
         return displacement, found
 
@@ -222,10 +219,7 @@ class Engine:
             slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
             for part in _stepped(slabs, progress):
                 for region in deformation.regions:
-                    where = part
-                    if deformation.planes:
-                        here = region.holds(deformation.planes, points[part])
-                        where = part.start + np.flatnonzero(here)
+                    where = _held(deformation, region, points, part)
                     local = _planes(region.handles.local(points[where]))
                     count = local.shape[1]
                     if count == 0:
@@ -401,6 +395,16 @@ def _stepped(slabs, progress):
         yield part
         if progress is not None:
             progress(part.stop / slabs[-1].stop)
+
+
+def _held(deformation, region, points, part):
+    """Rows of `points[part]` that are in `region`: a slice where that is all or nothing."""
+    if not deformation.planes:
+        return part
+    here = region.holds(deformation.planes, points[part])
+    if here.all():
+        return part
+    return part.start + np.flatnonzero(here) if here.any() else slice(0, 0)
 
 
 class _Search:
