@@ -225,6 +225,21 @@ def test_a_fold_is_said_to_have_no_place(device):
     assert known.any()
 
 
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("cuts", ["none", "half-plane"])
+def test_what_folds_lose_is_counted_as_in_the_specification(cuts, kind_and_degree, key, rng):
+    """Control points moved past each other; right at a fold or a cut rounding decides."""
+    rest, deformed = random_handles(rng, 60, 25)
+    x = rng.uniform(0, EXTENT, (300, 3))
+    expected, got = (
+        deformation(rest, deformed, kind_and_degree, name, cuts=CUTS[cuts])
+        for name in ("reference", key)
+    )
+    field = got.forward_field(x)
+    assert (field.found != expected.forward_field(x).found).mean() <= 0.01
+    assert misses(expected, x, field).max() <= 1e-5
+
+
 def test_turns_and_scales_come_back(device, rng):
     rotation = random_rotation(rng)
     deformed = rng.uniform(0, EXTENT, (10, 3))
