@@ -18,6 +18,7 @@ from vtk_mls.regions import Region, divided
 # What the void that a cut opens can hold: nothing, or material as if each side went on.
 VOID_VALUES = ("background", "continued")
 
+
 class Aborted(RuntimeError):
     """The `progress` callback asked to stop."""
 
