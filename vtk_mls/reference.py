@@ -25,7 +25,7 @@ _ON_HANDLE = 1e-32
 _VANISHING = 1e-20
 # The search for the inverse: evaluations, smallest part of a step, distances in local units.
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
-_EXACT, _FOUND = 1e-12, 1e-5
+_EXACT, _FOUND, _ON_PLANE = 1e-12, 1e-5, 1e-6
 _SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
 _CHUNK = 1 << 21  # numbers per temporary array
 
@@ -92,7 +92,9 @@ def _newton(deformation, region, x, trial):
         newton = (np.linalg.pinv(jacobian) @ rest[:, :, None])[:, :, 0]
         way = np.where(turn[:, None], newton, way)
         trial = v + share[:, None] * way
-    cut_off = np.array([cut.opening(v, x) < 0 for cut in deformation.cuts]).any(axis=0)
+    cut_off = _is_blocked(deformation, x, v)
+    for plane, side in zip(deformation.planes, region.sides):
+        cut_off |= side * plane.height(v) < -_ON_PLANE * region.handles.scale
     return v, np.where(cut_off, np.inf, left)
 
 
