@@ -51,8 +51,7 @@ from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
-from vtk_mls.filters import MLSDeform
-from vtk_mls.filters.splitting import split
+from vtk_mls.filters import MLSDeform, splitting
 
 LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
 LINEAR = [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID, VTK_VOXEL]
@@ -97,6 +96,12 @@ def decorated(mesh):
     mesh.GetPointData().AddArray(names)
     add_array(mesh.GetFieldData(), "time", [2.5])
     return mesh
+
+
+def split(mesh, cuts):
+    """The divided mesh, and from each point to a place on its side."""
+    output, foot, side = splitting.split(mesh, cuts)
+    return output, foot + 1e-5 * np.max(HIGH - LOW) * side
 
 
 def linear(x):
@@ -672,7 +677,7 @@ def test_dragging_does_not_split_again(monkeypatch):
     from vtk_mls.filters import warping
 
     calls = []
-    monkeypatch.setattr(warping, "split", lambda *a: calls.append(1) or split(*a))
+    monkeypatch.setattr(warping, "split", lambda *a: calls.append(1) or splitting.split(*a))
     mesh, handles = cells(VTK_TETRA), control_points()
     filter_ = deforming(mesh, handles, cut=CUTS["plane"])
     update(filter_)

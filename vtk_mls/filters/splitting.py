@@ -43,11 +43,9 @@ from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls import HalfPlane, Plane, arrays
 
-# Shares of the mesh's extent: how near a point counts as on the cut, and how far from it a place
-# is taken to tell the side (more than the device's float32 blurs).
-_ON_CUT, _BESIDE = 1e-6, 1e-5
+_ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
 
-_POINT, _HEIGHT, _SHIFT, _PLACE = "_Point", "_Height", "_Shift", "_Place"
+_POINT, _HEIGHT, _FOOT, _SIDE, _PLACE = "_Point", "_Height", "_Foot", "_Side", "_Place"
 
 
 def split(mesh, cuts):
@@ -62,22 +60,24 @@ def split(mesh, cuts):
     -------
     mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
         With all arrays but the point's global ids; at new points they are interpolated.
-    shift : (n, 3) float64, world units
-        From each point to a place beside it that is off the cuts, on the side where its cells
-        are; 0 for points that are on no cut.
+    foot : (n, 3) float64, world units
+        From each point to where it is exactly on its cut; 0 for points on no cut.
+    side : (n, 3) float64
+        Normal of the cut, to the side on which the cells of the point are; 0 for points on no cut.
     """
     grid = _unstructured(mesh)
     x = _places(grid)[np.isfinite(_places(grid)).all(axis=1)]
     extent = np.ptp(x, axis=0).max() if len(x) > 1 else 1.0
-    _set_array(grid, _SHIFT, np.zeros((grid.GetNumberOfPoints(), 3)))
+    for name in (_FOOT, _SIDE):
+        _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     for cut in cuts:
         grid = _divided(grid, cut, extent)
-    shift = _values(grid, _SHIFT).copy()
-    for name in (_POINT, _HEIGHT, _SHIFT, _PLACE):
+    foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
+    for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _PLACE):
         grid.GetPointData().RemoveArray(name)
     has_points = isinstance(mesh, vtkPointSet)
     set_places(grid, _places(grid), mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE)
-    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), shift
+    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), foot, side
 
 
 def crossed(mesh, cuts):
@@ -117,7 +117,7 @@ def _unstructured(mesh):
 
 
 def _divided(grid, cut, extent):
-    """`grid` with its points on `cut` doubled where the cut is, and shifted."""
+    """`grid` with its points on `cut` doubled where the cut is."""
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
@@ -137,19 +137,21 @@ def _divided(grid, cut, extent):
 def _keys(parts, cut, places, extent):
     """Keys of the points of parts above (1), below (-1) and off (0) a cut.
 
-    An old point has its number as key; those on the cut get others on each side, and are shifted.
+    An old point has its number as key; those on the cut get others on each side, which is noted.
     """
     height_of = _height_function(cut)
     keys, edges = [], []
     for side, part in parts:
-        x, point, shift = _places(part), _values(part, _POINT), _values(part, _SHIFT).copy()
+        x, point = _places(part), _values(part, _POINT)
         on_cut = np.flatnonzero(np.abs(_values(part, _HEIGHT)) <= _ON_CUT * extent)
         normal = _normals(height_of, x[on_cut], extent)
-        foot = x[on_cut] - height_of(x[on_cut])[:, None] * normal
-        step = _BESIDE * extent * normal
-        parted = (side != 0) & (cut.opening(foot + step, foot - step) < 0)
-        shift[on_cut[parted]] += (foot + side * step - x[on_cut])[parted]
-        _set_array(part, _SHIFT, shift)
+        foot = -height_of(x[on_cut])[:, None] * normal
+        ahead, behind = (x[on_cut] + foot + t * _ON_CUT * extent * normal for t in (10, -10))
+        parted = (side != 0) & (cut.opening(ahead, behind) < 0)
+        for name, offset in ((_FOOT, foot), (_SIDE, side * normal)):
+            values = _values(part, name).copy()
+            values[on_cut[parted]] += offset[parted]
+            _set_array(part, name, values)
         sides = np.zeros(len(x))
         sides[on_cut[parted]] = side % 3
         nearest = np.clip(np.rint(point), 0, len(places) - 1).astype(np.int64)

@@ -15,6 +15,9 @@ from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
 from vtk_mls.gradients import pushed, turned
 
+# How far from a cut the side of a point is told, as a share of the extent of the control points:
+# more than the device's float32 blurs.
+_BESIDE = 1e-5
 # Points whose Jacobians are in memory at once.
 _CHUNK = 1 << 20
 
@@ -73,9 +76,11 @@ class Warp:
     def __init__(self, wanted, deformation, mesh, output, splits):
         self.wanted, self.deformation, self.output = wanted, deformation, output
         self.keeps_whole = deformation.cuts and splits is None
-        self.shift = None
+        self.beside = None
         if deformation.cuts and splits is not None and mesh.GetNumberOfCells() > 0:
-            mesh, self.shift = splits.of(mesh, deformation.cuts)
+            mesh, foot, side = splits.of(mesh, deformation.cuts)
+            scale = max(region.handles.scale for region in deformation.regions)
+            self.beside = foot + _BESIDE * scale * side
         _copy(mesh, output)
         self.before = arrays.to_numpy(output.GetPoints().GetData())
 
@@ -141,7 +146,7 @@ class Warp:
 
     def _beside(self, places):
         """The places of points, or where they are on a cut, places beside it on their side."""
-        return places if self.shift is None else places + self.shift
+        return places if self.beside is None else places + self.beside
 
     def _places(self):
         """Where the points are now."""
