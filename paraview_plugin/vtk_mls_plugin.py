@@ -28,11 +28,13 @@ except ModuleNotFoundError as error:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters
+from vtk_mls import filters, paraview_gui
 
 _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
     sys.path.append(_here)  # ParaView 5.11 can reload a plugin only from there
+
+paraview_gui.start()
 
 paraview_plugin_version = vtk_mls.__version__
 
@@ -60,18 +62,19 @@ def vector(kind, name, default, text, *children, **attributes):
         "default_values": default,
     }
     settings.update(attributes)
+    if not settings["command"]:  # for the panel only
+        del settings["command"]
     return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
 
 
-def choice(name, options, default, text, *children):
+def choice(name, options, default, text, *children, **attributes):
     """A string property shown as a drop-down list."""
     strings = (xml("String", value=option) for option in options)
-    return vector(
-        "String", name, default, text, xml("StringListDomain", *strings, name="options"), *children
-    )
+    domain = xml("StringListDomain", *strings, name="options")
+    return vector("String", name, default, text, domain, *children, **attributes)
 
 
-def table(name, setter, default, columns, text, *hints):
+def table(name, setter, default, columns, text, *hints, domain="", **attributes):
     """A list of numbers or vectors; setters SetNumberOf<name>(n) and <setter>(index, *row)."""
     labels = (xml("ComponentLabel", component=i, label=label) for i, label in enumerate(columns))
     return vector(
@@ -79,6 +82,7 @@ def table(name, setter, default, columns, text, *hints):
         name,
         default or "none",
         text,
+        domain,
         xml("Hints", xml("ShowComponentLabels", *labels), *hints),
         command=setter,
         use_index=1,
@@ -86,6 +90,7 @@ def table(name, setter, default, columns, text, *hints):
         set_number_command=f"SetNumberOf{name}",
         number_of_elements=len(default.split()),
         number_of_elements_per_command=len(columns),
+        **attributes,
     )
 
 
@@ -174,23 +179,54 @@ def handle_array(name, index, default, domain, text):
         f"{index};1;0;0;{default}",
         text,
         domain,
-        xml("Hints", xml("NoDefault")),
+        xml("Hints", xml("NoDefault"), shown_when("ControlPoints", "null", inverse=1)),
         default_values_delimiter=";",
         command="SetInputArrayToProcess",
         number_of_elements=5,
         element_types="0 0 0 0 2",
         animateable=0,
+        panel_visibility="advanced",
     )
+
+
+# 27 handles, in steps along a box: the widget draws a line through them.
+LATTICE = [
+    (x, y if x % 2 == 0 else 2 - y, z if (x + y) % 2 == 0 else 2 - z)
+    for x in range(3)
+    for y in range(3)
+    for z in range(3)
+]
+
+
+def lattice(name, setter, text, *hints):
+    """A list of handles that begins as a lattice over the bounds of the input.
+
+    ParaView's bounds domain gives minima, centres and maxima of x, y, z in turn to a list that has
+    as many elements as the domain has modes.
+    """
+    steps = [step for place in LATTICE for step in place]
+    bounds = xml(
+        "BoundsDomain",
+        xml("RequiredProperties", xml("Property", name="Input", function="Input")),
+        name="bounds",
+        mode="normal",
+        default_mode=",".join(("min", "mid", "max")[step] for step in steps),
+    )
+    default = " ".join(str(step - 1) for step in steps)
+    return table(name, setter, default, ("x", "y", "z"), text, *hints, domain=bounds)
 
 
 CONTROL_POINTS = data_input(
     "ControlPoints",
     1,
     "vtkPolyData",
-    """The control points: their positions are p, where the material is at rest; a point vector
-    array holds the displacement q - p to where they were dragged.""",
+    """Control points (optional), used instead of the handles below: their positions are p, where
+    the material is at rest; a point vector array holds the displacement q - p to where they were
+    dragged.""",
+    xml("Hints", xml("Optional")),
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),
+    clean_command="DisconnectControlPoints",
 )
 
 CUTS = data_input(
@@ -204,6 +240,85 @@ CUTS = data_input(
     clean_command="DisconnectCuts",
     multiple_input=1,
 )
+
+
+def widget(label, name, *hints):
+    """The handles of a list in the view."""
+    return xml(
+        "PropertyGroup",
+        xml("Property", function="HandlePositions", name=name),
+        xml("Hints", *hints),
+        label=label,
+        panel_widget="InteractivePolyLine",
+    )
+
+
+def draggable(deformed, rest, *hints):
+    """The two lists of handles, and which of them the mouse edits: the panel alone knows that."""
+    return [
+        choice(
+            "Drag",
+            ("deformed", "rest"),
+            "deformed",
+            """What dragging a handle does: deformed bends; rest moves the handle itself to another
+            place of the material. It is also the one to add handles with.""",
+            xml("Hints", *hints),
+            command="",
+        ),
+        deformed,
+        widget("Handles", "DeformedPoints", shown_when("Drag", "deformed"), *hints),
+        rest,
+        widget("Handles at Rest", "RestPoints", shown_when("Drag", "rest"), *hints),
+    ]
+
+
+OWN = shown_when("ControlPoints", "null")
+
+# Handles of the filter's own, and how far they have gone.
+HANDLES = [
+    *draggable(
+        lattice(
+            "DeformedPoints",
+            "SetDeformedPoint",
+            """Positions q to which the handles are dragged, with the mouse in the view or here.
+            Those that are not dragged hold the material where it is.""",
+        ),
+        lattice(
+            "RestPoints",
+            "SetRestPoint",
+            """Positions p of the handles in the undeformed space, one for each of those dragged;
+            to begin with a lattice over the bounds of the input.""",
+        ),
+        OWN,
+    ),
+    vector(
+        "Int",
+        "LatticeDimensions",
+        "3 3 3",
+        """Number of handles in each direction: a change lays them anew, at rest, as a lattice over
+        the bounds of the input.""",
+        xml("Hints", OWN),
+        command="",
+        panel_visibility="advanced",
+    ),
+    table(
+        "Weights",
+        "SetWeight",
+        "",
+        ("weight",),
+        "A positive factor for each handle; empty: all count alike.",
+        OWN,
+        panel_visibility="advanced",
+    ),
+    vector(
+        "Double",
+        "Blend",
+        1.0,
+        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
+        was.""",
+        limits("Double", min=0, max=1),
+    ),
+]
 
 # What both filters ask of the deformation, in the order of the panel.
 DEFORMATION = [
@@ -238,12 +353,11 @@ DEFORMATION = [
         arrays_of("vectors", "ControlPoints"),
         "Point vector array of the control points with their displacement q - p.",
     ),
-    # "Weight" is offered even where there is no such array, and then means that all count alike.
     handle_array(
         "WeightArray",
         1,
         "Weight",
-        arrays_of("factors", "ControlPoints", none_string="Weight"),
+        arrays_of("factors", "ControlPoints"),
         """Point array of the control points with a positive factor for each; without it all count
         alike.""",
     ),
@@ -334,6 +448,7 @@ DEFORM = [
     ),
     CONTROL_POINTS,
     CUTS,
+    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -430,6 +545,7 @@ FIELD = [
     ),
     CONTROL_POINTS,
     CUTS,
+    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -449,7 +565,7 @@ FIELD = [
     DEVICE,
 ]
 
-HANDLES = [
+SOURCE = [
     documentation("Control points for the MLS filters, from lists or as a lattice over a box."),
     choice(
         "Mode",
@@ -457,13 +573,22 @@ HANDLES = [
         "points",
         "points: the rest positions are listed; lattice: they fill a box regularly.",
     ),
-    table(
-        "RestPoints",
-        "SetRestPoint",
-        "-1 -1 -1  1 -1 -1  -1 1 -1  1 1 -1  -1 -1 1  1 -1 1  -1 1 1  1 1 1",
-        ("x", "y", "z"),
-        "Positions p of the control points in the undeformed space.",
-        shown_when("Mode", "points"),
+    *draggable(
+        table(
+            "DeformedPoints",
+            "SetDeformedPoint",
+            "",
+            ("x", "y", "z"),
+            """Positions q to which the control points are dragged, with the mouse in the view or
+            here, one for each; none: they stay at rest.""",
+        ),
+        table(
+            "RestPoints",
+            "SetRestPoint",
+            "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1",
+            ("x", "y", "z"),
+            "Positions p of the control points in the undeformed space.",
+        ),
     ),
     vector(
         "Int",
@@ -480,19 +605,12 @@ HANDLES = [
         xml("Hints", shown_when("Mode", "lattice")),
     ),
     table(
-        "DeformedPoints",
-        "SetDeformedPoint",
-        "",
-        ("x", "y", "z"),
-        """Positions q to which the control points were dragged, one for each; empty: they stay at
-        rest.""",
-    ),
-    table(
         "Weights",
         "SetWeight",
         "",
         ("weight",),
         "A positive factor for each control point; empty: all count alike.",
+        panel_visibility="advanced",
     ),
 ]
 
@@ -517,6 +635,6 @@ class MLSDisplacementField(filters.MLSDisplacementField):
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points")
 @MENU
-@smproperty.xml("".join(HANDLES))
+@smproperty.xml("".join(SOURCE))
 class MLSControlPoints(filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""

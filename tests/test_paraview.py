@@ -37,19 +37,19 @@ class ParaView:
     prefix: tuple[str, ...]
     variables: dict[str, str]
 
+    def environment(self, **more):
+        """Variables to start it with: nothing of the Python and the display of these tests."""
+        hidden = ("PYTHON", "VIRTUAL_ENV", "LD_", "DISPLAY")
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(hidden)}
+        return {**kept, **self.variables, **more}
+
     def run(self, script, *arguments, display=None):
         """Run a script in pvpython from the project folder; its exit status and all it printed."""
-        hidden = ("PYTHON", "VIRTUAL_ENV", "LD_", "DISPLAY")
-        environment = {
-            name: value for name, value in os.environ.items() if not name.startswith(hidden)
-        }
-        environment.update(self.variables)
-        if display and not self.prefix:
-            environment["DISPLAY"] = display
+        shown = {"DISPLAY": display} if display and not self.prefix else {}
         done = subprocess.run(
             [*self.prefix, "pvpython", str(script), *map(str, arguments)],
             cwd=PROJECT,
-            env=environment,
+            env=self.environment(**shown),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -79,9 +79,13 @@ def _root_paraviews():
     else:
         cache = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview"))
         roots = sorted(path.parents[2] for path in cache.glob("*/usr/bin/pvpython"))
-    egl = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
+    variables = {
+        "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow",
+        # what pytools says of a package that Debian has not
+        "PYTHONWARNINGS": "ignore:Unable to import recommended hash",
+    }
     for root in roots:
-        inside = ParaView(f"the ParaView in {root}", (str(IN_ROOT), str(root)), egl)
+        inside = ParaView(f"the ParaView in {root}", (str(IN_ROOT), str(root)), variables)
         yield pytest.param(inside, id=root.name)
 
 
@@ -105,7 +109,7 @@ def display():
         yield os.environ.get("DISPLAY")
         return
     read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "1280x1024x24"]
+    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-ac", "-screen", "0", "1280x1024x24"]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, pass_fds=[write], stdout=quiet, stderr=quiet) as server:
         os.close(write)

@@ -75,10 +75,25 @@ class MLSControlPoints(HandleLists, Algorithm):
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
                 f"its maximum, got {self._bounds!r}"
             )
-        low, high = bounds[::2], bounds[1::2]
-        axes = [
-            np.linspace(a, b, n) if n > 1 else [(a + b) / 2]
-            for a, b, n in zip(low, high, dimensions)
-        ]
-        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
-        return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+        return lattice(dimensions, bounds)
+
+
+def lattice(dimensions, bounds):
+    """Places that fill a box regularly; a single one along an axis lies in the middle.
+
+    Parameters
+    ----------
+    dimensions : (nx, ny, nz)
+    bounds : (xmin, xmax, ymin, ymax, zmin, zmax)
+
+    Returns
+    -------
+    (nx * ny * nz, 3) float64
+        x fastest.
+    """
+    axes = [
+        np.linspace(low, high, count) if count > 1 else [(low + high) / 2]
+        for low, high, count in zip(bounds[::2], bounds[1::2], dimensions)
+    ]
+    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3)

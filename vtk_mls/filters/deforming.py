@@ -174,6 +174,10 @@ class DeformingFilter(HandleLists, Algorithm):
         """What AddCut has added."""
         return self._cuts
 
+    def DisconnectControlPoints(self):
+        """Remove the input from port 1: the filter's own handles count again."""
+        self.RemoveAllInputConnections(1)
+
     def DisconnectCuts(self):
         """Remove all inputs from port 2."""
         self.RemoveAllInputConnections(2)

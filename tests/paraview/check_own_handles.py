@@ -1,0 +1,114 @@
+"""MLS Deform without control points: its own handles, in scripts, states and animations."""
+
+import os
+import tempfile
+
+import numpy as np
+from paraview import simple
+from scene import DEFORMED, REST, array, control_points, data, wavelet
+
+source = wavelet()
+source.UpdatePipeline()
+volume = array(data(source), "RTData")
+
+
+def settings(rest=REST, deformed=DEFORMED):
+    return {"RestPoints": list(np.ravel(rest)), "DeformedPoints": list(np.ravel(deformed))}
+
+
+# Just added, it has a lattice of handles over the bounds of the input, and is the identity.
+deform = simple.MLSDeform(Input=source)
+rest = np.reshape(deform.RestPoints, (-1, 3))
+expected = {(x, y, z) for z in (-7, 1, 9) for y in (-8, 0, 8) for x in (-9, -0.5, 8)}
+assert len(rest) == 27
+assert {tuple(place) for place in rest} == expected
+np.testing.assert_array_equal(rest, np.reshape(deform.DeformedPoints, (-1, 3)))
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
+field = simple.MLSDisplacementField(Input=source)
+assert list(field.RestPoints) == list(deform.RestPoints)
+assert not array(data(field), "BackwardDisplacement").any()
+
+# A dragged handle deforms, and the handles stay where they were when the input changes.
+dragged = list(deform.DeformedPoints)
+dragged[0] -= 3
+deform.DeformedPoints = dragged
+assert not np.array_equal(array(data(deform), "RTData"), volume)
+source.WholeExtent = [-9, 8, -8, 8, -7, 5]
+data(deform)
+np.testing.assert_array_equal(rest, np.reshape(deform.RestPoints, (-1, 3)))
+source.WholeExtent = [-9, 8, -8, 8, -7, 9]
+
+# Own handles do what those of a source do, which take over while they are connected.
+handles = control_points()
+bent = array(data(simple.MLSDeform(Input=source, ControlPoints=handles)), "RTData").copy()
+for proxy in (deform, field):
+    for name, value in settings().items():
+        setattr(proxy, name, value)
+np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
+deform.DeformedPoints = list(np.ravel(REST))
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
+deform.ControlPoints = handles
+np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
+deform.ControlPoints = None
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
+deform.DeformedPoints = list(np.ravel(DEFORMED))
+np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
+
+# Blend.
+deform.Blend = 0.0
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
+deform.Blend = 0.5
+half = control_points(REST, (REST + DEFORMED) / 2)
+expected = array(data(simple.MLSDeform(Input=source, ControlPoints=half)), "RTData")
+np.testing.assert_allclose(array(data(deform), "RTData"), expected, atol=1e-2)
+middle = array(data(deform), "RTData").copy()
+deform.Blend = 1.0
+
+# An animation of the blend, and of a handle's place.
+scene = simple.GetAnimationScene()
+scene.PlayMode, scene.NumberOfFrames = "Sequence", 3
+scene.StartTime, scene.EndTime = 0.0, 1.0
+
+
+def animate(name, index, first, last):
+    track = simple.GetAnimationTrack(name, index=index, proxy=deform)
+    keys = [simple.CompositeKeyFrame(KeyTime=k, KeyValues=[v]) for k, v in ((0, first), (1, last))]
+    track.KeyFrames = keys
+    return track
+
+
+track = animate("Blend", 0, 0.0, 1.0)
+for time, expected in ((0.0, volume), (0.5, middle), (1.0, bent)):
+    scene.AnimationTime = time
+    np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
+track.Enabled = 0
+deform.Blend = 1.0
+track = animate("DeformedPoints", 14, float(DEFORMED[4, 2]), float(DEFORMED[4, 2]) + 4)
+moved = DEFORMED.copy()
+for time, expected in ((0.0, 0), (1.0, 4)):
+    scene.AnimationTime = time
+    moved[4, 2] = DEFORMED[4, 2] + expected
+    np.testing.assert_array_equal(np.reshape(deform.DeformedPoints, (-1, 3)), moved)
+    alike = simple.MLSDeform(Input=source, ControlPoints=control_points(REST, moved))
+    np.testing.assert_array_equal(array(data(deform), "RTData"), array(data(alike), "RTData"))
+track.Enabled = 0
+simple.Delete(track)
+deform.DeformedPoints = list(np.ravel(DEFORMED))
+
+# A state keeps the handles.
+simple.RenameSource("deformed", deform)
+with tempfile.TemporaryDirectory() as folder:
+    state = os.path.join(folder, "state.pvsm")
+    simple.SaveState(state)
+    names = ["source", "deform", "field", "handles", "half", "proxy", "track", "scene", "alike"]
+    for name in names:
+        del globals()[name]
+    simple.ResetSession()
+    simple.LoadState(state)
+deform = simple.FindSource("deformed")
+assert list(deform.RestPoints) == list(REST.ravel())
+np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
+
+# Without an update the bounds of the input are not known; nothing moves then either.
+deform = simple.MLSDeform(Input=wavelet())
+np.testing.assert_array_equal(array(data(deform), "RTData"), volume)

@@ -1,0 +1,39 @@
+"""Runs inside ParaView's GUI (`paraview --script`): does what `tests/paraview_gui.py` asks for.
+
+A request is a file of Python, left in the folder PARAVIEW_GUI_FOLDER; a timer of the render view
+looks for it. What it assigns to `answer` is the reply.
+"""
+
+import json
+import os
+import traceback
+
+from paraview import servermanager, simple
+
+folder = os.environ["PARAVIEW_GUI_FOLDER"]
+names = {"simple": simple, "servermanager": servermanager}
+
+
+def listen(interactor, event):
+    request = os.path.join(folder, "request.py")
+    if not os.path.exists(request):
+        return
+    with open(request) as file:
+        text = file.read()
+    os.remove(request)
+    names["answer"] = None
+    try:
+        exec(text, names)
+        reply = {"answer": names["answer"]}
+    except BaseException:
+        reply = {"error": traceback.format_exc()}
+    part = os.path.join(folder, "reply.part")
+    with open(part, "w") as file:
+        json.dump(reply, file)
+    os.rename(part, os.path.join(folder, "reply.json"))
+
+
+names["view"] = simple.GetActiveViewOrCreate("RenderView")
+names["interactor"] = names["view"].GetInteractor()
+names["interactor"].AddObserver("TimerEvent", listen)
+names["interactor"].CreateRepeatingTimer(20)

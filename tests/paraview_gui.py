@@ -1,0 +1,175 @@
+"""ParaView's GUI under Xvfb, with hands and eyes: real keys and mouse events, screenshots."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from contextlib import contextmanager, suppress
+
+LISTENER = "tests/paraview/gui_listener.py"
+PATIENCE = 60  # seconds, for whatever is waited for
+WIDTH, HEIGHT = 1280, 1024
+
+
+class Gui:
+    """A running ParaView.
+
+    Parameters
+    ----------
+    folder : Path, relative to the project
+        For the talk with the listener inside, and screenshots.
+    project : Path
+    display : str
+        X display.
+    process : Popen
+    """
+
+    def __init__(self, folder, project, display, process):
+        self._folder, self.folder = project / folder, folder
+        self._display, self._process = display, process
+        self._origin = None  # screen coordinates of the view's lower left corner
+
+    def run(self, text):
+        """Run Python inside; the value that it gives to `answer`."""
+        part, reply = self._folder / "request.part", self._folder / "reply.json"
+        part.write_text(text)
+        part.rename(self._folder / "request.py")
+        self._wait(reply.exists, f"an answer to: {text}")
+        answer = json.loads(reply.read_text())
+        reply.unlink()
+        assert "error" not in answer, answer["error"]
+        return answer["answer"]
+
+    def value(self, expression):
+        """The value of a Python expression inside."""
+        return self.run(f"answer = {expression}")
+
+    def until(self, expression):
+        """Wait until a Python expression inside is true."""
+        self._wait(lambda: self.value(f"bool({expression})"), expression)
+
+    def press(self, *keys):
+        """Press keys in the main window, one after the other."""
+        self._xdotool("windowfocus", "--sync", self._window)
+        self._xdotool("key", "--delay", 50, *keys)
+
+    def launch(self, name):
+        """Create a source or filter by the quick-launch dialog, as from the menu."""
+        count = self.value("len(simple.GetSources())")
+        self.press("ctrl+space")
+        self._wait(lambda: len(self._windows()) > 1, "the quick-launch dialog")
+        self._xdotool("type", "--delay", 50, name)
+        self._xdotool("key", "--delay", 100, "Return")
+        self.until(f"len(simple.GetSources()) == {count + 1}")
+
+    @contextmanager
+    def dragging(self, place, by):
+        """Take hold of what is at a place in the world, and pull it by so many pixels."""
+        x, y = self._on_screen(place)
+        self._xdotool("mousemove", "--sync", x, y)
+        self._xdotool("mousedown", 1)
+        for step in range(1, 11):
+            self._xdotool("mousemove", "--sync", x + step * by[0] // 10, y - step * by[1] // 10)
+        yield
+        self._xdotool("mouseup", 1)
+
+    def screenshot(self, name):
+        """Keep what is on the screen."""
+        path = self._folder / f"{name}.png"
+        command = ["import", "-window", "root", str(path)]
+        subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
+
+    @property
+    def printed(self):
+        """All it has printed, which is also what Output Messages show."""
+        return (self._folder / "log.txt").read_text()
+
+    def spread(self):
+        """Wait for the main window, and give it the whole screen."""
+        self._wait(self._windows, "a window")
+        (self._window,) = self._windows()
+        self._xdotool("windowmove", self._window, 0, 0)
+        self._xdotool("windowsize", "--sync", self._window, WIDTH, HEIGHT)
+
+    def _on_screen(self, place):
+        """Where on the screen a place in the world is."""
+        middle = WIDTH * 2 // 3, HEIGHT // 2
+        for shift in (5, 0):  # an event needs a motion
+            self._xdotool("mousemove", "--sync", middle[0] + shift, middle[1])
+        self.until("0 < interactor.GetEventPosition()[0] < interactor.GetSize()[0]")
+        seen = self.value("list(interactor.GetEventPosition())")
+        x, y = self.run(f"""
+from vtkmodules.vtkRenderingCore import vtkCoordinate
+coordinate = vtkCoordinate()
+coordinate.SetCoordinateSystemToWorld()
+coordinate.SetValue({place[0]}, {place[1]}, {place[2]})
+answer = list(coordinate.GetComputedDisplayValue(view.GetRenderer()))""")
+        return middle[0] + x - seen[0], middle[1] - y + seen[1]
+
+    def _windows(self):
+        found = self._xdotool("search", "--onlyvisible", "--class", "paraview", check=False)
+        return found.split()
+
+    @property
+    def _environment(self):
+        return {**os.environ, "DISPLAY": self._display}
+
+    def _xdotool(self, *arguments, check=True):
+        done = subprocess.run(
+            ["xdotool", *map(str, arguments)],
+            env=self._environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            check=check,
+            timeout=PATIENCE,
+        )
+        return done.stdout
+
+    def _wait(self, condition, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert self._process.poll() is None, f"ParaView has ended:\n{self.printed}"
+            assert time.monotonic() < end, f"waited in vain for {what}\n{self.printed}"
+            time.sleep(0.02)
+
+
+@contextmanager
+def running(paraview, project, folder, display):
+    """A ParaView with a `Gui`, ended at the end.
+
+    Parameters
+    ----------
+    paraview : test_paraview.ParaView
+    project : Path
+    folder : Path, relative to the project
+    display : str
+    """
+    (project / folder).mkdir(parents=True, exist_ok=True)
+    for name in ("request.py", "reply.json"):
+        (project / folder / name).unlink(missing_ok=True)
+    environment = paraview.environment(
+        DISPLAY=display, QT_QPA_PLATFORM="xcb", PARAVIEW_GUI_FOLDER=str(folder)
+    )
+    environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)
+    with (project / folder / "log.txt").open("w") as log:
+        process = subprocess.Popen(
+            [*paraview.prefix, "paraview", "--dr", f"--script={LISTENER}"],
+            cwd=project,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            gui = Gui(folder, project, display, process)
+            gui.value("1")
+            gui.spread()
+            yield gui
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()

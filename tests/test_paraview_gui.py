@@ -1,0 +1,136 @@
+"""What a user does in ParaView's GUI, by real keys and mouse events, in each ParaView there is."""
+
+from __future__ import annotations
+
+import os
+import shutil
+
+import pytest
+from paraview_gui import running
+from test_paraview import (  # noqa: F401
+    NOISE,
+    PICTURES,
+    PROJECT,
+    display,
+    paraview,
+)
+
+HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
+PULL = (60, 50)  # pixels
+
+SETUP = """
+import numpy as np
+from paraview import smtrace
+smtrace.start_trace()
+from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
+from vtkmodules.util.numpy_support import vtk_to_numpy
+simple.LoadPlugin("paraview_plugin/vtk_mls_plugin.py", ns=vars(simple))
+settings = vtkPVGeneralSettings.GetInstance()
+
+def rtdata(proxy):
+    array = proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0).GetPointData().GetArray(0)
+    return vtk_to_numpy(array) if array else np.empty(0)
+
+def is_bent():
+    return len(rtdata(deform)) == len(volume) and not is_straight()
+
+def is_straight():
+    return np.array_equal(rtdata(deform), volume)
+
+def dragged(pending=False):
+    rest = np.reshape(deform.RestPoints, (-1, 3))
+    moved = deform.SMProxy.GetProperty("DeformedPoints")
+    count = moved.GetNumberOfUncheckedElements()
+    pulled = [moved.GetUncheckedElement(i) for i in range(count)]
+    moved = np.reshape(pulled if pending else deform.DeformedPoints, (-1, 3))
+    return [int(i) for i in np.flatnonzero((moved != rest).any(axis=1))]
+
+wavelet = simple.Wavelet()
+wavelet.UpdatePipeline()
+simple.Show(wavelet, view)
+view.ResetCamera()
+simple.Render(view)
+simple.SetActiveSource(wavelet)
+volume = rtdata(wavelet).copy()
+"""
+
+REPLAY = """
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+deform = FindSource("MLSDeform1")
+UpdatePipeline(proxy=deform)
+output = deform.SMProxy.GetClientSideObject().GetOutputDataObject(0)
+bent = np.load("{folder}/bent.npy")
+np.testing.assert_array_equal(vtk_to_numpy(output.GetPointData().GetArray("RTData")), bent)
+"""
+
+
+@pytest.fixture
+def gui(paraview, display, request):  # noqa: F811
+    missing = [tool for tool in ("Xvfb", "xdotool", "import") if not shutil.which(tool)]
+    if missing:
+        reason = f"no {', '.join(missing)} on this system: tests/paraview/install.sh says why"
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(reason)
+    name = f"{request.node.originalname.removeprefix('test_')}"
+    folder = PICTURES / request.node.callspec.id / name
+    with running(paraview, PROJECT, folder, display) as gui:
+        gui.run(SETUP)
+        yield gui
+        noise = [line for line in gui.printed.splitlines() if NOISE.search(line)]
+        assert noise == []
+
+
+def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    gui.screenshot("1_applied")
+
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True)")
+        gui.screenshot("2_dragging")
+        assert gui.value("dragged()") == []
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    (number,) = gui.value("dragged()")
+    assert gui.value(f"deform.RestPoints[{3 * number}:{3 * number + 3}]") == list(HANDLE)
+    deformed = gui.value(f"deform.DeformedPoints[{3 * number}:{3 * number + 3}]")
+    assert deformed[0] > HANDLE[0] + 2
+    assert deformed[1] > HANDLE[1] + 2
+    gui.screenshot("3_bent")
+
+    gui.press("ctrl+z")
+    gui.until("dragged() == []")
+    gui.until("is_straight()")
+    gui.press("ctrl+y")
+    gui.until(f"dragged() == [{number}]")
+    gui.until("is_bent()")
+
+    gui.run(f"simple.SaveState('{gui.folder}/state.pvsm')")
+    gui.run(f"np.save('{gui.folder}/bent.npy', rtdata(deform))")
+    trace = PROJECT / gui.folder / "trace.py"
+    trace.write_text(gui.value("smtrace.stop_trace()") + REPLAY.format(folder=gui.folder))
+    paraview.check(gui.folder / trace.name, display=display)
+
+    gui.run("simple.Delete(deform); simple.Delete(wavelet); del deform, wavelet")
+    gui.until("not simple.GetSources()")
+    gui.run(f"simple.LoadState('{gui.folder}/state.pvsm')")
+    gui.run("deform = simple.FindSource('MLSDeform1'); deform.UpdatePipeline()")
+    assert gui.value("is_bent()")
+    assert gui.value(f"np.array_equal(rtdata(deform), np.load('{gui.folder}/bent.npy'))")
+    assert gui.value("dragged()") == [number]
+    gui.run("simple.SetActiveSource(deform)")
+    with gui.dragging(deformed, (0, 80)):
+        gui.until("len(dragged(pending=True)) == 1")
+
+
+def test_auto_apply_follows_the_drag(gui):
+    gui.run("settings.SetAutoApply(True)")
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.until("is_straight()")
+    with gui.dragging(HANDLE, PULL):
+        gui.until("is_bent()")
+        gui.screenshot("1_dragging")
+    assert len(gui.value("dragged()")) == 1

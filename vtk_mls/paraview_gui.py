@@ -1,0 +1,217 @@
+"""Handles under the mouse: what the plugin adds to ParaView's own widgets in its GUI.
+
+ParaView's handle widget edits one list of places. While an edit waits for Apply it is the pending
+("unchecked") value of a server-manager property, and whoever changes it, a drag, a table or a
+button, an event of the property tells so. Here these events are answered by pending edits of the
+lists beside, so that Apply, Reset, Undo, trace and states work on all lists as on one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from paraview.modules.vtkRemotingCore import vtkProcessModule
+from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
+
+from vtk_mls.filters.control_points import lattice
+
+_FILTERS = ("MLSDeform", "MLSDisplacementField")
+_SOURCE = "MLSControlPoints"
+_EDITED = "UncheckedPropertyModifiedEvent"
+_watching = False
+
+
+def start():
+    """Watch the pipelines of all sessions, if this is ParaView's GUI and nobody does yet."""
+    global _watching
+    manager = vtkSMProxyManager.GetProxyManager()
+    # only the GUI has undo
+    if _watching or manager is None or manager.GetUndoStackBuilder() is None:
+        return
+    _watching = True
+    modules = vtkProcessModule.GetProcessModule()
+    sessions = modules.NewSessionIterator()
+    sessions.UnRegister(None)
+    sessions.InitTraversal()
+    while not sessions.IsDoneWithTraversal():
+        _watch(manager.GetSessionProxyManager(sessions.GetCurrentSession()))
+        sessions.GoToNextItem()
+
+    def connected(modules, event):
+        session = modules.GetSession(modules.GetEventCallDataSessionId())
+        _watch(manager.GetSessionProxyManager(session))
+
+    modules.AddObserver("ConnectionCreatedEvent", connected)
+
+
+def _watch(manager):
+    """Watch what a session's proxy manager registers."""
+    pipelines = {}  # by the ids of their proxies, so that none is kept alive
+
+    def changed(manager, event):
+        here = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
+        for number in pipelines.keys() - here.keys():
+            del pipelines[number]
+        for number in here.keys() - pipelines.keys():
+            if here[number].GetXMLName() in (*_FILTERS, _SOURCE):
+                pipelines[number] = _Handles(here[number])
+
+    manager.AddObserver("RegisterEvent", changed)
+    manager.AddObserver("UnRegisterEvent", changed)
+    changed(manager, None)
+
+
+class _Handles:
+    """What is to know of a proxy's handles between two events."""
+
+    def __init__(self, proxy):
+        self._busy = False
+        if proxy.GetXMLName() == _SOURCE:
+            self._begin(proxy)
+        self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
+        self._rest = _pending(proxy.GetProperty("RestPoints"))
+        for name, answer in (
+            ("DeformedPoints", self._deformed_edited),
+            ("RestPoints", self._rest_edited),
+            *((name, self._lattice_edited) for name in ("Mode", "LatticeDimensions", "Bounds")),
+        ):
+            if proxy.GetProperty(name):
+                proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
+
+    def _answer(self, method):
+        """A callback for the events of a property, unless it is we who cause them."""
+
+        def callback(changed, event):
+            if not self._busy:
+                self._busy = True
+                try:
+                    method(changed, changed.GetParent())
+                finally:
+                    self._busy = False
+
+        return callback
+
+    def _begin(self, proxy):
+        """A source without deformed points gets them where the rest points are, to be dragged."""
+        rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
+        if (
+            deformed.GetNumberOfElements() == 0
+            and proxy.GetProperty("Mode").GetElement(0) == "points"
+        ):
+            deformed.SetElements(_values(rest), rest.GetNumberOfElements())
+            proxy.UpdateVTKObjects()
+
+    def _deformed_edited(self, deformed, proxy):
+        """A handle was dragged, added or removed, or an edit was applied or taken back."""
+        before, self._deformed = self._deformed, _pending(deformed)
+        if len(before) != len(self._deformed) and _is_pending(deformed):
+            self._count_changed(proxy, before, self._deformed, "RestPoints")
+
+    def _rest_edited(self, rest, proxy):
+        """A rest position was moved, added or removed: the handle goes along."""
+        before, self._rest = self._rest, _pending(rest)
+        if not _is_pending(rest):
+            return
+        if len(before) != len(self._rest):
+            self._count_changed(proxy, before, self._rest, "DeformedPoints")
+        elif len(before) == len(self._deformed):
+            self._deformed = self._deformed + (self._rest - before)
+            _set_pending(proxy.GetProperty("DeformedPoints"), self._deformed)
+
+    def _count_changed(self, proxy, before, after, other):
+        """Add or remove in the lists beside what was added to or removed from one."""
+        if len(after) > len(before):
+            differs = (before != after[: len(before)]).any(axis=1)
+            first = int(differs.argmax()) if differs.any() else len(before)
+            new = after[first : first + len(after) - len(before)]
+            edits = {other: (first, new), "Weights": (first, np.ones((len(new), 1)))}
+            for name, (place, rows) in edits.items():
+                values = _pending(proxy.GetProperty(name))
+                if len(values) == len(before):
+                    place = np.full(len(rows), place)
+                    _set_pending(proxy.GetProperty(name), np.insert(values, place, rows, axis=0))
+        else:
+            kept = _kept(before, after)
+            for name in (other, "Weights"):
+                values = _pending(proxy.GetProperty(name))
+                if len(values) == len(before):
+                    _set_pending(proxy.GetProperty(name), values[kept])
+        self._remember(proxy)
+
+    def _lattice_edited(self, changed, proxy):
+        """Lay the handles anew, if a lattice was asked for."""
+        mode, dimensions = proxy.GetProperty("Mode"), proxy.GetProperty("LatticeDimensions")
+        if not _is_pending(changed) or (mode and mode.GetUncheckedElement(0) != "lattice"):
+            return
+        counts = [dimensions.GetUncheckedElement(axis) for axis in range(3)]
+        bounds = _bounds(proxy)
+        if min(counts) < 1 or not (bounds[::2] <= bounds[1::2]).all():
+            return
+        places = lattice(counts, bounds)
+        for name in ("RestPoints", "DeformedPoints"):
+            _set_pending(proxy.GetProperty(name), places)
+        _set_pending(proxy.GetProperty("Weights"), np.empty((0, 1)))
+        self._remember(proxy)
+        for view in _proxies(proxy.GetSessionProxyManager(), "views"):
+            view.StillRender()
+
+    def _remember(self, proxy):
+        self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
+        self._rest = _pending(proxy.GetProperty("RestPoints"))
+
+
+def _proxies(manager, group):
+    """The proxies registered in a group."""
+    iterator = vtkSMProxyIterator()
+    iterator.SetSessionProxyManager(manager)
+    iterator.SetModeToOneGroup()
+    iterator.Begin(group)
+    while not iterator.IsAtEnd():
+        yield iterator.GetProxy()
+        iterator.Next()
+
+
+def _bounds(proxy):
+    """(6,) bounds for a lattice: the property's, or those of the input."""
+    if proxy.GetXMLName() == _SOURCE:
+        given = proxy.GetProperty("Bounds")
+        return np.array([given.GetUncheckedElement(i) for i in range(6)])
+    connection = proxy.GetProperty("Input")
+    information = connection.GetProxy(0).GetDataInformation(
+        connection.GetOutputPortForConnection(0)
+    )
+    return np.array(information.GetBounds())
+
+
+def _values(changed):
+    """The applied elements of a property."""
+    return [changed.GetElement(i) for i in range(changed.GetNumberOfElements())]
+
+
+def _pending(changed):
+    """The pending rows of a list property: (n, columns)."""
+    count = changed.GetNumberOfUncheckedElements()
+    values = [changed.GetUncheckedElement(i) for i in range(count)]
+    columns = 1 if changed.GetXMLName() == "Weights" else 3
+    return np.reshape(values, (-1, columns)).astype(float)
+
+
+def _is_pending(changed):
+    """Whether a property has an edit that is not applied."""
+    count = changed.GetNumberOfUncheckedElements()
+    if count != changed.GetNumberOfElements():
+        return True
+    return any(changed.GetUncheckedElement(i) != changed.GetElement(i) for i in range(count))
+
+
+def _set_pending(changed, rows):
+    changed.SetUncheckedElements(np.ravel(rows).tolist(), rows.size)
+
+
+def _kept(before, after):
+    """Which rows of `before` are, in their order, those of `after`: bool."""
+    kept, found = np.zeros(len(before), bool), 0
+    for number, row in enumerate(before):
+        if found < len(after) and (row == after[found]).all():
+            kept[number] = True
+            found += 1
+    return kept
