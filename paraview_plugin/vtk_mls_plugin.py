@@ -99,6 +99,17 @@ def limits(kind, **bounds):
     return xml(f"{kind}RangeDomain", name="range", **bounds)
 
 
+def bounds(modes):
+    """The domain of places that begin at minima, centres or maxima of the input's bounds."""
+    return xml(
+        "BoundsDomain",
+        xml("RequiredProperties", xml("Property", name="Input", function="Input")),
+        name="bounds",
+        mode="normal",
+        default_mode=modes,
+    )
+
+
 def shown_when(name, value, **options):
     """A hint: show a property only while the property `name` has that value."""
     decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
@@ -205,15 +216,9 @@ def lattice(name, setter, text, *hints):
     as many elements as the domain has modes.
     """
     steps = [step for place in LATTICE for step in place]
-    bounds = xml(
-        "BoundsDomain",
-        xml("RequiredProperties", xml("Property", name="Input", function="Input")),
-        name="bounds",
-        mode="normal",
-        default_mode=",".join(("min", "mid", "max")[step] for step in steps),
-    )
+    domain = bounds(",".join(("min", "mid", "max")[step] for step in steps))
     default = " ".join(str(step - 1) for step in steps)
-    return table(name, setter, default, ("x", "y", "z"), text, *hints, domain=bounds)
+    return table(name, setter, default, ("x", "y", "z"), text, *hints, domain=domain)
 
 
 CONTROL_POINTS = data_input(
@@ -380,6 +385,7 @@ CUT = [
         "CutOrigin",
         "0 0 0",
         "A point of the plane, or of the edge of the half-plane.",
+        bounds("mid"),
         xml("Hints", HAS_CUT),
     ),
     vector(

@@ -58,12 +58,13 @@ class Gui:
 
     def launch(self, name):
         """Create a source or filter by the quick-launch dialog, as from the menu."""
-        count = self.value("len(simple.GetSources())")
+        active = "getattr(simple.GetActiveSource(), 'GetGlobalID', int)()"
+        before = self.value(active)
         self.press("ctrl+space")
         self._wait(lambda: len(self._windows()) > 1, "the quick-launch dialog")
         self._xdotool("type", "--delay", 50, name)
         self._xdotool("key", "--delay", 100, "Return")
-        self.until(f"len(simple.GetSources()) == {count + 1}")
+        self.until(f"{active} != {before}")
 
     @contextmanager
     def dragging(self, place, by):

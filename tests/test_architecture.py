@@ -42,6 +42,7 @@ ALLOWED = {
     "interpolation": {"numpy"},
     "io": {"arrays", "filters", "nrrd", "numpy", "vtkmodules"},
     "nrrd": {"numpy"},
+    "paraview_gui": {"filters", "numpy", "paraview"},
     "reference": {"guesses", "handles", "interpolation", "numpy"},
     "regions": {"handles", "numpy"},
     "resources": set(),

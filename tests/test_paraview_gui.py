@@ -134,3 +134,85 @@ def test_auto_apply_follows_the_drag(gui):
         gui.until("is_bent()")
         gui.screenshot("1_dragging")
     assert len(gui.value("dragged()")) == 1
+
+
+def test_lists_keep_in_step(gui):
+    gui.launch("MLS Deform")
+    gui.run("""
+deform = simple.GetActiveSource()
+rest, moved, weights, lattice = (
+    deform.SMProxy.GetProperty(name)
+    for name in ("RestPoints", "DeformedPoints", "Weights", "LatticeDimensions")
+)
+
+def pending(changed):
+    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
+
+def edit(changed, values):
+    changed.SetUncheckedElements(values, len(values))
+
+before = pending(moved)
+new = [1.0, 2.0, 3.0]""")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+
+    # A handle that is added rests where it appears; one that is removed does so in both lists.
+    gui.run("edit(weights, [2.0] * 27); edit(moved, before[:15] + new + before[15:])")
+    assert gui.value("pending(rest) == pending(moved)")
+    assert gui.value("pending(weights)") == [2] * 5 + [1] + [2] * 22
+    gui.run("edit(rest, before[3:15] + new + before[15:])")
+    assert gui.value("pending(moved) == pending(rest)")
+    assert gui.value("pending(weights)") == [2] * 4 + [1] + [2] * 22
+
+    # A handle goes along with its place at rest, as far dragged as it is.
+    gui.run("edit(moved, [7.0, *pending(moved)[1:]]); first = pending(rest)[0]")
+    gui.run("edit(rest, [first + 2, *pending(rest)[1:]])")
+    assert gui.value("pending(moved)[0]") == 9
+    assert gui.value("pending(moved)[1:] == pending(rest)[1:]")
+
+    # A lattice is laid in one step; a drag and Apply take all of it.
+    gui.run("edit(lattice, [2, 2, 4])")
+    assert gui.value("pending(moved) == pending(rest)")
+    assert gui.value("pending(rest)[:6]") == [-10, -10, -10, 10, -10, -10]
+    assert gui.value("pending(weights)") == []
+    assert gui.value("len(deform.RestPoints)") == 81
+    with gui.dragging((10, 10, 10), PULL):
+        gui.until("pending(moved) != pending(rest)")
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    assert gui.value("[len(deform.RestPoints), len(deform.DeformedPoints)]") == [48, 48]
+    gui.press("ctrl+z")
+    gui.until("len(deform.RestPoints) == len(deform.DeformedPoints) == 81 and is_straight()")
+
+    # Reset takes an edit back in all lists.
+    gui.run("edit(moved, pending(moved)[3:])")
+    assert gui.value("len(pending(rest))") == 78
+    gui.run("moved.ClearUncheckedElements(); rest.ClearUncheckedElements()")
+    gui.run("edit(moved, pending(moved)[:-3])")
+    assert gui.value("pending(rest) == pending(moved)")
+
+
+def test_a_source_two_filters_and_a_reload(gui):
+    gui.launch("MLS Control Points")
+    gui.run("handles = simple.GetActiveSource()")
+    assert gui.value("len(handles.DeformedPoints)") == 24
+    gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
+    gui.run("simple.SetActiveSource(wavelet)")
+    gui.launch("MLS Deform")
+    gui.press("alt+a")
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True)")
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    gui.run("deform.ControlPoints = handles; deform.UpdatePipeline()")
+    assert gui.value("is_straight()")
+    gui.run("deform.ControlPoints = None; deform.UpdatePipeline()")
+    assert gui.value("is_bent()")
+    gui.screenshot("1_two")
+    gui.run("for each in (deform, handles): simple.Delete(each)")
+    gui.run("del deform, handles, each")
+    gui.until("len(simple.GetSources()) == 2")

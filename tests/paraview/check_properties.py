@@ -18,6 +18,8 @@ assert data(deform).GetExtent() == data(source).GetExtent()
 assert not array(data(field), "BackwardDisplacement").any()
 
 defaults = {
+    "Weights": [],
+    "Blend": 1.0,
     "Kind": "rigid",
     "Degree": 2,
     "Alpha": 1.0,
@@ -26,7 +28,6 @@ defaults = {
     "Device": "",
     "Nu": 2.0,
     "CutType": "none",
-    "CutOrigin": [0.0, 0.0, 0.0],
     "CutNormal": [1.0, 0.0, 0.0],
     "CutInward": [0.0, 0.0, 1.0],
     "GenerateJacobian": 0,
@@ -53,27 +54,29 @@ of_handles = {
     "LatticeDimensions": [3, 3, 3],
     "Bounds": [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
 }
-for proxy, expected in (
-    (deform, {**defaults, **of_deform}),
-    (field, {**defaults, "SampleDimensions": [32, 32, 32]}),
-    (handles, of_handles),
+# What the panel alone knows, and what is taken from the bounds of the input.
+panel = {"Drag": "deformed", "LatticeDimensions": [3, 3, 3]}
+of_bounds = {"RestPoints", "DeformedPoints", "CutOrigin"}
+for proxy, expected, others in (
+    (deform, {**defaults, **of_deform, **panel}, {"Input", "ControlPoints", "Cuts", *of_bounds}),
+    (
+        field,
+        {**defaults, "SampleDimensions": [32, 32, 32], **panel},
+        {"Input", "ControlPoints", "Cuts", *of_bounds},
+    ),
+    (handles, {**of_handles, "Drag": "deformed"}, {"RestPoints"}),
 ):
     for name, default in expected.items():
         value = getattr(proxy, name)
         value = list(value) if isinstance(default, list) else value
         assert value == default, (name, value)
-    inputs = {"Input", "ControlPoints", "Cuts"} if proxy is not handles else {"RestPoints"}
-    assert set(proxy.ListProperties()) - {"ReloadPythonModule"} == {*expected, *inputs}
-    for name in {*expected, *inputs}:
+    assert set(proxy.ListProperties()) - {"ReloadPythonModule"} == {*expected, *others}
+    for name in {*expected, *others}:
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
     # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
-    for name in set(expected) - {
-        "DisplacementArray",
-        "WeightArray",
-        "LabelArrays",
-        "GradientVectorArrays",
-    }:
+    arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
+    for name in set(expected) - arrays - (set(panel) if proxy is not handles else {"Drag"}):
         own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
         own = list(own) if isinstance(expected[name], list) else own or expected[name]
         assert own == expected[name], (name, own)
@@ -103,7 +106,8 @@ def offered(proxy, name):
 
 
 assert offered(other, "DisplacementArray") == ["Displacement"]
-assert offered(other, "WeightArray") == ["Weight"] == offered(deform, "WeightArray")
+assert offered(other, "WeightArray") == ["Weight"]
+assert offered(deform, "WeightArray") == []
 assert offered(other, "LabelArrays") == ["RTData"]
 assert offered(other, "GradientArray") == ["RTData", "none"]
 assert offered(other, "GradientVectorArrays") == []
