@@ -1,16 +1,18 @@
 #!/usr/bin/env bash
 # Makes the ParaViews that tests/test_paraview.py runs in:
 #   - the distribution's own, by apt (ParaView 5.11 on Debian 12);
-#   - Debian forky's (ParaView 6.1), as a root file system of 2.7 GB in .cache/paraview/forky, or below
-#     $VTK_MLS_PARAVIEW_CACHE.
-# Does nothing for what is there already. What cannot be made is said loudly at the end, is not a failure
+#   - Debian trixie's (5.13) and forky's (6.1), each as a root file system of 2.7 GB in .cache/paraview,
+#     or in $VTK_MLS_PARAVIEW_CACHE;
+# and on this system what their GUIs are tested with: a display, a mouse and a camera.
+# Does nothing for what is there already, and adds to a root what it lacks. What cannot be made is said loudly at the end, is not a failure
 # here, and is skipped by the tests with a reason.
 set -uo pipefail
 
 here=$(realpath "$(dirname "$0")")
 cache=${VTK_MLS_PARAVIEW_CACHE:-$here/../../.cache/paraview}
 packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd)
-suite=forky
+gui_packages=(xvfb xauth xdotool imagemagick)
+suites=(trixie forky)
 ready=() left_out=()
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
@@ -30,20 +32,22 @@ can_install() { # says why not
   if [ "$(id -u)" != 0 ]; then echo "installing needs root"; return 1; fi
 }
 
-has_all() { command -v pvpython >/dev/null && command -v Xvfb >/dev/null && dpkg -s "${packages[@]}" >/dev/null 2>&1; }
+has_all() { dpkg -s "${packages[@]}" "${gui_packages[@]}" >/dev/null 2>&1; }
 
 system_paraview() {
   if ! has_all && why=$(can_install); then
     echo "installing this system's ParaView with apt ..."
-    apt_install "${packages[@]}" xvfb xauth || why=$(reason)
+    apt_install "${packages[@]}" "${gui_packages[@]}" || why=$(reason)
   fi
   if command -v pvpython >/dev/null; then
     ready+=("$(pvpython --version 2>/dev/null | head -n 1) from this system")
-    command -v Xvfb >/dev/null ||
-      left_out+=("rendering in this system's ParaView: there is no Xvfb (${why:-package xvfb})")
+    for tool in Xvfb xdotool import; do
+      command -v "$tool" >/dev/null ||
+        left_out+=("the GUIs, and what has to be drawn: there is no $tool (${why:-apt did not install it})")
+    done
   else
     left_out+=("this system's ParaView: ${why:-apt installed no pvpython}.
-      As root: apt-get install ${packages[*]} xvfb xauth")
+      As root: apt-get install ${packages[*]} ${gui_packages[*]}")
   fi
 }
 
@@ -52,33 +56,48 @@ debian_mirror() {
     grep -oE '^(URIs:|deb) .*' | grep -oE 'https?://[^ ]+/debian/?( |$)' | head -n 1 | tr -d ' '
 }
 
-newer_paraview() {
-  local root=$cache/$suite mirror
-  if ! [ -x "$root/usr/bin/pvpython" ]; then
-    why=$(can_install) || { left_out+=("ParaView of Debian $suite: $why"); return; }
-    mirror=$(debian_mirror)
-    echo "making a Debian $suite with ParaView in $root (2.7 GB, some minutes) ..."
-    command -v mmdebstrap >/dev/null || apt_install mmdebstrap ||
-      { left_out+=("ParaView of Debian $suite: no mmdebstrap ($(reason))"); return; }
-    mkdir -p "$cache"
-    echo "*" >"$cache/.gitignore"
-    rm -rf --one-file-system "$root.part"
-    # a frozen mirror's testing suite may be past its date of validity
-    try mmdebstrap --variant=minbase --aptopt='Acquire::Check-Valid-Until "false"' \
-      --include="$(IFS=,; echo "${packages[*]}")" "$suite" "$root.part" \
-      "${mirror:-http://deb.debian.org/debian}" ||
-      { left_out+=("ParaView of Debian $suite: $(reason)"); rm -rf --one-file-system "$root.part"; return; }
-    mv "$root.part" "$root"
-  fi
-  if try "$here/in_root.sh" "$root" pvpython --version; then
-    ready+=("$(grep version "$log" | head -n 1) in $root")
+# A frozen mirror's testing suite may be past its date of validity.
+past_date=Acquire::Check-Valid-Until
+
+make_root() { # SUITE DIR
+  echo "making a Debian $1 with ParaView in $2 (2.7 GB, some minutes) ..."
+  command -v mmdebstrap >/dev/null || apt_install mmdebstrap || return
+  mkdir -p "$cache"
+  echo "*" >"$cache/.gitignore"
+  rm -rf --one-file-system "$2.part"
+  mirror=$(debian_mirror)
+  if try mmdebstrap --variant=minbase --aptopt="$past_date \"false\"" --include="$(IFS=,; echo "${packages[*]}")" \
+    "$1" "$2.part" "${mirror:-http://deb.debian.org/debian}"; then
+    mv "$2.part" "$2"
   else
-    left_out+=("ParaView in $root, which cannot be entered: $(reason)")
+    rm -rf --one-file-system "$2.part"
+    return 1
   fi
 }
 
+complete_root() { # DIR
+  try dpkg --root="$1" -s "${packages[@]}" && return
+  echo "adding what is missing in $1 ..."
+  try "$here/in_root.sh" "$1" bash -c 'apt-get -qq -o "$0=false" update && apt-get -qq install -y "$@"' \
+    "$past_date" "${packages[@]}"
+}
+
+newer_paraview() { # SUITE
+  local root=$cache/$1
+  if ! [ -x "$root/usr/bin/pvpython" ]; then
+    why=$(can_install) || { left_out+=("ParaView of Debian $1: $why"); return; }
+    make_root "$1" "$root" || { left_out+=("ParaView of Debian $1: $(reason)"); return; }
+  fi
+  if ! try "$here/in_root.sh" "$root" pvpython --version; then
+    left_out+=("ParaView in $root, which cannot be entered: $(reason)")
+    return
+  fi
+  ready+=("$(grep version "$log" | head -n 1) in $root")
+  complete_root "$root" || left_out+=("packages in $root: $(reason)")
+}
+
 system_paraview
-newer_paraview
+for suite in "${suites[@]}"; do newer_paraview "$suite"; done
 
 for line in "${ready[@]}"; do echo "ParaView tests: ready: $line"; done
 if [ ${#left_out[@]} -gt 0 ]; then
