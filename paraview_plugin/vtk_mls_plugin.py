@@ -74,6 +74,22 @@ def choice(name, options, default, text, *children, **attributes):
     return vector("String", name, default, text, domain, *children, **attributes)
 
 
+def file_name(name, text):
+    """A file with control points, asked for in the mode file."""
+    return vector(
+        "String",
+        name,
+        "",
+        text,
+        xml("FileListDomain", name="files"),
+        xml(
+            "Hints",
+            xml("FileChooser", extensions="csv txt fcsv mrk.json", file_description="Handles"),
+            shown_when("Mode", "file"),
+        ),
+    )
+
+
 def table(name, setter, default, columns, text, *hints, domain="", **attributes):
     """A list of numbers or vectors; setters SetNumberOf<name>(n) and <setter>(index, *row)."""
     labels = (xml("ComponentLabel", component=i, label=label) for i, label in enumerate(columns))
@@ -575,9 +591,20 @@ SOURCE = [
     documentation("Control points for the MLS filters, from lists or as a lattice over a box."),
     choice(
         "Mode",
-        ("points", "lattice"),
+        ("points", "lattice", "file"),
         "points",
-        "points: the rest positions are listed; lattice: they fill a box regularly.",
+        """points: the rest positions are listed; lattice: they fill a box regularly; file: they are
+        read from one.""",
+    ),
+    file_name(
+        "FileName",
+        """File with control points: a table (.csv, .txt) of px,py,pz,qx,qy,qz[,weight], or markups
+        of 3D Slicer (.fcsv, .mrk.json), which are p. The list of deformed positions goes first, if
+        it is not empty.""",
+    ),
+    file_name(
+        "DeformedFileName",
+        "File with the places q that control points were moved to, such as markups; or none.",
     ),
     *draggable(
         table(

@@ -74,7 +74,7 @@ def _add_deform(commands):
     deform.add_argument(
         "handles",
         help="control points: .csv with lines px,py,pz,qx,qy,qz[,weight] (from p at rest to q), "
-        "or .vtp .vtk with point vectors Displacement",
+        "or .vtp .vtk with point vectors Displacement, or .fcsv .mrk.json for places that stay",
     )
     deform.add_argument("output", help="image: .vti .vtk .mha .mhd .nii .nii.gz")
     add = deform.add_argument

@@ -6,7 +6,6 @@ World coordinates are those of the file, whichever anatomical convention it foll
 
 from __future__ import annotations
 
-import csv
 import re
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,9 +34,9 @@ from vtkmodules.vtkIOXML import (
     vtkXMLPolyDataReader,
 )
 
-from vtk_mls import arrays, nrrd
+from vtk_mls import arrays, handle_files, nrrd
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import MLSControlPoints
+from vtk_mls.filters.handle_lists import fill_polydata
 
 _META_TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -111,9 +110,8 @@ def read_control_points(path):
     Parameters
     ----------
     path : path
-        Lines `px,py,pz,qx,qy,qz[,weight]` (.csv, .txt; a header line and lines that start with #
-        are skipped), or VTK polydata (.vtp, .vtk) with points p and point vectors "Displacement"
-        q - p.
+        A table or markups, as `handle_files` says, or VTK polydata (.vtp, .vtk) with points p and
+        point vectors "Displacement" q - p.
 
     Returns
     -------
@@ -162,8 +160,9 @@ def read_surface(path):
 
 
 def _suffix(path):
-    suffix = path.suffix.lower()
-    return ".nii.gz" if path.name.lower().endswith(".nii.gz") else suffix
+    name = path.name.lower()
+    double = (".nii.gz", ".mrk.json")
+    return next((each for each in double if name.endswith(each)), path.suffix.lower())
 
 
 def _choose(choices, path, purpose):
@@ -375,44 +374,10 @@ def _read_stl(path):
     return _read(vtkSTLReader(), path)
 
 
-def _read_table(path):
-    rows, seen = [], False
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        lines = csv.reader(line.partition("#")[0] for line in file)
-        for row in lines:
-            if not any(cell.strip() for cell in row):
-                continue
-            try:
-                numbers = [float(cell) for cell in row]
-            except ValueError:
-                numbers = []
-            if not (numbers or seen or any(_is_number(cell) for cell in row)):
-                seen = True  # the header
-                continue
-            seen = True
-            if len(numbers) not in (6, 7) or (rows and len(numbers) != len(rows[0])):
-                raise ValueError(
-                    f"`{path}`, line {lines.line_num}: expected numbers "
-                    f"px,py,pz,qx,qy,qz[,weight], as many in each line, got `{','.join(row)}`"
-                )
-            rows.append(numbers)
-    if not rows:
-        return None
-    table = np.array(rows)
-    source = MLSControlPoints()
-    source.SetRestPoints(table[:, :3])
-    source.SetDeformedPoints(table[:, 3:6])
-    source.SetWeights(table[:, 6] if table.shape[1] == 7 else ())
-    source.Update()
-    return source.GetOutputDataObject(0)
-
-
-def _is_number(cell):
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+def _read_handles(path):
+    polydata = vtkPolyData()
+    fill_polydata(polydata, *handle_files.read(path))
+    return polydata
 
 
 _READERS = {
@@ -434,8 +399,7 @@ _WRITERS = {
     ".nii.gz": _write_nifti,
 }
 _HANDLE_READERS = {
-    ".csv": _read_table,
-    ".txt": _read_table,
+    **dict.fromkeys(handle_files.FORMATS, _read_handles),
     ".vtp": _read_polydata_xml,
     ".vtk": _read_legacy,
 }

@@ -8,15 +8,19 @@ lists beside, so that Apply, Reset, Undo, trace and states work on all lists as 
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from paraview.modules.vtkRemotingCore import vtkProcessModule
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
 
+from vtk_mls import handle_files
 from vtk_mls.filters.control_points import lattice
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
+_LAYING = ("Mode", "LatticeDimensions", "Bounds", "FileName", "DeformedFileName")
 _watching = False
 
 
@@ -72,7 +76,7 @@ class _Handles:
         for name, answer in (
             ("DeformedPoints", self._deformed_edited),
             ("RestPoints", self._rest_edited),
-            *((name, self._lattice_edited) for name in ("Mode", "LatticeDimensions", "Bounds")),
+            *((name, self._laid) for name in _LAYING),
         ):
             if proxy.GetProperty(name):
                 proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
@@ -137,19 +141,13 @@ class _Handles:
                     _set_pending(proxy.GetProperty(name), values[kept])
         self._remember(proxy)
 
-    def _lattice_edited(self, changed, proxy):
-        """Lay the handles anew, if a lattice was asked for."""
-        mode, dimensions = proxy.GetProperty("Mode"), proxy.GetProperty("LatticeDimensions")
-        if not _is_pending(changed) or (mode and mode.GetUncheckedElement(0) != "lattice"):
+    def _laid(self, changed, proxy):
+        """Lay the handles anew, if an edit asks for that."""
+        found = _layout(proxy) if _is_pending(changed) else None
+        if found is None:
             return
-        counts = [dimensions.GetUncheckedElement(axis) for axis in range(3)]
-        bounds = _bounds(proxy)
-        if min(counts) < 1 or not (bounds[::2] <= bounds[1::2]).all():
-            return
-        places = lattice(counts, bounds)
-        for name in ("RestPoints", "DeformedPoints"):
-            _set_pending(proxy.GetProperty(name), places)
-        _set_pending(proxy.GetProperty("Weights"), np.empty((0, 1)))
+        for name, rows in zip(("RestPoints", "DeformedPoints", "Weights"), found):
+            _set_pending(proxy.GetProperty(name), rows)
         self._remember(proxy)
         for view in _proxies(proxy.GetSessionProxyManager(), "views"):
             view.StillRender()
@@ -170,16 +168,33 @@ def _proxies(manager, group):
         iterator.Next()
 
 
+def _layout(proxy):
+    """p, q and weights of the lattice or the file that pending edits ask for; None without."""
+    mode = proxy.GetProperty("Mode")
+    mode = mode.GetUncheckedElement(0) if mode else "lattice"
+    with suppress(ValueError, OSError):  # Apply will say it, and the file may be the server's
+        if mode == "file":
+            names = (proxy.GetProperty(name) for name in ("FileName", "DeformedFileName"))
+            rest, deformed, weights = handle_files.read(*(_elements(each)[0] for each in names))
+            return rest, deformed, np.empty(0) if weights is None else weights
+        if mode == "lattice":
+            places = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
+            return places, places, np.empty(0)
+    return None
+
+
 def _bounds(proxy):
-    """(6,) bounds for a lattice: the property's, or those of the input."""
-    if proxy.GetXMLName() == _SOURCE:
-        given = proxy.GetProperty("Bounds")
-        return np.array([given.GetUncheckedElement(i) for i in range(6)])
-    connection = proxy.GetProperty("Input")
-    information = connection.GetProxy(0).GetDataInformation(
-        connection.GetOutputPortForConnection(0)
-    )
-    return np.array(information.GetBounds())
+    """Bounds for a lattice: the property's, or those of the input."""
+    if proxy.GetProperty("Bounds"):
+        return _elements(proxy.GetProperty("Bounds"))
+    source = proxy.GetProperty("Input")
+    data = source.GetProxy(0).GetDataInformation(source.GetOutputPortForConnection(0))
+    return data.GetBounds()
+
+
+def _elements(changed):
+    """The pending elements of a property."""
+    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
 
 
 def _values(changed):
@@ -189,8 +204,7 @@ def _values(changed):
 
 def _pending(changed):
     """The pending rows of a list property: (n, columns)."""
-    count = changed.GetNumberOfUncheckedElements()
-    values = [changed.GetUncheckedElement(i) for i in range(count)]
+    values = _elements(changed)
     columns = 1 if changed.GetXMLName() == "Weights" else 3
     return np.reshape(values, (-1, columns)).astype(float)
 

@@ -49,6 +49,8 @@ of_deform = {
 }
 of_handles = {
     "Mode": "points",
+    "FileName": "",
+    "DeformedFileName": "",
     "DeformedPoints": [],
     "Weights": [],
     "LatticeDimensions": [3, 3, 3],
@@ -90,7 +92,7 @@ for proxy, name, options in (
     (deform, "VoidValues", ["background", "continued"]),
     (deform, "CutType", ["none", "plane", "half-plane"]),
     (field, "CutType", ["none", "plane", "half-plane"]),
-    (handles, "Mode", ["points", "lattice"]),
+    (handles, "Mode", ["points", "lattice", "file"]),
 ):
     assert list(proxy.GetProperty(name).Available) == options
 

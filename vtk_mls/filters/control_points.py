@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import Grid
+from vtk_mls import Grid, handle_files
 from vtk_mls.filters.algorithm import Algorithm, numbers
 from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
 
@@ -18,10 +18,14 @@ class MLSControlPoints(HandleLists, Algorithm):
 
     Properties
     ----------
-    Mode : {"points", "lattice"}
-        Whether p are RestPoints, or LatticeDimensions points filling Bounds, x fastest.
+    Mode : {"points", "lattice", "file"}
+        Whether p are RestPoints, or LatticeDimensions points filling Bounds, x fastest, or those
+        of a file.
     RestPoints, DeformedPoints, Weights
-        See `HandleLists`.
+        See `HandleLists`. Unless they are empty, DeformedPoints and Weights are used in every mode.
+    FileName, DeformedFileName : str
+        Of what `handle_files.read` can read. The deformed positions q are what is p in the second
+        file, if there is one.
     LatticeDimensions : (nx, ny, nz)
         A single point lies in the middle.
     Bounds : (xmin, xmax, ymin, ymax, zmin, zmax), world coordinates
@@ -30,15 +34,31 @@ class MLSControlPoints(HandleLists, Algorithm):
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
         self._mode = "points"
+        self._file_name = ""
+        self._deformed_file_name = ""
         self._lattice_dimensions = (3, 3, 3)
         self._bounds = (-1.0, 1.0, -1.0, 1.0, -1.0, 1.0)
 
     def SetMode(self, mode):
-        """ "points" or "lattice"."""
+        """ "points", "lattice" or "file"."""
         self._set("_mode", mode)
 
     def GetMode(self):
         return self._mode
+
+    def SetFileName(self, name):
+        """File with control points."""
+        self._set("_file_name", name or "")
+
+    def GetFileName(self):
+        return self._file_name
+
+    def SetDeformedFileName(self, name):
+        """File with the places that control points were moved to, "" for none."""
+        self._set("_deformed_file_name", name or "")
+
+    def GetDeformedFileName(self):
+        return self._deformed_file_name
 
     def SetLatticeDimensions(self, *dimensions):
         """Numbers of control points (nx, ny, nz)."""
@@ -55,13 +75,21 @@ class MLSControlPoints(HandleLists, Algorithm):
         return self._bounds
 
     def RequestData(self, request, inInfo, outInfo):
-        if self._mode not in ("points", "lattice"):
-            raise ValueError(f"`Mode` must be points or lattice, got {self._mode!r}")
-        rest = self._lattice() if self._mode == "lattice" else None
-        fill_polydata(vtkPolyData.GetData(outInfo), *self._handles(rest))
+        defaults = {"points": tuple, "lattice": self._lattice, "file": self._filed}
+        if self._mode not in defaults:
+            raise ValueError(f"`Mode` must be one of {', '.join(defaults)}, got {self._mode!r}")
+        fill_polydata(vtkPolyData.GetData(outInfo), *self._handles(*defaults[self._mode]()))
         return 1
 
+    def _filed(self):
+        """p, q and weights of the files."""
+        try:
+            return handle_files.read(self._file_name, self._deformed_file_name)
+        except OSError as error:
+            raise ValueError(f"`FileName`: {error}") from error
+
     def _lattice(self):
+        """p that fill the box."""
         try:
             dimensions = Grid(self._lattice_dimensions).dimensions
         except (TypeError, ValueError):
@@ -75,7 +103,7 @@ class MLSControlPoints(HandleLists, Algorithm):
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
                 f"its maximum, got {self._bounds!r}"
             )
-        return lattice(dimensions, bounds)
+        return (lattice(dimensions, bounds),)
 
 
 def lattice(dimensions, bounds):

@@ -99,13 +99,15 @@ class HandleLists:
         """The lists as one value that can be compared."""
         return tuple(self._rest_points), tuple(self._deformed_points), tuple(self._weights)
 
-    def _handles(self, rest=None):
+    def _handles(self, rest=None, deformed=None, weights=None):
         """p, q and weights.
 
         Parameters
         ----------
         rest : (n, 3) float64, optional
             p, if they are not those listed.
+        deformed, weights : (n, 3) and (n,) float64, optional
+            What counts where the list is empty.
 
         Returns
         -------
@@ -119,15 +121,21 @@ class HandleLists:
         """
         if rest is None:
             rest = numbers_of("RestPoints", self._rest_points, (3,))
-        deformed = numbers_of("DeformedPoints", self._deformed_points, (3,))
-        weights = numbers_of("Weights", self._weights, ())
-        for name, values in (("DeformedPoints", deformed), ("Weights", weights)):
+        listed = {
+            "DeformedPoints": numbers_of("DeformedPoints", self._deformed_points, (3,)),
+            "Weights": numbers_of("Weights", self._weights, ()),
+        }
+        for name, values in listed.items():
             if len(values) not in (0, len(rest)):
                 raise ValueError(
                     f"`{name}` must be none or one for each of the {len(rest)} rest points, "
                     f"got {len(values)}"
                 )
-        return rest, deformed if len(deformed) else rest, weights if len(weights) else None
+        if len(listed["DeformedPoints"]):
+            deformed = listed["DeformedPoints"]
+        if len(listed["Weights"]):
+            weights = listed["Weights"]
+        return rest, rest if deformed is None else deformed, weights
 
 
 def fill_polydata(polydata, rest, deformed, weights):

@@ -1,0 +1,117 @@
+"""Control points from text files and to them."""
+
+import json
+
+import numpy as np
+import pytest
+from vtk_fixtures import messages, update  # noqa: F401
+
+from vtk_mls import arrays, handle_files
+from vtk_mls.filters import MLSControlPoints
+
+REST = np.array([(1.25, -2, 3e-9), (4e5, 5, 6)])
+DEFORMED = REST + [(0.5, 0, 0), (0, 1e-3, 0)]
+
+
+@pytest.mark.parametrize("name", ["x.csv", "x.TXT"])
+@pytest.mark.parametrize("weights", [None, [2.0, 0.1]])
+def test_a_table_gives_back_what_it_got(tmp_path, name, weights):
+    handle_files.write(tmp_path / name, REST, DEFORMED, weights)
+    rest, deformed, found = handle_files.read(tmp_path / name)
+    np.testing.assert_array_equal(rest, REST)
+    np.testing.assert_array_equal(deformed, DEFORMED)
+    assert (found is None) if weights is None else found.tolist() == weights
+
+
+@pytest.mark.parametrize("name", ["x.fcsv", "x.mrk.json"])
+def test_markups_give_back_the_deformed_places(tmp_path, name):
+    handle_files.write(tmp_path / name, REST, DEFORMED)
+    rest, deformed, weights = handle_files.read(tmp_path / name)
+    np.testing.assert_array_equal(rest, DEFORMED)
+    np.testing.assert_array_equal(deformed, DEFORMED)
+    assert weights is None
+
+
+@pytest.mark.parametrize("mark", [":", "_"])
+def test_a_table_by_paraview(tmp_path, mark):
+    path = tmp_path / "x.csv"
+    names = [f"{name}{mark}{axis}" for name in ("Displacement", "Points") for axis in range(3)]
+    path.write_text(f'"{names[0]}","{names[1]}",{",".join(names[2:])},Weight\n.5,0,0,1,2,3,7\n')
+    rest, deformed, weights = handle_files.read(path)
+    assert (rest.tolist(), deformed.tolist()) == ([[1, 2, 3]], [[1.5, 2, 3]])
+    assert weights.tolist() == [7]
+
+
+@pytest.mark.parametrize(("system", "sign"), [("LPS", 1), ("1", 1), ("RAS", -1), ("0", -1)])
+def test_fiducials_of_both_conventions(tmp_path, system, sign):
+    path = tmp_path / "x.fcsv"
+    path.write_text(
+        "# Markups fiducial file version = 4.10\n"
+        f"# CoordinateSystem = {system}\n"
+        "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+        "vtkMRMLMarkupsFiducialNode_0,1,2,3,0,0,0,1,1,1,0,nose,,vtkMRMLScalarVolumeNode1\n"
+    )
+    assert handle_files.read(path)[0].tolist() == [[sign, 2 * sign, 3]]
+
+
+def test_markups_leave_out_what_is_not_placed(tmp_path):
+    path = tmp_path / "x.mrk.json"
+    points = [
+        {"id": "1", "position": [1, 2, 3], "positionStatus": "defined"},
+        {"id": "2", "position": [0, 0, 0], "positionStatus": "undefined"},
+    ]
+    markups = {"type": "Fiducial", "coordinateSystem": "RAS", "controlPoints": points}
+    path.write_text(json.dumps({"markups": [markups]}))
+    assert handle_files.read(path)[0].tolist() == [[-1, -2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sentence"),
+    [
+        ("x.csv", "a,b\n", r"x\.csv` holds no control points"),
+        ("x.csv", "1,2,3\n", r"x\.csv`, line 1: expected numbers px,py,pz"),
+        ("x.fcsv", "# nothing\n", r"x\.fcsv` holds no control points"),
+        ("x.fcsv", "a,1,2\n", r"x\.fcsv` has a place that is not three numbers"),
+        ("x.fcsv", "# CoordinateSystem = IJK\na,1,2,3\n", r"has the coordinate system IJK"),
+        ("x.mrk.json", "{", r"x\.mrk\.json` is no list of markups"),
+        ("x.mrk.json", "{}", r"x\.mrk\.json` is no list of markups"),
+        ("x.json", "{}", r"must end in one of .*\.mrk\.json"),
+    ],
+)
+def test_bad_files(tmp_path, name, text, sentence):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=sentence):
+        handle_files.read(tmp_path / name)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"there is no file `.*x\.csv`"):
+        handle_files.read(tmp_path / "x.csv")
+
+
+def test_a_source_reads_files(tmp_path, messages):  # noqa: F811
+    source = MLSControlPoints()
+    source.SetMode("file")
+    source.SetFileName(str(tmp_path / "x.csv"))
+    assert not source.GetExecutive().Update()
+    messages.assert_one("`FileName`: there is no file")
+    handle_files.write(tmp_path / "x.csv", REST, DEFORMED, [1.0, 2.0])
+    p, q, w = arrays.control_points(update(source), "Displacement", "Weight")
+    np.testing.assert_array_equal(p, REST)
+    np.testing.assert_allclose(q, DEFORMED, rtol=1e-15)
+    assert w.tolist() == [1, 2]
+
+    handle_files.write(tmp_path / "q.fcsv", REST, REST + 1)
+    source.SetDeformedFileName(str(tmp_path / "q.fcsv"))
+    _, q, _ = arrays.control_points(update(source), "Displacement")
+    np.testing.assert_allclose(q, REST + 1)
+    source.SetDeformedPoints(REST + 2)
+    source.SetWeights([3.0, 4.0])
+    _, q, w = arrays.control_points(update(source), "Displacement", "Weight")
+    np.testing.assert_allclose(q, REST + 2)
+    assert w.tolist() == [3, 4]
+
+    handle_files.write(tmp_path / "q.fcsv", REST[:1], REST[:1])
+    source.Modified()
+    assert not source.GetExecutive().Update()
+    messages.assert_one(r"q\.fcsv` must hold one place for each of the 2 .*x\.csv`, got 1")
