@@ -387,7 +387,8 @@ DEFORMATION = [
 HAS_CUT = shown_when("CutType", "none", inverse=1)
 
 # A cut by properties, and what all cuts have in common. ParaView shows the plane's widget where the
-# first property of its group stands, which is Input: that comes between these two.
+# first property of its group stands, which is Input: that comes between these two, and before the
+# other inputs, for the menu connects what is selected to the first.
 CUT_TYPE = choice(
     "CutType",
     ("none", "plane", "half-plane"),
@@ -468,8 +469,6 @@ DEFORM = [
         least squares. Every array of the input is resampled on the deformed image. Cuts open it;
         the void between their sides is in the array Void."""
     ),
-    CONTROL_POINTS,
-    CUTS,
     *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
@@ -482,6 +481,8 @@ DEFORM = [
         input_arrays("scalars", "point", components=1),
         input_arrays("gradients", "any", components=3),
     ),
+    CONTROL_POINTS,
+    CUTS,
     *CUT,
     choice(
         "Interpolation",
@@ -565,8 +566,6 @@ FIELD = [
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
         place that the material now at v came from."""
     ),
-    CONTROL_POINTS,
-    CUTS,
     *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
@@ -576,6 +575,8 @@ FIELD = [
         "vtkDataSet",
         "Gives the grid of the field: its own if it is an image, else one over its bounds.",
     ),
+    CONTROL_POINTS,
+    CUTS,
     *CUT,
     vector(
         "Int",

@@ -28,8 +28,9 @@ simple.LoadPlugin("paraview_plugin/vtk_mls_plugin.py", ns=vars(simple))
 settings = vtkPVGeneralSettings.GetInstance()
 
 def rtdata(proxy):
-    array = proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0).GetPointData().GetArray(0)
-    return vtk_to_numpy(array) if array else np.empty(0)
+    data = proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0)
+    filled = data and data.GetPointData().GetNumberOfArrays()
+    return vtk_to_numpy(data.GetPointData().GetArray(0)) if filled else np.empty(0)
 
 def is_bent():
     return len(rtdata(deform)) == len(volume) and not is_straight()

@@ -91,7 +91,8 @@ class MLSDeform(DeformingFilter):
     """
 
     def __init__(self):
-        super().__init__(output_type="vtkDataSet")
+        # not vtkDataSet, which ParaView's GUI would try to make
+        super().__init__(output_type="vtkDataObject")
         self._interpolation = "linear"
         self._background = 0.0
         self._label_arrays = ()
