@@ -589,6 +589,8 @@ FIELD = [
 ]
 
 SOURCE = [
+    xml("OutputPort", name="Handles", index=0),
+    xml("OutputPort", name="Arrows", index=1),
     documentation("Control points for the MLS filters, from lists or as a lattice over a box."),
     choice(
         "Mode",

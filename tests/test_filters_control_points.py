@@ -91,3 +91,17 @@ def test_only_changes_count():
             setting()
             update(source)
             assert runs.count == number
+
+
+def test_arrows_lead_from_rest_to_deformed():
+    source = MLSControlPoints()
+    source.SetRestPoints([(0, 0, 0), (5, 5, 5), (1, 2, 3)])
+    assert update(source).GetNumberOfPoints() == 3
+    assert source.GetOutputDataObject(1).GetNumberOfPoints() == 0
+    source.SetDeformedPoints([(0, 0, 0), (np.nan, 5, 5), (1, 2, 7)])
+    update(source)
+    arrows = source.GetOutputDataObject(1)
+    assert arrows.GetNumberOfPolys() > 0
+    np.testing.assert_allclose(arrows.GetBounds()[4:], (3, 7))
+    np.testing.assert_allclose(arrows.GetCenter()[:2], (1, 2), atol=0.01)
+    assert arrows.GetPointData().GetArray("Displacement").GetRange(2) == (4, 4)

@@ -21,7 +21,7 @@ from vtk_mls import Aborted, DeviceError
 
 
 class Algorithm(VTKPythonAlgorithmBase):
-    """Base of the filters, with one output port.
+    """Base of the filters.
 
     An execution that raises ValueError, TypeError or DeviceError ends as a failed one of VTK's
     own does: one ErrorEvent (or, without an observer, one message in the output window) with the
@@ -102,14 +102,15 @@ class Algorithm(VTKPythonAlgorithmBase):
         return report
 
     def _empty_what_is_out_of_date(self, out_info):
-        output = out_info.GetInformationObject(0).Get(vtkDataObject.DATA_OBJECT())
-        if self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime():
-            output.Initialize()
+        for info in _each(out_info):
+            output = info.Get(vtkDataObject.DATA_OBJECT())
+            if self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime():
+                output.Initialize()
 
     def _discard(self, out_info):
-        info = out_info.GetInformationObject(0)
-        info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
-        info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
+        for info in _each(out_info):
+            info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
+            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
@@ -149,6 +150,12 @@ def inputs(in_info, port):
     information = in_info[port]
     count = information.GetNumberOfInformationObjects()
     return [vtkDataObject.GetData(information, number) for number in range(count)]
+
+
+def _each(information):
+    """The information objects of a vector of them."""
+    count = information.GetNumberOfInformationObjects()
+    return [information.GetInformationObject(number) for number in range(count)]
 
 
 def _has_composite(in_info):

@@ -7,6 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Grid, handle_files
 from vtk_mls.filters.algorithm import Algorithm, numbers
+from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
 
 
@@ -14,7 +15,8 @@ class MLSControlPoints(HandleLists, Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex; the point vectors "Displacement" are q - p; the point
-    array "Weight" is there if weights are given.
+    array "Weight" is there if weights are given. On output port 1 are arrows from p to q, to look
+    at.
 
     Properties
     ----------
@@ -32,7 +34,7 @@ class MLSControlPoints(HandleLists, Algorithm):
     """
 
     def __init__(self):
-        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkPolyData")
+        super().__init__(nInputPorts=0, nOutputPorts=2, outputType="vtkPolyData")
         self._mode = "points"
         self._file_name = ""
         self._deformed_file_name = ""
@@ -78,7 +80,9 @@ class MLSControlPoints(HandleLists, Algorithm):
         defaults = {"points": tuple, "lattice": self._lattice, "file": self._filed}
         if self._mode not in defaults:
             raise ValueError(f"`Mode` must be one of {', '.join(defaults)}, got {self._mode!r}")
-        fill_polydata(vtkPolyData.GetData(outInfo), *self._handles(*defaults[self._mode]()))
+        rest, deformed, weights = self._handles(*defaults[self._mode]())
+        fill_polydata(vtkPolyData.GetData(outInfo), rest, deformed, weights)
+        fill_arrows(vtkPolyData.GetData(outInfo, 1), rest, deformed)
         return 1
 
     def _filed(self):

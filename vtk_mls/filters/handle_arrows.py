@@ -1,0 +1,34 @@
+"""Arrows that show where control points were dragged."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkGlyph3D
+from vtkmodules.vtkFiltersSources import vtkArrowSource
+
+from vtk_mls.filters.handle_lists import fill_polydata
+
+
+def fill_arrows(polydata, rest, deformed):
+    """Make the arrows from p to q.
+
+    Parameters
+    ----------
+    polydata : vtkPolyData
+        Gets polygons and the point vectors "Displacement"; none for control points that stay, or
+        whose displacement is not finite.
+    rest, deformed : (n, 3) float64, world coordinates
+    """
+    displacement = deformed - rest
+    moved = np.isfinite(displacement).all(axis=1) & displacement.any(axis=1)
+    if not moved.any():
+        return
+    handles, arrow, glyphs = vtkPolyData(), vtkArrowSource(), vtkGlyph3D()
+    fill_polydata(handles, rest[moved], deformed[moved], None)
+    glyphs.SetInputData(handles)
+    glyphs.SetSourceConnection(arrow.GetOutputPort())
+    glyphs.SetScaleModeToScaleByVector()
+    glyphs.Update()
+    polydata.ShallowCopy(glyphs.GetOutput())
+    polydata.GetPointData().GetArray("GlyphVector").SetName("Displacement")
