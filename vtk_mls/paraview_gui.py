@@ -97,11 +97,10 @@ class _Handles:
     def _begin(self, proxy):
         """A source without deformed points gets them where the rest points are, to be dragged."""
         rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
-        if (
-            deformed.GetNumberOfElements() == 0
-            and proxy.GetProperty("Mode").GetElement(0) == "points"
-        ):
-            deformed.SetElements(_values(rest), rest.GetNumberOfElements())
+        listed = proxy.GetProperty("Mode").GetElement(0) == "points"
+        if listed and deformed.GetNumberOfElements() == 0:
+            places = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
+            deformed.SetElements(places, len(places))
             proxy.UpdateVTKObjects()
 
     def _deformed_edited(self, deformed, proxy):
@@ -127,18 +126,18 @@ class _Handles:
             differs = (before != after[: len(before)]).any(axis=1)
             first = int(differs.argmax()) if differs.any() else len(before)
             new = after[first : first + len(after) - len(before)]
-            edits = {other: (first, new), "Weights": (first, np.ones((len(new), 1)))}
-            for name, (place, rows) in edits.items():
-                values = _pending(proxy.GetProperty(name))
-                if len(values) == len(before):
-                    place = np.full(len(rows), place)
-                    _set_pending(proxy.GetProperty(name), np.insert(values, place, rows, axis=0))
+            places = np.full(len(new), first)
+            edits = {
+                other: lambda rows: np.insert(rows, places, new, axis=0),
+                "Weights": lambda rows: np.insert(rows, places, 1.0, axis=0),
+            }
         else:
             kept = _kept(before, after)
-            for name in (other, "Weights"):
-                values = _pending(proxy.GetProperty(name))
-                if len(values) == len(before):
-                    _set_pending(proxy.GetProperty(name), values[kept])
+            edits = dict.fromkeys((other, "Weights"), lambda rows: rows[kept])
+        for name, edit in edits.items():
+            rows = _pending(proxy.GetProperty(name))
+            if len(rows) == len(before):
+                _set_pending(proxy.GetProperty(name), edit(rows))
         self._remember(proxy)
 
     def _laid(self, changed, proxy):
@@ -195,11 +194,6 @@ def _bounds(proxy):
 def _elements(changed):
     """The pending elements of a property."""
     return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
-
-
-def _values(changed):
-    """The applied elements of a property."""
-    return [changed.GetElement(i) for i in range(changed.GetNumberOfElements())]
 
 
 def _pending(changed):
