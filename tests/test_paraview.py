@@ -45,7 +45,7 @@ class ParaView:
 
     def run(self, script, *arguments, display=None):
         """Run a script in pvpython from the project folder; its exit status and all it printed."""
-        shown = {"DISPLAY": display} if display and not self.prefix else {}
+        shown = {"DISPLAY": display} if display else {}
         done = subprocess.run(
             [*self.prefix, "pvpython", str(script), *map(str, arguments)],
             cwd=PROJECT,
@@ -104,7 +104,10 @@ def paraview(request):
 
 @pytest.fixture(scope="session")
 def display():
-    """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own."""
+    """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own.
+
+    Those in a root file system reach it too, for its socket is abstract.
+    """
     if shutil.which("Xvfb") is None:
         yield os.environ.get("DISPLAY")
         return
