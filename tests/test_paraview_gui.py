@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from functools import partial
 
 import pytest
 from paraview_gui import running
@@ -67,18 +68,39 @@ np.testing.assert_array_equal(vtk_to_numpy(output.GetPointData().GetArray("RTDat
 
 
 @pytest.fixture
-def gui(paraview, display, request):  # noqa: F811
+def start(paraview, display, request):  # noqa: F811
+    """A context manager for a running GUI."""
     missing = [tool for tool in ("Xvfb", "xdotool", "import") if not shutil.which(tool)]
     if missing:
         reason = f"no {', '.join(missing)} on this system: tests/paraview/install.sh says why"
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(reason)
-    name = f"{request.node.originalname.removeprefix('test_')}"
+    name = request.node.originalname.removeprefix("test_")
     folder = PICTURES / request.node.callspec.id / name
-    with running(paraview, PROJECT, folder, display) as gui:
+    return partial(running, paraview, PROJECT, folder, display)
+
+
+@pytest.fixture
+def gui(start):
+    """A running GUI with a wavelet, which must not print an error or a warning."""
+    with start() as gui:
         gui.run(SETUP)
         yield gui
-        noise = [line for line in gui.printed.splitlines() if NOISE.search(line)]
-        assert noise == []
+        assert noise(gui) == []
+
+
+def noise(gui):
+    """The errors and warnings that it has printed."""
+    return [line for line in gui.printed.splitlines() if NOISE.search(line)]
+
+
+def test_harness_can_fail(start):
+    with start() as gui:
+        with pytest.raises(AssertionError, match="no_such_name"):
+            gui.run("no_such_name")
+        gui.run(SETUP)
+        assert noise(gui) == []
+        gui.run("simple.MLSDeform(Input=wavelet, Alpha=-1.0).UpdatePipeline()")
+        assert any("`alpha`" in line for line in noise(gui))
 
 
 def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
