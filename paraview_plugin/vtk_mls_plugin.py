@@ -154,7 +154,7 @@ def names(name, setter, text, domain):
     )
 
 
-def data_input(name, port, data_type, text, *children, **attributes):
+def data_input(name, port, data_type, text, *children, composite=0, **attributes):
     """An input port that takes one dataset, whatever arrays it has."""
     settings = {"command": "SetInputConnection", **attributes}
     groups = (xml("Group", name=group) for group in ("sources", "filters"))
@@ -165,7 +165,7 @@ def data_input(name, port, data_type, text, *children, **attributes):
             "DataTypeDomain",
             xml("DataType", value=data_type),
             name="input_type",
-            composite_data_supported=0,
+            composite_data_supported=composite,
         ),
         *children,
         documentation(text),
@@ -465,9 +465,10 @@ DEVICE = vector(
 
 DEFORM = [
     documentation(
-        """Deforms an image (a volume) by control points that are dragged from p to q, by moving
-        least squares. Every array of the input is resampled on the deformed image. Cuts open it;
-        the void between their sides is in the array Void."""
+        """Deforms an image (a volume) or a mesh by control points that are dragged from p to q, by
+        moving least squares. Arrays of an image are resampled; points of a mesh are moved by the
+        exact inverse, so that both stay together. Cuts open it: the void in an image is in the
+        array Void, and cells of a mesh are split along them."""
     ),
     *HANDLES,
     *DEFORMATION,
@@ -475,11 +476,12 @@ DEFORM = [
     data_input(
         "Input",
         0,
-        "vtkImageData",
-        "The image to deform.",
+        "vtkDataSet",
+        "The image or mesh to deform.",
         input_arrays("arrays", "any"),
         input_arrays("scalars", "point", components=1),
         input_arrays("gradients", "any", components=3),
+        composite=1,
     ),
     CONTROL_POINTS,
     CUTS,
@@ -532,6 +534,12 @@ DEFORM = [
         clip or contour by VoidDistance at 0, which gives a smooth face.""",
         default=1,
     ),
+    check_box(
+        "SplitCells",
+        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells that
+        are torn are kept, marked in the cell array Void, and hidden.""",
+        default=1,
+    ),
     choice(
         "VoidValues",
         vtk_mls.VOID_VALUES,
@@ -557,6 +565,12 @@ DEFORM = [
         arrays_of("gradients", "Input"),
     ),
     check_box("NormalizeGradient", "Whether gradients get length 1."),
+    names(
+        "PushForwardArrays",
+        "AddPushForwardArray",
+        "Arrays of vectors that move with the material, as velocities do.",
+        arrays_of("gradients", "Input"),
+    ),
     *JACOBIAN,
     DEVICE,
 ]
@@ -574,6 +588,7 @@ FIELD = [
         0,
         "vtkDataSet",
         "Gives the grid of the field: its own if it is an image, else one over its bounds.",
+        composite=1,
     ),
     CONTROL_POINTS,
     CUTS,

@@ -1,0 +1,103 @@
+"""Meshes: tetrahedra of all of ParaView's making move with the volume, and are cut open."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from paraview import servermanager, simple
+from scene import DEFORMED, REST, array, control_points, data, vtk_mls, wavelet
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkConnectivityFilter
+
+FOLDER = Path(sys.argv[1])
+source = wavelet()
+tetrahedra = simple.Tetrahedralize(Input=source)
+
+
+def places(dataset):
+    return vtk_to_numpy(dataset.GetPoints().GetData())
+
+
+def count(dataset, name):
+    return dataset.GetFieldData().GetArray(name).GetValue(0)
+
+
+# Just added, it is the identity.
+deform = simple.MLSDeform(Input=tetrahedra)
+before = data(tetrahedra)
+assert data(deform).GetClassName() == "vtkUnstructuredGrid"
+np.testing.assert_array_equal(places(data(deform)), places(before))
+
+# Dragged handles move it as they move the volume.
+handles = control_points()
+deform.ControlPoints = handles
+moved = data(deform)
+expected = vtk_mls.Deformation(REST, DEFORMED).forward(places(before))
+np.testing.assert_allclose(places(moved), expected, atol=1e-4)
+np.testing.assert_array_equal(array(moved, "RTData"), array(before, "RTData"))
+assert count(moved, "FailedInverses") == 0
+volume = simple.MLSDeform(Input=source, ControlPoints=handles)
+probed = simple.ResampleWithDataset(SourceDataArrays=volume, DestinationMesh=deform)
+probed.UpdatePipeline()
+probe = servermanager.Fetch(probed)
+inside = array(probe, "vtkValidPointMask") > 0
+apart = np.abs(array(probe, "RTData") - array(moved, "RTData"))[inside]
+assert inside.mean() > 0.4
+assert np.median(apart) < 0.02 * np.ptp(array(before, "RTData"))
+
+# Pulled apart, a cut opens it; where it is not cut it stays in one piece.
+pulled = DEFORMED + np.where(REST[:, :1] > 0, [[3.0, 0, 0]], [[-3.0, 0, 0]])
+handles.DeformedPoints = list(np.ravel(np.where(REST[:, 2:] > 0, pulled, REST)))
+deform.CutType = "half-plane"
+deform.CutOrigin = [0.2, 0.0, -1.0]
+deform.CutNormal = [1.0, 0.0, 0.0]
+deform.CutInward = [0.0, 0.0, 1.0]
+opened = data(deform)
+assert opened.GetNumberOfCells() > before.GetNumberOfCells()
+assert opened.GetNumberOfPoints() > before.GetNumberOfPoints()
+for kind, pieces in (("half-plane", 1), ("plane", 2)):
+    deform.CutType = kind
+    connected = vtkConnectivityFilter()
+    connected.SetInputData(data(deform))
+    connected.SetExtractionModeToAllRegions()
+    connected.Update()
+    assert connected.GetNumberOfExtractedRegions() == pieces, kind
+deform.CutType = "half-plane"
+
+# Kept whole, torn cells are hidden.
+deform.SplitCells = 0
+torn = data(deform)
+assert torn.GetNumberOfCells() == before.GetNumberOfCells()
+void = vtk_to_numpy(torn.GetCellData().GetArray("Void"))
+assert 0 < void.sum() < 0.2 * len(void)
+surface = simple.ExtractSurface(Input=deform)
+surface.UpdatePipeline()
+deform.SplitCells = 1
+
+# Other types, and blocks.
+polygons = simple.MLSDeform(Input=simple.Sphere(Radius=5.0), ControlPoints=handles)
+assert data(polygons).GetClassName() == "vtkPolyData"
+group = simple.MLSDeform(
+    Input=simple.GroupDatasets(Input=[source, tetrahedra]), ControlPoints=handles
+)
+group.UpdatePipeline()
+assert group.GetDataInformation().GetNumberOfDataSets() == 2
+
+# Pictures: surface, volume and slice.
+view = simple.CreateRenderView(ViewSize=[500, 450])
+view.CameraPosition, view.CameraFocalPoint = [9.0, -45.0, 22.0], [0.0, 0.0, 0.5]
+view.CameraViewUp = [0.0, 0.0, 1.0]
+middle = simple.Slice(Input=deform)
+middle.SliceType.Normal = [0.0, 1.0, 0.0]
+middle.SliceType.Origin = [0.0, 0.3, 0.0]
+for name, shown, kind in (
+    ("surface", deform, "Surface With Edges"),
+    ("volume", deform, "Volume"),
+    ("slice", middle, "Surface With Edges"),
+):
+    display = simple.Show(shown, view)
+    display.SetRepresentationType(kind)
+    simple.ColorBy(display, ("POINTS", "RTData"))
+    simple.Render(view)
+    simple.SaveScreenshot(str(FOLDER / f"mesh_{name}.png"), view)
+    simple.Hide(shown, view)
