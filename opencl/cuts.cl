@@ -249,7 +249,7 @@ inline real damped_distance2(const cuts_t *cuts, const view_t *view, int handle,
   }
 #endif
   if (!ANY(anything)) return d2;
-  d2 *= to_damping(ratio, cuts->damping);
+  d2 = select(d2, d2 * to_damping(ratio, cuts->damping), anything);
   return select(d2, (real)(2 * UNREACHABLE), unreachable);
 }
 

@@ -3,15 +3,17 @@
 typedef struct {
   long first, stop;  // the points of this launch
   int nx, ny;
+  int4 start;        // index of the first point in the whole grid
 } lattice_t;
 
-// `frame` takes indices to the local frame.
-#define LATTICE_PARAMETERS \
-  const long lattice_first, const long lattice_stop, const int nx, const int ny, const float16 frame
+// `frame` takes indices of the whole grid to the local frame.
+#define LATTICE_PARAMETERS                                                       \
+  const long lattice_first, const long lattice_stop, const int nx, const int ny, \
+      const int4 lattice_start, const float16 frame
 #define LATTICE \
-  { lattice_first, lattice_stop, nx, ny }
+  { lattice_first, lattice_stop, nx, ny, lattice_start }
 
-// Indices (i, j, k) of the points n, n + 1, ... n + LANES - 1.
+// Indices (i, j, k) in the whole grid of the points n, n + 1, ... n + LANES - 1.
 inline vec lattice_index(const lattice_t *lattice, long n) {
   long row = n / lattice->nx;
   integer i, j = (int)(row % lattice->ny), k = (int)(row / lattice->ny);
@@ -24,7 +26,8 @@ inline vec lattice_index(const lattice_t *lattice, long n) {
     j = select(j, j - lattice->ny, over);
     k = select(k, k + 1, over);
   }
-  return (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
+  int4 start = lattice->start;
+  return (vec){TO_REAL(i + start.x), TO_REAL(j + start.y), TO_REAL(k + start.z)};
 }
 
 // An affine transform t: columns for x, y, z, then the offset, three numbers each.

@@ -44,46 +44,49 @@ inline void tap_weights(real t, real w[TAPS]) {
 #endif
 }
 
-// Along one axis with n points: taps and weights at x, and whether x is inside and on the lattice.
+// Along one axis with n points, of which `count` from `first` on are there: taps and weights at x,
+// and whether x is inside and on the lattice.
 typedef struct {
   integer tap[TAPS], nearest, inside, exact;
   real weight[TAPS];
 } axis_t;
 
-inline axis_t axis_at(real x, int n) {
+inline axis_t axis_at(real x, int n, int first, int count) {
   axis_t axis;
   axis.inside = (x >= -0.5f) & (x <= n - 0.5f);
   x = clamp(select((real)(0), x, axis.inside), 0.0f, (float)(n - 1));
   integer base = TO_INTEGER(x);
   real t = x - TO_REAL(base);
   axis.exact = t == 0;
-  axis.nearest = TO_INTEGER(x + 0.5f);
+  axis.nearest = clamp(TO_INTEGER(x + 0.5f), first, first + count - 1) - first;
   tap_weights(t, axis.weight);
   for (int tap = 0; tap < TAPS; ++tap)
-    axis.tap[tap] = clamp(base + (tap - (TAPS - 1) / 2), 0, n - 1);
+    axis.tap[tap] = clamp(base + (tap - (TAPS - 1) / 2), first, first + count - 1) - first;
   return axis;
 }
 
-// `index` holds three planes of `count` indices. Of the source, whose size is nx, ny, nz, the
-// slices from `slice` on are in `values`.
-__kernel void resample(const long count, __global const float *restrict index, const int nx,
-                       const int ny, const int nz, const int slice, const int components,
+// `index` holds three planes of `count` indices. Of the source, `size` points along the axes, `there`
+// from `first_there` on are in `values`.
+__kernel void resample(const long count, __global const float *restrict index, const int4 size,
+                       const int4 first_there, const int4 there, const int components,
                        const VALUE background, __global const VALUE *restrict values,
                        __global VALUE *restrict result) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   int lanes = (int)min((long)LANES, count - first);
   vec at = load_points(index, count, first);
-  axis_t x = axis_at(at.x, nx), y = axis_at(at.y, ny), z = axis_at(at.z, nz);
+  axis_t x = axis_at(at.x, size.x, first_there.x, there.x);
+  axis_t y = axis_at(at.y, size.y, first_there.y, there.y);
+  axis_t z = axis_at(at.z, size.z, first_there.z, there.z);
   integer inside = x.inside & y.inside & z.inside;
   integer exact = x.exact & y.exact & z.exact;
-  OFFSET line = (OFFSET)nx * components;
+  OFFSET line = (OFFSET)there.x * components;
   __global VALUE *to = result + first * components;
   offset_t ox[TAPS], oy[TAPS], oz[TAPS];
   for (int tap = 0; tap < TAPS; ++tap) {
     ox[tap] = TO_OFFSET(x.tap[tap]) * components;
     oy[tap] = TO_OFFSET(y.tap[tap]) * line;
-    oz[tap] = TO_OFFSET(z.tap[tap] - slice) * (line * ny);
+    oz[tap] = TO_OFFSET(z.tap[tap]) * (line * there.y);
   }
   for (int c = 0; c < components; ++c) {
     sum_t sum = 0;
@@ -111,7 +114,7 @@ __kernel void resample(const long count, __global const float *restrict index, c
       if (!LANE_INT(inside, l)) {
         to[l * components + c] = background;
       } else if (TAPS == 1 || LANE_INT(exact, l)) {  // to the bit
-        OFFSET row = (OFFSET)(LANE_INT(z.nearest, l) - slice) * ny + LANE_INT(y.nearest, l);
+        OFFSET row = (OFFSET)LANE_INT(z.nearest, l) * there.y + LANE_INT(y.nearest, l);
         to[l * components + c] = values[row * line + LANE_INT(x.nearest, l) * components + c];
       }
     }

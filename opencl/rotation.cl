@@ -87,13 +87,14 @@ inline real largest_root(const mat *c, real *slope) {
   // y^2 = 1 + 2 sqrt(|cof C|^2 + 2 det(C) y) with y <= sqrt(3), or 1 + 2 sqrt(3) |cof C|: above
   real excess = 2 * sqrt(cof2 + select(2 * cof2, 3.4641016f * det, det > 0));
   real root = excess / (1 + sqrt(1 + excess));
-  for (int step = 0; step < 8; ++step) {
+  integer moving = (real)(0) == 0;
+  for (int step = 0; step < 8 && ANY(moving); ++step) {
     real t = root * (root + 2);
     real value = fma(t, t, -4 * fma(2 * det, root + 1, cof2));
-    *slope = fma(4 * (root + 1), t, -8 * det);
-    real change = select(value / *slope, (real)(0), *slope < 1e-12f);
+    *slope = select(*slope, fma(4 * (root + 1), t, -8 * det), moving);
+    real change = select((real)(0), value / *slope, moving & (*slope >= 1e-12f));
     root -= change;
-    if (!ANY(fabs(change) > 1e-4f * root)) break;
+    moving &= fabs(change) > 1e-4f * root;
   }
   return root;
 }
@@ -188,7 +189,12 @@ inline quaternion_t whole_rotation(const mat *covariance) {
                 c.a[5] + c.a[7]};
   real slope;
   quaternion_t q = eigenvector(a, largest_root(&c, &slope));
-  if (ANY(slope < CLOSE_ROOTS)) q = polished(twisted(q, &c), &c);
+  integer close = slope < CLOSE_ROOTS;
+  if (ANY(close)) {
+    quaternion_t better = polished(twisted(q, &c), &c);
+    q = (quaternion_t){select(q.w, better.w, close), select(q.x, better.x, close),
+                       select(q.y, better.y, close), select(q.z, better.z, close)};
+  }
   return q;
 }
 

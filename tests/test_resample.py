@@ -142,10 +142,10 @@ def test_one_slice_stays_one_slice(device, rng):
 def test_sample_is_catmull_rom():
     """Quadratics between inner points, which linear interpolation misses."""
     x = np.arange(8.0)
-    values = (x**2).reshape(1, 1, 8)
+    values, grid = (x**2).reshape(1, 1, 8), Grid((8, 1, 1))
     index = np.array([[2.3, 0, 0], [4.75, 0, 0]])
-    np.testing.assert_allclose(sample(values, index, "cubic", 0), [2.3**2, 4.75**2])
-    assert sample(values, index, "linear", 0)[0] == pytest.approx(0.7 * 4 + 0.3 * 9)
+    np.testing.assert_allclose(sample(values, index, "cubic", 0, grid), [2.3**2, 4.75**2])
+    assert sample(values, index, "linear", 0, grid)[0] == pytest.approx(0.7 * 4 + 0.3 * 9)
 
 
 @pytest.mark.parametrize("kind", ["affine", "rigid", "similarity", "polynomial"])

@@ -312,7 +312,7 @@ class Deformation:
         Parameters
         ----------
         dimensions, origin, spacing, direction
-            Of the `Grid`; dimensions (nx, ny, nz).
+            Of the `Grid`; dimensions (nx, ny, nz). Or only the `Grid`.
         progress : callable, optional
             As for `backward`, called between slabs.
 
@@ -320,7 +320,7 @@ class Deformation:
         -------
         DisplacementField
         """
-        grid = Grid(dimensions, origin, spacing, direction)
+        grid = _grid(dimensions, origin, spacing, direction)
         displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
         return DisplacementField(displacement, grid, opening)
 
@@ -340,7 +340,8 @@ class Deformation:
         ----------
         arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
         source : Grid
-            Where the arrays' values are.
+            Where the arrays' values are. Of a part of a grid it is taken that values which it
+            lacks are not needed: see `source_bounds`.
         target : Grid, optional
             Where values are wanted; `source` if not given.
         interpolation : {"nearest", "linear", "cubic"} or a sequence with one per array
@@ -387,6 +388,26 @@ class Deformation:
             _checked(progress),
         )
 
+    def source_bounds(self, source, target, void_values="background", progress=None):
+        """Which part of `source` the points of `target` take their material from.
+
+        Parameters
+        ----------
+        source, target : Grid
+        void_values, progress
+            As for `resample`.
+
+        Returns
+        -------
+        low, high : (3,) float64
+            Bounds of the continuous indices in `source.whole`, without those outside of it; inf
+            and -inf if all are.
+        """
+        low, high = self._engine.source_bounds(
+            self, source, target, _continues(void_values), _checked(progress)
+        )
+        return low.astype(np.float64), high.astype(np.float64)
+
     def jacobian_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
@@ -402,7 +423,7 @@ class Deformation:
         (nz, ny, nx, 3, 3) float32
             A view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is contiguous.
         """
-        grid = Grid(dimensions, origin, spacing, direction)
+        grid = _grid(dimensions, origin, spacing, direction)
         return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
 
     def turned(
@@ -504,7 +525,7 @@ class Deformation:
             near = np.nonzero((opening >= 0) & (opening < reach))
             at_faces = gradients.at_faces(
                 self,
-                target.at(np.stack(near[::-1], axis=1)),
+                target.whole.at(np.stack(near[::-1], axis=1) + target.first),
                 np.asarray(array, np.float32),
                 slopes,
                 source,
@@ -555,6 +576,10 @@ class Deformation:
     @property
     def _engine(self):
         return engine_for(self.device)
+
+
+def _grid(dimensions, *placement):
+    return dimensions if isinstance(dimensions, Grid) else Grid(dimensions, *placement)
 
 
 def _points(name, value):

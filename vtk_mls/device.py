@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
+import warnings
 from dataclasses import dataclass, field
 
 from vtk_mls.resources import resource
@@ -171,7 +172,10 @@ def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]
     # no warnings: they would be about the driver's choice of instructions, which is not ours
     options = ["-w", *(f"-D{name}={value}" for name, value in constants)]
     try:
-        return cl.Program(queue(device).context, source(file)).build(options=options)
+        # drivers have remarks (how vectors are passed, say) on which nobody can act
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", cl.CompilerWarning)
+            return cl.Program(queue(device).context, source(file)).build(options=options)
     except cl.Error as error:
         raise DeviceError(
             f"the kernels in {file} do not build on {device} with {' '.join(options)}: "

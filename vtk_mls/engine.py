@@ -138,30 +138,21 @@ class Engine:
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         with self._lock:
-            sources = _Sources(self, arrays)
+            sources = _Sources(self, arrays, source)
             slabs = self._slabs(
                 target.size, deformation, 12 + largest, _CACHED if self._in_place else None
             )
             index = self._scratch(12 * (slabs[0].stop - slabs[0].start))
             for part in _stepped(slabs, progress):
                 count = part.stop - part.start
-                for region in deformation.regions:
-                    self._launch_grid(
-                        "grid_source_index",
-                        deformation,
-                        region,
-                        target,
-                        part,
-                        *_to_source(source, target, region.handles, continued),
-                        index,
-                    )
+                self._launch_source_index(deformation, source, target, part, continued, index)
                 for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
                     rows = result.reshape(-1, *array.shape[3:])[part]
                     if not self._can_sample(array.dtype):
                         planes = np.empty((3, count), np.float32)
                         cl.enqueue_copy(self.queue, planes, index)
                         where = planes.T.astype(np.float64)
-                        rows[:] = interpolation.sample(array, where, method, background)
+                        rows[:] = interpolation.sample(array, where, method, background, source)
                         continue
                     for rest in sources.fitting(number, index, count):
                         self._sample(rest, array, source, method, background, rows)
@@ -174,7 +165,7 @@ class Engine:
         result = np.empty((target.size, 3), np.float32)
         opening = np.empty(target.size if deformation.cuts else 0, np.float32)
         with self._lock:
-            sources = _Sources(self, [vectors])
+            sources = _Sources(self, [vectors], source)
             slabs = self._slabs(target.size, deformation, 64, _CACHED if self._in_place else None)
             planes = self._scratch(48 * (slabs[0].stop - slabs[0].start))
             for part in _stepped(slabs, progress):
@@ -210,6 +201,20 @@ class Engine:
                     )
         opening = opening.reshape(target.shape) if deformation.cuts else None
         return result.reshape(*target.shape, 3), opening
+
+    def source_bounds(self, deformation, source, target, continued, progress=None):
+        """Lowest and highest index (2, 3) of `source.whole` that points of `target` come from."""
+        bounds = interpolation.NO_BOUNDS
+        with self._lock:
+            slabs = self._slabs(target.size, deformation, 12, _CACHED if self._in_place else None)
+            size = slabs[0].stop - slabs[0].start
+            index, planes = self._scratch(12 * size), np.empty(3 * size, np.float32)
+            for part in _stepped(slabs, progress):
+                self._launch_source_index(deformation, source, target, part, continued, index)
+                here = planes[: 3 * (part.stop - part.start)].reshape(3, -1)
+                cl.enqueue_copy(self.queue, here, index)
+                bounds = interpolation.joined_bounds(bounds, here.T, source.whole.dimensions)
+        return bounds
 
     # Launching
 
@@ -280,7 +285,20 @@ class Engine:
     def _launch_grid(self, name, deformation, region, grid, part, *arguments):
         lattice = _lattice(grid, part, region.handles)
         count = part.stop - part.start
-        self._launch_map(name, deformation, region, grid, count, *lattice, *arguments)
+        self._launch_map(name, deformation, region, grid.whole, count, *lattice, *arguments)
+
+    def _launch_source_index(self, deformation, source, target, part, continued, index):
+        """Where in `source.whole` the points `part` of `target` come from: three planes."""
+        for region in deformation.regions:
+            self._launch_grid(
+                "grid_source_index",
+                deformation,
+                region,
+                target,
+                part,
+                *_to_source(source, target, region.handles, continued),
+                index,
+            )
 
     def _launch_map(self, name, deformation, region, grid, count, *arguments):
         constants, shared = self._map(deformation, region, grid)
@@ -334,7 +352,7 @@ class Engine:
 
     def _sample(self, part, array, source, method, background, result):
         """Launch the resample kernel for one array and one part of a slab."""
-        index, first, stop, values, slice_ = part
+        index, first, stop, values, there = part
         count = stop - first
         in_float = array.dtype.name in _SUMMED_IN_FLOAT
         value, total = _C_TYPES[array.dtype.name], "float" if in_float else "double"
@@ -356,8 +374,7 @@ class Engine:
                 -(-count // self.device.lanes),
                 np.int64(count),
                 index,
-                *(np.int32(n) for n in source.dimensions),
-                np.int32(slice_),
+                *(_int4(n) for n in (source.whole.dimensions, there.first, there.dimensions)),
                 np.int32(components),
                 array.dtype.type(fill),
                 values,
@@ -566,25 +583,25 @@ class _Shared:
 class _Sources:
     """The arrays to resample on the device: whole, or the slices that a slab needs."""
 
-    def __init__(self, engine, arrays):
-        self.engine, self.arrays = engine, arrays
+    def __init__(self, engine, arrays, grid):
+        self.engine, self.arrays, self.grid = engine, arrays, grid
         self.whole = {}
 
     def fitting(self, number, index, count):
-        """Parts (index buffer, first, stop, values, first slice) that together make the slab."""
+        """Parts (index buffer, first, stop, values, their grid) that together make the slab."""
         array = self.arrays[number]
         engine = self.engine
         if engine._in_place or self._fits(sum(a.nbytes for a in self.arrays)):
             if number not in self.whole:
                 self.whole[number] = engine._read(array)
-            yield index, 0, count, self.whole[number].buffer, 0
+            yield index, 0, count, self.whole[number].buffer, self.grid
             return
         planes = np.empty((3, count), np.float32)
         cl.enqueue_copy(engine.queue, planes, index)
         parts = [(0, count)]
         while parts:
             first, stop = parts.pop()
-            low, high = _slices_needed(planes[2, first:stop], len(array))
+            low, high = _slices_needed(planes[2, first:stop], self.grid)
             slices = array[low:high]
             if not self._fits(slices.nbytes):
                 if stop - first == 1:
@@ -597,19 +614,23 @@ class _Sources:
                 continue
             own = np.ascontiguousarray(planes[:, first:stop])
             with engine._read(own) as moved, engine._read(slices) as values:
-                yield moved, first, stop, values, low
+                nx, ny, _ = self.grid.dimensions
+                there = self.grid.part((0, 0, low), (nx, ny, high - low))
+                yield moved, first, stop, values, there
 
     def _fits(self, size):
         limit = self.engine.device.handle.max_mem_alloc_size
         return size <= self.engine.memory / 2 and size <= limit
 
 
-def _slices_needed(z, count):
+def _slices_needed(z, grid):
     """First and past-the-last slice that interpolation at the indices `z` can touch."""
-    z = z[(z >= -0.5) & (z <= count - 0.5)]
+    z = z[(z >= -0.5) & (z <= grid.whole.dimensions[2] - 0.5)] - grid.first[2]
     if len(z) == 0:
         return 0, 1
-    return max(0, int(z.min()) - 1), min(count, int(z.max()) + 3)
+    count = grid.dimensions[2]
+    low, high = np.clip((int(z.min()) - 1, int(z.max()) + 2), 0, count - 1)
+    return int(low), int(high) + 1
 
 
 def _planes(points):
@@ -633,9 +654,10 @@ def _tables(handles):
 
 def _lattice(grid, part, handles):
     """Kernel arguments of the points `part` of `grid`, with their way to the local frame."""
-    frame = _transform(grid.index_to_world / handles.scale, handles.local(grid.origin))
+    frame = _transform(grid.index_to_world / handles.scale, handles.local(grid.whole.origin))
     nx, ny, _ = grid.dimensions
-    return np.int64(part.start), np.int64(part.stop), np.int32(nx), np.int32(ny), frame
+    bounds = np.int64(part.start), np.int64(part.stop)
+    return *bounds, np.int32(nx), np.int32(ny), _int4(grid.first), frame
 
 
 def _transform(matrix, offset):
@@ -647,7 +669,7 @@ def _transform(matrix, offset):
 
 def _to_source(source, target, handles, continued):
     """First arguments of the kernels that tell where in `source` points of `target` come from."""
-    matrix, offset = target.index_transform(source)
+    matrix, offset = target.whole.index_transform(source.whole)
     turn = np.linalg.inv(source.index_to_world)
     return (
         _transform(matrix, offset + turn @ handles.drift),
@@ -658,5 +680,11 @@ def _to_source(source, target, handles, continued):
 
 def _float4(vector):
     packed = np.zeros(4, np.float32)
+    packed[:3] = vector
+    return packed
+
+
+def _int4(vector):
+    packed = np.zeros(4, np.int32)
     packed[:3] = vector
     return packed

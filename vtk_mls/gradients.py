@@ -89,9 +89,9 @@ def at_faces(deformation, v, values, slopes, source, interpolation, background):
     depth = -deformation.opening(behind)
     share = np.clip(REACH - opening / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
-    index = source.index_of(origin)
-    step = (sample(values, index, interpolation, background) - background) / voxel
-    inner = sample(slopes, index, interpolation, 0)
+    index = source.whole.index_of(origin)
+    step = (sample(values, index, interpolation, background, source) - background) / voxel
+    inner = sample(slopes, index, interpolation, 0, source)
     return np.einsum("mij,mj->mi", turn, inner + share[:, None] * (step[:, None] * away - inner))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +22,13 @@ class Grid:
     direction : (3, 3) floats, optional
         Columns are the directions of the axes in the world; the identity if not given.
 
+    Attributes
+    ----------
+    whole : Grid
+        The grid of which this is a `part`; the grid itself if it is none.
+    first : (3,) ints
+        Index of the first point in `whole`.
+
     Raises
     ------
     ValueError
@@ -32,6 +39,8 @@ class Grid:
     origin: np.ndarray = (0.0, 0.0, 0.0)
     spacing: np.ndarray = (1.0, 1.0, 1.0)
     direction: np.ndarray | None = None
+    whole: Grid = field(init=False, repr=False)
+    first: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
 
     def __post_init__(self):
         dimensions = tuple(int(n) for n in self.dimensions)
@@ -51,11 +60,30 @@ class Grid:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         object.__setattr__(self, "dimensions", dimensions)
+        object.__setattr__(self, "whole", self)
         if abs(np.linalg.det(self.direction)) < 1e-9 or not self.spacing.all():
             raise ValueError(
                 "`spacing` must not be zero and `direction` must be invertible, "
                 f"got {self.spacing.tolist()} and {self.direction.tolist()}"
             )
+
+    def part(self, first, dimensions) -> Grid:
+        """The `dimensions` points from the index `first` on, which stay part of this grid.
+
+        Points are placed, and values at the border are found, as in the whole: what is computed
+        in parts is the same to the bit.
+        """
+        part = Grid(dimensions, self.at([first])[0], self.spacing, self.direction)
+        first = tuple(int(a) + int(b) for a, b in zip(self.first, first))
+        last = [a + n for a, n in zip(first, part.dimensions)]
+        if min(first) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
+            raise ValueError(
+                f"`first` and `dimensions` must be of a part of the {self.whole.dimensions} "
+                f"points, got {first} and {part.dimensions}"
+            )
+        object.__setattr__(part, "whole", self.whole)
+        object.__setattr__(part, "first", first)
+        return part
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -98,7 +126,7 @@ class Grid:
 
     def points(self, start: int = 0, stop: int | None = None) -> np.ndarray:
         """World positions (m, 3) of the points `start` to `stop`, x fastest."""
-        return self.at(self.indices(start, stop))
+        return self.whole.at(self.indices(start, stop) + self.first)
 
     def corners(self) -> np.ndarray:
         """World positions (8, 3) of the corners."""

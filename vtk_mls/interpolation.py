@@ -5,21 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 INTERPOLATIONS = ("nearest", "linear", "cubic")
+REACH = {"nearest": 0, "linear": 0, "cubic": 1}  # points needed beyond those next to a place
+NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # of no point
 
 
-def sample(array, index, method, background):
+def sample(array, index, method, background, source):
     """Values of `array` at continuous indices.
 
     Parameters
     ----------
     array : (nz, ny, nx) or (nz, ny, nx, components) array of any real dtype
     index : (m, 3) float64
-        Continuous indices (i, j, k). Up to half a spacing beyond the border the border's value
-        continues; beyond that is `background`.
+        Continuous indices (i, j, k) of the whole grid. Up to half a spacing beyond its border the
+        border's value continues; beyond that is `background`.
     method : {"nearest", "linear", "cubic"}
         "cubic" is Catmull-Rom (Keys, a = -1/2).
     background : float
         Value outside, cast like every other.
+    source : Grid
+        Where the values are. If it is a part, what it lacks is taken from its own border.
 
     Returns
     -------
@@ -27,11 +31,13 @@ def sample(array, index, method, background):
         Integers are rounded to the nearest and kept in their range. A point exactly on the
         lattice gets exactly that value.
     """
-    size = np.array(array.shape[2::-1])
+    size = np.array(source.whole.dimensions)
+    first = np.array(source.first)
+    last = first + source.dimensions - 1
     values = array.reshape(*array.shape[:3], -1)
     inside = ((index >= -0.5) & (index <= size - 0.5)).all(axis=1)
     index = np.clip(np.where(inside[:, None], index, 0), 0, size - 1)
-    nearest = np.floor(index + 0.5).astype(np.int64)
+    nearest = np.clip(np.floor(index + 0.5).astype(np.int64), first, last) - first
     raw = values[tuple(nearest.T[::-1])]
     if method == "nearest":
         result = raw.copy()
@@ -43,7 +49,7 @@ def sample(array, index, method, background):
         for dz, wz in taps[2]:
             for dy, wy in taps[1]:
                 for dx, wx in taps[0]:
-                    at = np.clip(base + (dx, dy, dz), 0, size - 1)
+                    at = np.clip(base + (dx, dy, dz), first, last) - first
                     tap = values[tuple(at.T[::-1])].astype(np.float64)
                     weight = (wx * wy * wz)[:, None]
                     # a tap without weight must not bring in its NaN or infinity
@@ -52,6 +58,17 @@ def sample(array, index, method, background):
         result = np.where(on_lattice[:, None], raw, cast(total, array.dtype))
     result[~inside] = cast(np.float64(background), array.dtype)
     return result.reshape(len(index), *array.shape[3:])
+
+
+def joined_bounds(bounds, index, dimensions):
+    """`bounds` (lowest, highest) with those of the indices (m, 3) that are inside of `dimensions`."""
+    inside = ((index >= -0.5) & (index <= np.array(dimensions) - 0.5)).all(axis=1)
+    if not inside.any():
+        return bounds
+    index = index if inside.all() else index[inside]
+    return np.array(
+        [np.minimum(bounds[0], index.min(axis=0)), np.maximum(bounds[1], index.max(axis=0))]
+    )
 
 
 def _taps(method, t):

@@ -148,18 +148,33 @@ def jacobian_field(deformation, grid, progress=None):
 def resample(deformation, arrays, source, target, methods, background, continued, progress=None):
     """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
     results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
-    matrix, offset = target.index_transform(source)
+    for part, index in _source_index(deformation, source, target, continued, progress):
+        for array, method, result in zip(arrays, methods, results):
+            flat = result.reshape(-1, *array.shape[3:])
+            flat[part] = interpolation.sample(array, index, method, background, source)
+    return results
+
+
+def source_bounds(deformation, source, target, continued, progress=None):
+    """Lowest and highest index (2, 3) of `source.whole` that points of `target` come from."""
+    bounds = interpolation.NO_BOUNDS
+    for _, index in _source_index(deformation, source, target, continued, progress):
+        bounds = interpolation.joined_bounds(bounds, index, source.whole.dimensions)
+    return bounds
+
+
+def _source_index(deformation, source, target, continued, progress):
+    """Parts of `target`, and where they come from: indices (m, 3) of `source.whole`."""
+    matrix, offset = target.whole.index_transform(source.whole)
     to_index = np.linalg.inv(source.index_to_world)
     for part in _parts(target.size, deformation, progress):
         v = target.points(part.start, part.stop)
         moved = _answers(deformation, v, "displacement")
-        index = target.indices(part.start, part.stop) @ matrix.T + offset + moved @ to_index.T
+        index = target.indices(part.start, part.stop) + target.first
+        index = index @ matrix.T + offset + moved @ to_index.T
         if deformation.cuts and not continued:
             index[_opening(deformation, v, v + moved) < 0] = -np.inf
-        for array, method, result in zip(arrays, methods, results):
-            flat = result.reshape(-1, *array.shape[3:])
-            flat[part] = interpolation.sample(array, index, method, background)
-    return results
+        yield part, index
 
 
 def turned(deformation, vectors, source, target, method, continued, normalise, progress=None):
