@@ -1,11 +1,12 @@
-"""Parts of a grid get the values of the whole, to the bit, from the part of the source they need."""
+"""Parts of a grid get the values of the whole, to the bit, from just the source that they need."""
 
 import numpy as np
 import pytest
 from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Surface, device, engine
-from vtk_mls.interpolation import REACH
+
+REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 
 WHOLE = (37, 22, 19)
 PARTS = [  # first index and dimensions

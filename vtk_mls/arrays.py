@@ -89,6 +89,13 @@ class Lattice:
         inside = (self.extent[::2] <= low) & (low <= high) & (high <= self.extent[1::2])
         return bool(inside.all())
 
+    def grid_within(self, whole):
+        """The points as a part of the `Grid` of a lattice that holds them."""
+        first, last, start = (
+            np.array(ends) for ends in (self.extent[::2], self.extent[1::2], whole.extent[::2])
+        )
+        return whole.grid.part(first - start, last - first + 1)
+
     @property
     def is_empty(self):
         """Whether there is no point."""
@@ -105,6 +112,8 @@ class Lattice:
 def cell_grid(grid):
     """The centres of a grid's cells; along an axis with one point lies one layer of cells."""
     dimensions = np.array(grid.dimensions)
+    if grid.whole is not grid and ((dimensions > 1) | (np.array(grid.whole.dimensions) == 1)).all():
+        return cell_grid(grid.whole).part(grid.first, np.maximum(dimensions - 1, 1))
     centre = np.where(dimensions > 1, 0.5, 0.0)
     return Grid(
         np.maximum(dimensions - 1, 1), grid.at(centre[None])[0], grid.spacing, grid.direction

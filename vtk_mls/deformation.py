@@ -482,8 +482,7 @@ class Deformation:
         first, second = _halves(progress)
         vectors = np.asarray(vectors, dtype=np.float32)
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
-        frame = target.dimensions, target.origin, target.spacing, target.direction
-        return gradients.pushed(moved, self.jacobian_field(*frame, second))
+        return gradients.pushed(moved, self.jacobian_field(target, progress=second))
 
     def corrected_gradient(
         self,

@@ -98,7 +98,10 @@ def choose(name: str | None = None) -> Device:
 def _find():
     """Devices, and why there are none."""
     try:
-        import pyopencl as cl
+        with warnings.catch_warnings():
+            # Debian has no such package; what it does is as well done without
+            warnings.filterwarnings("ignore", "Unable to import recommended hash")
+            import pyopencl as cl
     except ImportError as error:
         return [], f"pyopencl cannot be imported ({error})"
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import threading
+import warnings
 import weakref
 from contextlib import ExitStack
 
@@ -308,7 +309,10 @@ class Engine:
         kernel = self._kernels.get((file, constants, name))
         if kernel is None:
             program = devices.program(self.device, file, constants)
-            kernel = self._kernels[file, constants, name] = cl.Kernel(program, name)
+            with warnings.catch_warnings():
+                # where the name is known from a build with other constants and so other arguments
+                warnings.filterwarnings("ignore", "Overwriting existing generated code")
+                kernel = self._kernels[file, constants, name] = cl.Kernel(program, name)
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.queue, (-(-items // local) * local,), (local,), *arguments)
 

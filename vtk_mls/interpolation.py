@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 INTERPOLATIONS = ("nearest", "linear", "cubic")
-REACH = {"nearest": 0, "linear": 0, "cubic": 1}  # points needed beyond those next to a place
 NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # of no point
 
 
@@ -61,14 +60,13 @@ def sample(array, index, method, background, source):
 
 
 def joined_bounds(bounds, index, dimensions):
-    """`bounds` (lowest, highest) with those of the indices (m, 3) that are inside of `dimensions`."""
+    """`bounds`, widened to hold those of the indices (m, 3) that are inside of `dimensions`."""
     inside = ((index >= -0.5) & (index <= np.array(dimensions) - 0.5)).all(axis=1)
     if not inside.any():
         return bounds
     index = index if inside.all() else index[inside]
-    return np.array(
-        [np.minimum(bounds[0], index.min(axis=0)), np.maximum(bounds[1], index.max(axis=0))]
-    )
+    low, high = bounds
+    return np.array([np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))])
 
 
 def _taps(method, t):

@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import (
     vtkDemandDrivenPipeline,
+    vtkExtentTranslator,
     vtkStreamingDemandDrivenPipeline,
 )
 
@@ -68,12 +69,12 @@ class Algorithm(VTKPythonAlgorithmBase):
             setattr(self, name, value)
             self.Modified()
 
-    def _update_input(self, port, number=0):
-        """Bring all of an input up to date and return it.
+    def _update_input(self, port, number=0, time=None):
+        """Bring all of an input up to date, at a time, and return it.
 
-        For RequestInformation, where the extent of the output depends on data. While VTK goes
-        through blocks, everything is up to date, and a block stands in for the producer's output:
-        the producer must not run.
+        For RequestInformation and RequestUpdateExtent, where what is asked for depends on data.
+        While VTK goes through blocks, everything is up to date, and a block stands in for the
+        producer's output: the producer must not run.
         """
         if self._blocks_since == self.GetExecutive().GetPipelineMTime():
             return self.GetInputDataObject(port, number)
@@ -83,12 +84,16 @@ class Algorithm(VTKPythonAlgorithmBase):
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
         whole = vtkInformation()
         ask_for_all(whole)
+        if time is not None:
+            whole.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
         requests.SetInformationObject(index, whole)
         shown = vtkObject.GetGlobalWarningDisplay()
         if isinstance(producer, Algorithm):  # it will say the same when data are asked for
             vtkObject.SetGlobalWarningDisplay(0)
-        producer.Update(index, requests)
+        done = producer.Update(index, requests)
         vtkObject.SetGlobalWarningDisplay(shown)
+        if not done:
+            raise ValueError(f"{producer.GetClassName()} on input port {port} has failed")
         return producer.GetOutputDataObject(index)
 
     def _progress(self):
@@ -174,6 +179,35 @@ def ask_for_all(info):
     info.Set(keys.UPDATE_PIECE_NUMBER(), 0)
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), 1)
     info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
+
+
+def ask_for_extent(info, extent):
+    """Request a part of an image, on every process its own."""
+    ask_for_all(info)
+    info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT(), extent, 6)
+    info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT_INITIALIZED(), 1)
+
+
+def requested_extent(info):
+    """The extent of an image that is asked for, as such or as a piece of the whole.
+
+    Only in RequestData has VTK done this itself.
+    """
+    keys = vtkStreamingDemandDrivenPipeline
+    if info.Get(keys.UPDATE_EXTENT_INITIALIZED()) or info.Get(keys.UPDATE_NUMBER_OF_PIECES()) < 2:
+        return info.Get(keys.UPDATE_EXTENT())
+    translator, extent = vtkExtentTranslator(), [0] * 6
+    split = translator.UPDATE_SPLIT_MODE()
+    translator.PieceToExtentThreadSafe(
+        info.Get(keys.UPDATE_PIECE_NUMBER()),
+        info.Get(keys.UPDATE_NUMBER_OF_PIECES()),
+        info.Get(keys.UPDATE_NUMBER_OF_GHOST_LEVELS()),
+        info.Get(keys.WHOLE_EXTENT()),
+        extent,
+        info.Get(split) if info.Has(split) else translator.GetSplitMode(),
+        0,
+    )
+    return tuple(extent)
 
 
 def numbers(values):

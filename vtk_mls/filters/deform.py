@@ -16,8 +16,8 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, gradients, warping
-from vtk_mls.filters.algorithm import in_turn, numbers
+from vtk_mls.filters import cutting, extents, gradients, warping
+from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
 
@@ -30,9 +30,7 @@ class MLSDeform(DeformingFilter):
     Images are resampled backward: the value at a place is the input's at where its material came
     from (G, Eq. 2 of the paper). Point and cell arrays keep type, names and role; integers are
     rounded; strings come from the nearest point, and so do label arrays and `vtkGhostType`. Where G
-    is the identity, values are the same to the bit. The whole input is needed whatever part of
-    the output is asked for; memory is that of input and output. Pieces of the output are made
-    independently, so MPI processes share the work.
+    is the identity, values are the same to the bit.
 
     Points of meshes are moved forward, by the exact inverse of G, so that a mesh and an image
     deformed alike stay together. The output has the type of the input, but vtkRectilinearGrid
@@ -48,11 +46,16 @@ class MLSDeform(DeformingFilter):
     With cuts, points of images have "Void" and "VoidDistance", cells "Void" (at their centre), and
     `vtkGhostType` hides the void: its points, and the cells that it fills or touches. VTK's
     surfaces, slices, thresholds and volume rendering leave these out. (vtkContourFilter does not
-    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off:
-    cells on the face must be there for that. Before VTK 9.3, in whose vtkGeometryFilter hidden
-    cells of images are a crash, only points are hidden: there a threshold by Void leaves it out.
-    Cells of meshes are split along cuts (see `splitting`); types that cannot hold the pieces
-    become vtkUnstructuredGrid.
+    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off, for
+    cells on the face must be there for that, and set VoidValues to "continued". Before VTK 9.3,
+    in whose vtkGeometryFilter hidden cells of images are a crash, only points are hidden: there a
+    threshold by Void leaves it out. Cells of meshes are split along cuts (see `splitting`); types
+    that cannot hold the pieces become vtkUnstructuredGrid.
+
+    Memory is that of input and output. Pieces of the output are made independently, so MPI
+    processes share the work; those of images are, put together, the whole to the bit. For a piece
+    just the extent of the input image that it needs is asked for; to know it, control points and
+    cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
 
     Properties
     ----------
@@ -247,18 +250,38 @@ class MLSDeform(DeformingFilter):
         lattice.announce(info)
         return 1
 
+    def RequestUpdateExtent(self, request, inInfo, outInfo):
+        super().RequestUpdateExtent(request, inInfo, outInfo)
+        if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
+            self._ask_for_image(inInfo, outInfo)
+        return 1  # a mesh is deformed piece by piece, as it comes
+
+    def _ask_for_image(self, inInfo, outInfo):
+        """Ask for all of the input image, or for what a part of the output needs."""
+        info, asked = inInfo[0].GetInformationObject(0), outInfo.GetInformationObject(0)
+        ask_for_all(info)
+        source = Lattice.of_information(info)
+        # RequestData meets the same errors and reports them
+        with suppress(TypeError, ValueError, RuntimeError):
+            whole = self._output_lattice(source, lambda: self._updated_deformation(asked))
+            target = self._requested_part(whole, asked)
+            if target == whole or source.is_empty:
+                return
+            ask_for_extent(info, extents.first_cell(source))
+            if not target.is_empty:
+                more = extents.GRADIENT_REACH if self._gradient_array else 0
+                deformation = self._updated_deformation(asked)
+                extent = extents.needed_extent(
+                    deformation, source, target, whole, self._interpolation, more
+                )
+                ask_for_extent(info, extent)
+
     def RequestData(self, request, inInfo, outInfo):
         data = vtkDataSet.GetData(inInfo[0])
         self._check(data)
         deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
         in_turn(deform(data, inInfo, outInfo), self._progress())
         return 1
-
-    def RequestUpdateExtent(self, request, inInfo, outInfo):
-        if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
-            return super().RequestUpdateExtent(request, inInfo, outInfo)
-        # a mesh is deformed piece by piece, as it comes
-        return super().RequestUpdateExtent(request, inInfo[1:], outInfo)
 
     def _deform_mesh(self, mesh, inInfo, outInfo):
         """What is to be done for a mesh."""
@@ -277,13 +300,28 @@ class MLSDeform(DeformingFilter):
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
-        announced = (
-            inInfo[0].GetInformationObject(0).Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
-        )
-        target = self._output_lattice(source.part(announced or source.extent), lambda: deformation)
-        target = self._requested_part(target, outInfo.GetInformationObject(0))
+        whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
+        whole = self._output_lattice(whole_source, lambda: deformation)
+        target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
-        return self._tasks(deformation, image, output, source.grid, target.grid)
+        if target.is_empty:
+            return []
+        grids = source.grid_within(whole_source), target.grid_within(whole)
+        return self._tasks(deformation, image, output, *grids)
+
+    def _whole_input(self, source, info):
+        """All of the image of which the input is a part."""
+        keys = vtkStreamingDemandDrivenPipeline
+        whole = source.part(info.Get(keys.WHOLE_EXTENT()) or source.extent)
+        if not whole.holds(source.extent):
+            return source
+        wanted = info.Get(keys.UPDATE_EXTENT())
+        if wanted and whole.holds(wanted) and not source.holds(wanted):
+            raise ValueError(
+                "`Input` must be able to give any part of the image, "
+                f"got the extent {source.extent} for {wanted}"
+            )
+        return whole
 
     def _tasks(self, deformation, image, output, source, target):
         """All that is to be done, in its order."""
@@ -358,9 +396,7 @@ class MLSDeform(DeformingFilter):
         grids = target, arrays.cell_grid(target)
         tasks = [
             lambda progress, grid=grid: openings.append(
-                deformation.displacement_field(
-                    grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
-                ).opening
+                deformation.displacement_field(grid, progress=progress).opening
             )
             for grid in grids
         ]
@@ -386,14 +422,6 @@ class MLSDeform(DeformingFilter):
             progress,
         )
         gradients.add_gradient(output, values)
-
-    def _updated_deformation(self):
-        """The deformation before data have been asked for."""
-        handles, surfaces = (
-            [self._update_input(port, n) for n in range(self.GetNumberOfInputConnections(port))]
-            for port in (1, 2)
-        )
-        return self._deformation(handles, surfaces)
 
     def _output_lattice(self, source, make_deformation):
         """Where the whole output lies, for an input on `source`."""

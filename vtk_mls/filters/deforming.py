@@ -8,8 +8,14 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, gradients
-from vtk_mls.filters.algorithm import Algorithm, ask_for_all, inputs, numbers
+from vtk_mls.filters import cutting, gathering, gradients
+from vtk_mls.filters.algorithm import (
+    Algorithm,
+    ask_for_all,
+    inputs,
+    numbers,
+    requested_extent,
+)
 from vtk_mls.filters.handle_lists import HandleLists
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
@@ -32,6 +38,9 @@ class DeformingFilter(HandleLists, Algorithm):
     and where it has opened there is nothing: with cuts, the output's point array "Void" is 1 there,
     and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
     opening (contour or clip by it; an isosurface of "Void" has steps).
+
+    On several processes, control points and cuts count wherever they are: all that the processes
+    have, in the order of ranks; or once, if those that have some have exactly the same.
 
     Properties
     ----------
@@ -78,6 +87,7 @@ class DeformingFilter(HandleLists, Algorithm):
         self._cuts = ()
         self._generates_jacobian = False
         self._generates_determinant = False
+        self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
         self._known = None  # what the inputs and properties were, and the deformation
 
     def FillInputPortInformation(self, port, info):
@@ -201,22 +211,72 @@ class DeformingFilter(HandleLists, Algorithm):
         return self._cut_type != "none" or self._cuts or self.GetNumberOfInputConnections(2) > 0
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        for information in inInfo:
+        if gathering.is_parallel():
+            self._collect(outInfo.GetInformationObject(0))
+        for information in inInfo[1:]:
             for number in range(information.GetNumberOfInformationObjects()):
                 ask_for_all(information.GetInformationObject(number))
         return 1
 
     def _requested_part(self, target, info):
         """The part of the output that downstream asks for, if it knows where the output is."""
-        extent = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT())
         announced = Lattice.of_information(info)
-        if extent and announced.part(()) == target.part(()) and target.holds(extent):
-            return target.part(extent)
+        if announced.part(()) == target.part(()):
+            extent = requested_extent(info)
+            part = target.part(extent)
+            if part.is_empty or target.holds(extent):
+                return part
         return target
+
+    def _collect(self, info=None):
+        """Data on ports 1 and 2, from all processes.
+
+        All must call this at the same times: when the pipeline asks for information or for an
+        extent. They talk to each other only after a change upstream, of which all know.
+        """
+        key = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
+        time = info.Get(key) if info is not None and info.Has(key) else None
+        counts = {port: self.GetNumberOfInputConnections(port) for port in (1, 2)}
+        connections = [(port, number) for port in counts for number in range(counts[port])]
+        changed = [self.GetInputExecutive(*each).GetPipelineMTime() for each in connections]
+        state = connections, changed, time
+        if not connections:
+            self._collected = None
+        if not connections or (self._collected is not None and self._collected[0] == state):
+            return
+
+        def update():
+            return [self._update_input(*each, time) for each in connections]
+
+        try:
+            data = dict(zip(connections, gathering.polydata_on_all(update)))
+        except ValueError as error:
+            data = error
+        self._collected = state, data
+
+    def _control_data(self, make_inputs):
+        """Lists of what is on ports 1 and 2, here or on all processes."""
+        if not gathering.is_parallel() or self._collected is None:
+            return [make_inputs(port) for port in (1, 2)]
+        data = self._collected[1]
+        if isinstance(data, ValueError):
+            raise data
+        return [[each for (port, _), each in data.items() if port == wanted] for wanted in (1, 2)]
+
+    def _updated_deformation(self, info=None):
+        """The deformation before data have been asked for."""
+        if gathering.is_parallel():
+            self._collect(info)
+
+        def updated(port):
+            count = self.GetNumberOfInputConnections(port)
+            return [self._update_input(port, number) for number in range(count)]
+
+        return self._deformation(*self._control_data(updated))
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        return self._deformation(inputs(in_info, 1), inputs(in_info, 2))
+        return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
     def _deformation(self, handles, surfaces):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
@@ -274,9 +334,7 @@ class DeformingFilter(HandleLists, Algorithm):
             if deformation.cuts:
                 void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
                 void = void.reshape(grid.shape)
-            jacobian = deformation.jacobian_field(
-                grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
-            )
+            jacobian = deformation.jacobian_field(grid, progress=progress)
             gradients.add_jacobian(
                 output, jacobian, void, self._generates_jacobian, self._generates_determinant
             )

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting
-from vtk_mls.filters.algorithm import in_turn, numbers
+from vtk_mls.filters import cutting, extents
+from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
 
@@ -25,8 +25,9 @@ class MLSDisplacementField(DeformingFilter):
     transform `vtkImageReslice` deforms as `MLSDeform` does. (`vtkGridTransform` does not know
     direction matrices.)
 
-    No data of an input image is used. Pieces of the output are made independently. Another
-    input is brought up to date in RequestInformation, for its bounds.
+    No data of an input image is used, and just one cell of it is asked for. Pieces of the output
+    are made independently and are, put together, the whole to the bit. Another input is brought up
+    to date in RequestInformation, for its bounds.
 
     Properties
     ----------
@@ -62,31 +63,40 @@ class MLSDisplacementField(DeformingFilter):
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        first = 1 if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData) else 0
-        return super().RequestUpdateExtent(request, inInfo[first:], outInfo)
+        info = inInfo[0].GetInformationObject(0)
+        if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
+            lattice = Lattice.of_information(info)
+            ask_for_extent(info, extents.first_cell(lattice))
+        else:
+            ask_for_all(info)
+        return super().RequestUpdateExtent(request, inInfo, outInfo)
 
     def RequestData(self, request, inInfo, outInfo):
         dataset = vtkDataSet.GetData(inInfo[0])
         output = vtkImageData.GetData(outInfo)
         deformation = self._requested_deformation(inInfo)
         if isinstance(dataset, vtkImageData):
-            target = Lattice.of_image(dataset)
-            if target.is_empty:
+            info = inInfo[0].GetInformationObject(0)
+            extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
+            whole = Lattice.of_image(dataset)
+            whole = whole.part(extent or whole.extent)
+            if whole.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
-            target = self._sampled_lattice(dataset)
-        target = self._requested_part(target, outInfo.GetInformationObject(0))
+            whole = self._sampled_lattice(dataset)
+        target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
-        tasks = [lambda progress: self._fill(output, deformation, target.grid, progress)]
-        tasks += self._jacobian_tasks(deformation, output, target.grid)
+        if target.is_empty:
+            return 1
+        grid = target.grid_within(whole)
+        tasks = [lambda progress: self._fill(output, deformation, grid, progress)]
+        tasks += self._jacobian_tasks(deformation, output, grid)
         in_turn(tasks, self._progress())
         return 1
 
     def _fill(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field."""
-        field = deformation.displacement_field(
-            grid.dimensions, grid.origin, grid.spacing, grid.direction, progress
-        )
+        field = deformation.displacement_field(grid, progress=progress)
         array = arrays.from_numpy(field.displacement.reshape(-1, 3), VTK_FLOAT)
         array.SetName("BackwardDisplacement")
         output.GetPointData().SetScalars(array)

@@ -1,0 +1,258 @@
+"""Every process makes its piece with the VTK filters; together they are what one process makes.
+
+For `mpirun -np N pvbatch --symmetric`.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from scene import DEFORMED, REST, array, grid, output_messages
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+from vtkmodules.vtkParallelCore import vtkMultiProcessController
+
+import vtk_mls
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters.cutting import surfaces
+from vtk_mls.filters.gathering import on_all
+
+controller = vtkMultiProcessController.GetGlobalController()
+RANK, SIZE = controller.GetLocalProcessId(), controller.GetNumberOfProcesses()
+ARRAYS = ("RTData", "Void", "VoidDistance", "Gradient", "Jacobian", "BackwardDisplacement")
+
+
+def source(extent=(-9, 8, -8, 8, -7, 9)):
+    wavelet = vtkRTAnalyticSource()
+    wavelet.SetWholeExtent(*extent)
+    return wavelet
+
+
+def tetrahedra():
+    image, cells = source(), vtkDataSetTriangleFilter()
+    cells.SetInputConnection(image.GetOutputPort())
+    return cells
+
+
+def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
+    """Control points; none if there are none."""
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(np.array(rest, float).reshape(-1, 3), deep=True))
+    moved = numpy_to_vtk(np.reshape(np.subtract(deformed, rest), (-1, 3)), deep=True)
+    moved.SetName(name)
+    result = vtkPolyData()
+    result.SetPoints(points)
+    result.GetPointData().AddArray(moved)
+    return result
+
+
+def scalpel():
+    """A cut that ends inside."""
+    plane = vtkPlaneSource()
+    plane.SetOrigin(-4, 0.3, -20)
+    plane.SetPoint1(20, 0.3, -20)
+    plane.SetPoint2(-4, 0.3, 20)
+    plane.Update()
+    return plane.GetOutput()
+
+
+def pipeline(kind, image, handles, cut=None, **settings):
+    """A filter over an image by a source; `handles` and `cut` are this process's."""
+    deform = kind()
+    deform.SetInputConnection(0, image.GetOutputPort())
+    deform.SetInputDataObject(1, handles)
+    if cut is not None:
+        deform.SetInputDataObject(2, cut)
+    for name, value in settings.items():
+        getattr(deform, f"Set{name}")(value)
+    return deform
+
+
+def update(deform, ghosts=0):
+    """Make this process's piece; whether that succeeded."""
+    deform.UpdateInformation()
+    return deform.GetExecutive().Update(0) if SIZE == 1 else deform.UpdatePiece(RANK, SIZE, ghosts)
+
+
+def pieces(deform, ghosts=0):
+    """The pieces of all processes, each an extent and arrays, which this one made its own of."""
+    update(deform, ghosts)
+    output = deform.GetOutputDataObject(0)
+    names = [name for name in ARRAYS if output.GetPointData().HasArray(name)]
+    points = {name: array(output, name).copy() for name in names}
+    cells = {}
+    if output.GetNumberOfCells() and output.GetCellData().HasArray("Void"):
+        cells = {"Void": np.asarray(output.GetCellData().GetArray("Void")).copy()}
+    return on_all((output.GetExtent(), points, cells))
+
+
+def check(deform, alone, ghosts=0):
+    """The pieces of `deform` against the whole that `alone` makes on each process by itself."""
+    extent = alone.GetExtent()
+    covered = np.zeros(alone.GetDimensions()[::-1], bool)
+    compared = 0
+    for part, points, cells in pieces(deform, ghosts):
+        if any(first > last for first, last in zip(part[::2], part[1::2])):
+            continue
+        here = tuple(
+            slice(first - start, last - start + 1)
+            for first, last, start in list(zip(part[::2], part[1::2], extent[::2]))[::-1]
+        )
+        covered[here] = True
+        for name, values in points.items():
+            expected = array(alone, name)[here]
+            np.testing.assert_array_equal(values, expected, err_msg=f"{name} in {part}")
+            compared += 1
+        for name, values in cells.items():
+            whole = np.asarray(alone.GetCellData().GetArray(name))
+            whole = whole.reshape([max(n - 1, 1) for n in alone.GetDimensions()[::-1]])
+            inner = tuple(slice(s.start, max(s.stop - 1, s.start + 1)) for s in here)
+            np.testing.assert_array_equal(values, whole[inner].ravel())
+    assert covered.all()
+    assert compared
+
+
+def whole(kind, image, handles, cut=None, **settings):
+    """What one process makes; each does it, with the same control points."""
+    deform = pipeline(kind, image, handles, cut, **settings)
+    deform.Update()
+    return deform.GetOutputDataObject(0)
+
+
+def volume(mesh):
+    """Of all cells together."""
+    sizes = vtkCellSizeFilter()
+    sizes.SetInputData(mesh)
+    sizes.Update()
+    volumes = sizes.GetOutput().GetCellData().GetArray("Volume")
+    return float(vtk_to_numpy(volumes).sum()) if mesh.GetNumberOfCells() else 0.0
+
+
+def mine(rank, data):
+    """`data` on one process, nothing on the others."""
+    return data if rank % SIZE == RANK else vtkPolyData()
+
+
+EVERYTHING = {"GenerateJacobian": True, "Interpolation": "cubic", "GradientArray": "RTData"}
+
+# Control points on all processes, on one, and each on its own; the field to the bit.
+everywhere = whole(MLSDeform, source(), polydata(), **EVERYTHING)
+field = whole(MLSDisplacementField, source(), polydata())
+value = vtk_mls.Deformation(REST, DEFORMED)
+lattice = grid(everywhere)
+np.testing.assert_array_equal(
+    array(field, "BackwardDisplacement"),
+    value.displacement_field(lattice.dimensions, lattice.origin, lattice.spacing).displacement,
+)
+parts = np.array_split(np.arange(len(REST)), SIZE)[RANK]
+for handles in (
+    polydata(),
+    mine(0, polydata()),
+    mine(-1, polydata()),
+    polydata(REST[parts], DEFORMED[parts]) if len(parts) else vtkPolyData(),
+):
+    check(pipeline(MLSDeform, source(), handles, **EVERYTHING), everywhere)
+    check(pipeline(MLSDisplacementField, source(), handles), field)
+
+# A change makes every process compute again; more ghosts, or nothing, do not disturb.
+image, handles = source(), MLSControlPoints()
+handles.SetRestPoints(REST)
+deform = MLSDeform()
+deform.SetInputConnection(0, image.GetOutputPort())
+deform.SetInputConnection(1, handles.GetOutputPort())
+update(deform)
+handles.SetDeformedPoints(DEFORMED)
+alone = whole(MLSDeform, source(), polydata())
+check(deform, alone)
+check(deform, alone, ghosts=1)
+check(deform, alone)
+deform.SetKind("affine")
+check(deform, whole(MLSDeform, source(), polydata(), Kind="affine"))
+
+# Each process asks its image for the part that it needs, and a field for next to nothing.
+small = REST + 0.25
+deform = pipeline(MLSDeform, source(), polydata(REST, small))
+update(deform)
+key = vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT()
+asked = deform.GetInputInformation(0, 0).Get(key)
+if SIZE > 1:
+    made = deform.GetOutputDataObject(0).GetExtent()
+    limits = source().GetWholeExtent()
+    expected = [
+        max(n - 1, limits[i]) if i % 2 == 0 else min(n, limits[i]) for i, n in enumerate(made)
+    ]
+    # cells take theirs from between the points
+    assert all(abs(a - b) <= 1 for a, b in zip(asked, expected)), (asked, made)
+    sizes = on_all(int(np.prod(np.array(asked[1::2]) - asked[::2])))
+    assert max(sizes) < 0.75 * 17 * 16 * 16, sizes
+sampled = pipeline(MLSDisplacementField, source(), polydata())
+update(sampled)
+assert sampled.GetInputInformation(0, 0).Get(key) == (-9, -8, -8, -7, -7, -6)
+
+# Cuts, on one process or several.
+opened = {"GenerateJacobian": True}
+alone = whole(MLSDeform, source(), polydata(), scalpel(), **opened)
+assert array(alone, "Void").any()
+for cut in (scalpel(), mine(-1, scalpel())):
+    check(pipeline(MLSDeform, source(), mine(0, polydata()), cut, **opened), alone)
+
+# Meshes, piece by piece, with a cell of the neighbours as well; whole and cut.
+for cut in (None, scalpel()):
+    handles, cells = mine(0, polydata()), tetrahedra()
+    deform = pipeline(MLSDeform, cells, handles, cut and mine(-1, cut))
+    update(deform, ghosts=1)
+    piece = deform.GetOutput()
+    cuts = surfaces(cut) if cut else ()
+    value = vtk_mls.Deformation(REST, DEFORMED, cuts=cuts)
+    if piece.GetNumberOfPoints() and not cut:
+        places = vtk_to_numpy(cells.GetOutput().GetPoints().GetData())
+        moved = vtk_to_numpy(piece.GetPoints().GetData())
+        np.testing.assert_allclose(moved, value.forward(places), rtol=0, atol=1e-4)
+    deform = pipeline(MLSDeform, tetrahedra(), handles, cut and mine(-1, cut))
+    update(deform)
+    alone = pipeline(MLSDeform, tetrahedra(), polydata(), cut)
+    measured = sum(on_all(volume(deform.GetOutput())))
+    alone.Update()
+    # voxels are divided another way when they are counted from another corner
+    np.testing.assert_allclose(measured, volume(alone.GetOutput()), rtol=1e-3)
+
+# More processes than slices, and a grid of its own.
+thin = (0, 5, -3, 4, 2, 3)
+check(
+    pipeline(MLSDeform, source(thin), mine(0, polydata())),
+    whole(MLSDeform, source(thin), polydata()),
+)
+fitted = {"OutputGrid": "fitted"}
+check(
+    pipeline(MLSDeform, source(), mine(-1, polydata()), **fitted),
+    whole(MLSDeform, source(), polydata(), **fitted),
+)
+everything_outside = polydata([(0, 0, 0)], [(500, 0, 0)])
+alone = whole(MLSDeform, source(), everything_outside)
+check(pipeline(MLSDeform, source(), mine(0, everything_outside)), alone)
+
+# What is wrong on one process is an error on all, and over once it is mended.
+for bad, words in (
+    (polydata(name="Velocity"), "Displacement"),
+    (polydata(DEFORMED, np.full_like(REST, np.nan)), "nan"),
+    (vtkPolyData(), "ControlPoints"),
+):
+    deform = pipeline(MLSDeform, source(), mine(-1, bad))
+    with output_messages() as text:
+        done = update(deform)
+    assert not done
+    assert words in text[0], text[0]
+    assert deform.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    deform.SetInputDataObject(1, polydata())
+    check(deform, whole(MLSDeform, source(), polydata()))
+
+controller.Barrier()
+print(f"done {RANK} of {SIZE}")

@@ -1,0 +1,93 @@
+"""The proxies over processes: what the client fetches is what one process makes.
+
+For `mpirun -np N pvbatch`; or, with the number of a pvserver's port, for a client in pvpython.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.append(str(Path(__file__).resolve().parents[3]))
+from paraview import servermanager, simple
+
+if len(sys.argv) > 1 and sys.argv[1].isdigit():
+    simple.Connect("localhost", int(sys.argv[1]))
+
+from scene import DEFORMED, REST, array, control_points, grid, wavelet
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+from vtkmodules.vtkIOXML import vtkXMLPImageDataReader
+
+import vtk_mls
+
+SIZE = servermanager.ActiveConnection.GetNumberOfDataPartitions()
+folder = tempfile.TemporaryDirectory()
+value = vtk_mls.Deformation(REST, DEFORMED)
+source = wavelet()
+alone = vtkRTAnalyticSource()
+alone.SetWholeExtent(*source.WholeExtent)
+alone.Update()
+volume = array(alone.GetOutput(), "RTData")
+lattice = grid(alone.GetOutput())
+
+
+def data(proxy):
+    """An image, put together from the files of all processes."""
+    file = str(Path(folder.name) / "whole.pvti")
+    simple.SaveData(file, proxy)
+    reader = vtkXMLPImageDataReader()
+    reader.SetFileName(file)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def check(deform, field, value=value):
+    """Both filters against the value outside of the pipeline."""
+    (expected,) = value.resample([volume], lattice)
+    result = data(deform)
+    assert result.GetDimensions() == lattice.dimensions
+    np.testing.assert_allclose(array(result, "RTData"), expected, rtol=1e-6)
+    expected = value.displacement_field(lattice)
+    np.testing.assert_array_equal(array(data(field), "BackwardDisplacement"), expected.displacement)
+    if value.cuts:
+        np.testing.assert_array_equal(array(result, "Void") > 0, expected.void)
+        assert expected.void.any()
+
+
+# Control points that every process has, and those of a table, which one process reads.
+deform = simple.MLSDeform(Input=source, ControlPoints=control_points())
+field = simple.MLSDisplacementField(Input=source, ControlPoints=deform.ControlPoints)
+check(deform, field)
+table = Path(folder.name) / "handles.csv"
+rows = np.hstack([REST, DEFORMED - REST])
+np.savetxt(table, rows, delimiter=",", fmt="%.17g", header="px,py,pz,dx,dy,dz", comments="")
+points = simple.TableToPoints(
+    Input=simple.CSVReader(FileName=[str(table)]), XColumn="px", YColumn="py", ZColumn="pz"
+)
+handles = simple.Calculator(
+    Input=points, Function="dx*iHat + dy*jHat + dz*kHat", ResultArrayName="Displacement"
+)
+deform.ControlPoints = field.ControlPoints = handles
+check(deform, field)
+
+# A cut from a source, and one of the filter's own.
+plane = simple.Plane(Origin=[-4, 0.3, -20], Point1=[20, 0.3, -20], Point2=[-4, 0.3, 20])
+deform.Cuts = field.Cuts = plane
+corners = [[-4, 0.3, -20], [20, 0.3, -20], [20, 0.3, 20], [-4, 0.3, 20]]
+cuts = [vtk_mls.Surface.polygon(corners)]
+check(deform, field, vtk_mls.Deformation(REST, DEFORMED, cuts=cuts))
+deform.Cuts = field.Cuts = None
+
+# A mesh.
+mesh = simple.Tetrahedralize(Input=source)
+moved = simple.MLSDeform(Input=mesh, ControlPoints=handles)
+moved.UpdatePipeline()
+bounds = moved.GetDataInformation().GetBounds()
+expected = value.forward(lattice.points())
+low, high = expected.min(axis=0), expected.max(axis=0)
+np.testing.assert_allclose(bounds, np.stack([low, high], axis=1).ravel(), atol=1e-4)
+
+folder.cleanup()
+print(f"done with {SIZE}")

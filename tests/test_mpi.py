@@ -1,0 +1,98 @@
+"""ParaView over MPI processes, in each ParaView that has an `mpirun`: pvbatch, and pvserver with a
+client."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+from test_paraview import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
+
+SCRIPTS = Path("tests/paraview/mpi")
+TIMEOUT = 300  # seconds
+ROOT_MAY = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+
+
+@pytest.fixture
+def start(paraview, display):  # noqa: F811
+    """Start a program of ParaView on processes, from the project folder; it ends with the test."""
+    found = subprocess.run(
+        [*paraview.prefix, "mpirun", "--version"], capture_output=True, check=False
+    )
+    if found.returncode:
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
+            f"no mpirun for {paraview.name}: package openmpi-bin"
+        )
+    shown = {"DISPLAY": display} if display and not paraview.prefix else {}
+    running = []
+
+    def run(count, *command):
+        many = ["mpirun", "--oversubscribe", "-np", str(count)] if count else []
+        process = subprocess.Popen(
+            [*paraview.prefix, *many, *map(str, command)],
+            cwd=PROJECT,
+            env=paraview.environment(**ROOT_MAY, **shown),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        running.append(process)
+        return process
+
+    yield run
+    for process in running:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def finish(process):
+    """What the process printed; it must succeed without an error or a warning."""
+    try:
+        output, _ = process.communicate(timeout=TIMEOUT)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        pytest.fail(f"not done after {TIMEOUT} s:\n{process.communicate()[0]}")
+    noise = [line for line in output.splitlines() if NOISE.search(line)]
+    assert (process.returncode, noise) == (0, []), output
+    return output
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_pieces_are_the_whole(start, count):
+    output = finish(start(count, "pvbatch", "--symmetric", SCRIPTS / "pieces.py"))
+    done = re.findall(r"done (\d+) of (\d+)", output)
+    assert sorted(done) == [(str(rank), str(count)) for rank in range(count)]
+
+
+def test_proxies_in_pvbatch(start):
+    assert "done with 2" in finish(start(2, "pvbatch", SCRIPTS / "proxies.py"))
+
+
+def test_a_client_of_pvserver(start):
+    with socket.socket() as probe:
+        probe.bind(("", 0))
+        port = probe.getsockname()[1]
+    server = start(2, "pvserver", f"--server-port={port}")
+    await_line(server, "Accepting connection")
+    assert "done with 2" in finish(start(0, "pvpython", SCRIPTS / "proxies.py", port))
+
+
+def await_line(process, words, seconds=60):
+    """Read what a process prints until a line with `words` comes."""
+    too_long = threading.Timer(seconds, os.killpg, (process.pid, signal.SIGKILL))
+    too_long.start()
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if words in line:
+            too_long.cancel()
+            return
+    pytest.fail(f"no `{words}` in:\n{''.join(lines)}")

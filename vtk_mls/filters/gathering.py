@@ -1,0 +1,110 @@
+"""Data that lie on some processes of a parallel program, brought to all of them."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkCharArray
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
+
+
+def is_parallel():
+    """Whether this process is one of several."""
+    controller = vtkMultiProcessController.GetGlobalController()
+    return controller is not None and controller.GetNumberOfProcesses() > 1
+
+
+def on_all(value):
+    """What each process gives, in the order of ranks: every process must call this.
+
+    Parameters
+    ----------
+    value : anything that can be pickled
+
+    Returns
+    -------
+    list
+    """
+    controller = vtkMultiProcessController.GetGlobalController()
+    own = pickle.dumps(value)
+    lengths = _gathered(controller, np.array([len(own)], np.int64).tobytes())
+    ends = np.cumsum(np.frombuffer(lengths, np.int64)).tolist()
+    everything = _gathered(controller, own)
+    return [pickle.loads(everything[start:end]) for start, end in zip([0, *ends], ends)]
+
+
+def polydata_on_all(make):
+    """Polydata that some processes have, on all of them: every process must call this.
+
+    Parameters
+    ----------
+    make : callable
+        Returns this process's share, a list of vtkPolyData, equally many on every process. If it
+        fails anywhere, that is an error everywhere.
+
+    Returns
+    -------
+    list of vtkPolyData
+        Each with the points and cells of all processes, in the order of ranks; where all that have
+        any have exactly the same, with these once.
+
+    Raises
+    ------
+    ValueError
+        If `make` raised anything on a process; with its message.
+    """
+    try:
+        share = [_packed(polydata) for polydata in make()]
+        problem = None
+    except Exception as error:  # whatever it is, the others must not wait for this process
+        share, problem = None, str(error) or type(error).__name__
+    answers = on_all((share, problem))
+    for rank, (_, problem) in enumerate(answers):
+        if problem is not None:
+            raise ValueError(f"{problem} (on process {rank} of {len(answers)})")
+    return [_joined(parts) for parts in zip(*(share for share, _ in answers))]
+
+
+def _gathered(controller, own):
+    """The bytes of all processes, one after the other."""
+    given, got = vtkCharArray(), vtkCharArray()
+    given.SetNumberOfValues(len(own))
+    np.frombuffer(given, np.uint8)[:] = np.frombuffer(own, np.uint8)
+    controller.AllGatherV(given, got)
+    return np.frombuffer(got, np.uint8).tobytes()
+
+
+def _packed(polydata):
+    """Bytes, or None without points."""
+    if polydata.GetNumberOfPoints() == 0:
+        return None
+    packed = vtkCharArray()
+    vtkCommunicator.MarshalDataObject(polydata, packed)
+    return np.frombuffer(packed, np.uint8).tobytes()
+
+
+def _joined(parts):
+    different = list(dict.fromkeys(part for part in parts if part is not None))
+    if len(different) > 1:  # each process has its own
+        different = [part for part in parts if part is not None]
+    if len(different) == 1:
+        return _unpacked(different[0])
+    join = vtkAppendPolyData()
+    for part in different:
+        join.AddInputData(_unpacked(part))
+    joined = vtkPolyData()
+    if different:
+        join.Update()
+        joined.ShallowCopy(join.GetOutput())
+    return joined
+
+
+def _unpacked(part):
+    packed, polydata = vtkCharArray(), vtkPolyData()
+    packed.SetNumberOfValues(len(part))
+    np.frombuffer(packed, np.uint8)[:] = np.frombuffer(part, np.uint8)
+    vtkCommunicator.UnMarshalDataObject(packed, polydata)
+    return polydata
