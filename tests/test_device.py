@@ -85,3 +85,19 @@ def test_sources_are_one_text():
     text = device.source("map.cl")
     assert "#include" not in text
     assert text.count("inline quaternion_t whole_rotation") == 1
+
+
+@pytest.mark.parametrize("launcher", device._PROCESS_VARIABLES)
+def test_processes_share_out_the_gpus_of_a_node(found, launcher, monkeypatch):
+    cards = [dataclasses.replace(GPU, key=f"0:{number}") for number in range(3)]
+    found(CPU, *cards)
+    for rank in range(5):
+        for name, value in zip(launcher, (rank, 5)):
+            monkeypatch.setenv(name, str(value))
+        assert device.choose() is device.choose("gpu") is cards[rank % 3]
+        assert device.choose("0:1") is cards[1]
+        assert device.choose("cpu") is CPU
+        assert device.sharers(cards[0]) == 2
+        assert device.sharers(CPU) == 1
+    found(*cards, defects=[cards[1]])
+    assert device.choose() is cards[2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
 import re
 import warnings
 from dataclasses import dataclass, field
@@ -14,6 +15,17 @@ _POCL = "Portable Computing Language"
 _INSTALL = (
     "install an OpenCL driver: `pip install 'pyopencl[pocl]'` or, for newer processors, "
     "`apt-get install pocl-opencl-icd` for the CPU, or the one of your GPU"
+)
+
+
+# How programs that start MPI processes tell each its number among those on its node, and how many
+# they are.
+_PROCESS_VARIABLES = (
+    ("OMPI_COMM_WORLD_LOCAL_RANK", "OMPI_COMM_WORLD_LOCAL_SIZE"),  # Open MPI
+    ("MPI_LOCALRANKID", "MPI_LOCALNRANKS"),  # MPICH, Intel MPI
+    ("MV2_COMM_WORLD_LOCAL_RANK", "MV2_COMM_WORLD_LOCAL_SIZE"),  # MVAPICH
+    ("PALS_LOCAL_RANKID", "PALS_LOCAL_SIZE"),  # Cray
+    ("SLURM_LOCALID", "SLURM_NTASKS_PER_NODE"),
 )
 
 
@@ -68,7 +80,8 @@ def choose(name: str | None = None) -> Device:
     Parameters
     ----------
     name : {"gpu", "cpu", "platform:device"}, optional
-        The first GPU, else the first CPU, if not given.
+        The first GPU, else the first CPU, if not given. MPI processes share out the GPUs of their
+        node: the first takes the first GPU, the second the second, and so on round.
 
     Raises
     ------
@@ -80,8 +93,8 @@ def choose(name: str | None = None) -> Device:
         if name == device.key and defect(device) is None:
             return device
     for kind in ("gpu", "cpu") if name is None else (name,):
-        for device in devices:
-            if kind == device.kind and defect(device) is None:
+        for device in _shared_out([device for device in devices if device.kind == kind]):
+            if defect(device) is None:
                 return device
     wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
     if devices:
@@ -93,6 +106,28 @@ def choose(name: str | None = None) -> Device:
             raise DeviceError(f"{wanted} that works; {found}; {_INSTALL}")
         raise DeviceError(f'{wanted}; {found}; use one of these, or "reference"')
     raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
+
+
+def sharers(device: Device) -> int:
+    """How many MPI processes may be using `device`."""
+    alike = sum(other.kind == device.kind for other in list_devices())
+    return -(-_process_on_node()[1] // max(alike, 1)) if device.kind == "gpu" else 1
+
+
+def _shared_out(devices):
+    """Devices of one kind, this process's own first. All CPU drivers drive the same CPU."""
+    first = _process_on_node()[0] % len(devices) if devices and devices[0].kind == "gpu" else 0
+    return devices[first:] + devices[:first]
+
+
+def _process_on_node():
+    """The number of this process among the MPI processes of its node, and how many they are."""
+    for rank, count in _PROCESS_VARIABLES:
+        if os.environ.get(rank, "").isdigit():
+            number = int(os.environ[rank])
+            told = os.environ.get(count, "")
+            return number, max(int(told) if told.isdigit() else 1, number + 1)
+    return 0, 1
 
 
 def _find():
@@ -175,10 +210,7 @@ def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]
     # no warnings: they would be about the driver's choice of instructions, which is not ours
     options = ["-w", *(f"-D{name}={value}" for name, value in constants)]
     try:
-        # drivers have remarks (how vectors are passed, say) on which nobody can act
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", cl.CompilerWarning)
-            return cl.Program(queue(device).context, source(file)).build(options=options)
+        return cl.Program(queue(device).context, source(file)).build(options=options)
     except cl.Error as error:
         raise DeviceError(
             f"the kernels in {file} do not build on {device} with {' '.join(options)}: "

@@ -51,7 +51,7 @@ class Engine:
     NAME : str
         The device, for people.
     memory : int
-        Bytes of device memory to use; larger grids go through in slabs.
+        Bytes of device memory to use, of what MPI processes share; larger grids go through in slabs.
     """
 
     def __init__(self, device):
@@ -59,7 +59,7 @@ class Engine:
         self.device = device
         self.queue = devices.queue(device)
         self._in_place = device.kind == "cpu"  # works on the host's arrays, without copies
-        self.memory = device.handle.global_mem_size // 2
+        self.memory = device.handle.global_mem_size // 2 // devices.sharers(device)
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # handle set -> buffers
         self._kept = None
