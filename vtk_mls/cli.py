@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 
 from vtk_mls import INTERPOLATIONS, KINDS, Aborted, DeviceError, HalfPlane, Plane, __version__
+from vtk_mls.resources import resource
 
 _BAR = 40  # characters
 
@@ -53,6 +55,7 @@ def _parser():
         description="Show versions and OpenCL devices, and what is wrong. Exit status 1 if so.",
     )
     info.set_defaults(run=_info)
+    _add_paraview(commands)
     demo = commands.add_parser(
         "demo",
         help="deform a real volume in four ways",
@@ -61,6 +64,27 @@ def _parser():
     demo.add_argument("directory", nargs="?", default="vtk-mls-demo", help="default: %(default)s")
     demo.set_defaults(run=_demo)
     return parser
+
+
+def _add_paraview(commands):
+    paraview = commands.add_parser(
+        "paraview",
+        help="start ParaView with the plugin loaded",
+        description="Start ParaView with the plugin loaded, and with a volume to deform.",
+    )
+    paraview.add_argument("file", nargs="?", help="what to open, instead of a sample")
+    add = paraview.add_argument
+    add("--paraview", metavar="DIR", help="where ParaView is, if not on PATH or in a usual place")
+    add("--venv", metavar="DIR", help="virtual environment that ParaView is to use (from 5.13 on)")
+    add("--option", metavar="TEXT", action="append", default=[], help="handed on to ParaView")
+    paraview.set_defaults(run=_paraview)
+    path = commands.add_parser(
+        "plugin-path",
+        help="print the folder of the ParaView plugin",
+        description="Print the folder of the ParaView plugin, for ParaView to load it by itself: "
+        'export PV_PLUGIN_PATH="$(vtk-mls plugin-path)"',
+    )
+    path.set_defaults(run=_plugin_path)
 
 
 def _add_deform(commands):
@@ -212,6 +236,27 @@ def _info(options):
     for problem in problems:
         print(f"wrong: {problem}")
     return 1 if problems else 0
+
+
+def _paraview(options):
+    from vtk_mls import installation
+
+    found = installation.find(options.paraview)
+    contents = found.contents()
+    command = [str(found.program), *options.option]
+    if options.venv is not None:
+        found.check_venv(options.venv, contents["python"])
+        command.append(f"--venv={options.venv}")
+    elif "problem" in contents:
+        print(f"vtk-mls: in ParaView's Python {contents['python']}: {contents['problem']}")
+    command.append(options.file or f"--script={installation.SCENE}")
+    print(f"{found}, {contents.get('device', 'no OpenCL device')}", flush=True)
+    return subprocess.run(command, env=found.environment(), check=False).returncode
+
+
+def _plugin_path(options):
+    print(resource("paraview_plugin"))
+    return 0
 
 
 def _demo(options):

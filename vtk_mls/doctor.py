@@ -5,15 +5,11 @@ from __future__ import annotations
 import importlib
 import os
 import platform
-import shutil
-import subprocess
 
 import numpy as np
 
-from vtk_mls import DeviceError, __version__, device
+from vtk_mls import DeviceError, __version__, device, installation
 from vtk_mls.resources import resource
-
-_PARAVIEW_SECONDS = 60
 
 
 def report():
@@ -32,7 +28,7 @@ def report():
         f"numpy      {np.__version__}",
         f"VTK        {_version('vtkmodules.vtkCommonCore', problems)}",
         f"pyopencl   {_version('pyopencl', problems)}",
-        f"ParaView   {_paraview()}",
+        f"ParaView   {_paraview(problems)}",
         f"plugin     {_plugin(problems)}",
         *_devices(problems),
     ]
@@ -54,22 +50,23 @@ def _version(module, problems):
     return found.vtkVersion.GetVTKVersion() if extra == "vtk" else found.VERSION_TEXT
 
 
-def _paraview():
-    pvpython = shutil.which("pvpython")
-    if pvpython is None:
-        return "no pvpython on PATH"
+def _paraview(problems):
     try:
-        done = subprocess.run(
-            [pvpython, "--version"],
-            capture_output=True,
-            text=True,
-            timeout=_PARAVIEW_SECONDS,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"{pvpython} does not run: {error}"
-    words = (done.stdout + done.stderr).split()
-    return f"{words[-1] if words else 'of unknown version'} ({pvpython})"
+        found = installation.find()
+    except ValueError:
+        return "not found"
+    try:
+        contents = found.contents()
+    except ValueError as error:
+        problems.append(str(error))
+        return found
+    if "problem" in contents:
+        problems.append(f"{found}: {contents['problem']}")
+    versions = ", ".join(
+        f"{name} {contents[key]}"
+        for name, key in (("Python", "python"), ("VTK", "vtk"), ("numpy", "numpy"))
+    )
+    return f"{found}: {versions}; the plugin loads, {contents.get('device', 'no OpenCL device')}"
 
 
 def _plugin(problems):

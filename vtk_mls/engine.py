@@ -51,7 +51,8 @@ class Engine:
     NAME : str
         The device, for people.
     memory : int
-        Bytes of device memory to use, of what MPI processes share; larger grids go through in slabs.
+        Bytes of device memory to use, a share if MPI processes use it too; larger grids go through
+        in slabs.
     """
 
     def __init__(self, device):
