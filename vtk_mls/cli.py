@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
 
@@ -249,9 +250,13 @@ def _paraview(options):
         command.append(f"--venv={options.venv}")
     elif "problem" in contents:
         print(f"vtk-mls: in ParaView's Python {contents['python']}: {contents['problem']}")
-    command.append(options.file or f"--script={installation.SCENE}")
+    if not any(option.startswith("--script") for option in options.option):
+        command.append(f"--script={installation.SCENE}")
+    variables = found.environment()
+    if options.file is not None:
+        variables["VTK_MLS_OPEN"] = os.path.abspath(options.file)
     print(f"{found}, {contents.get('device', 'no OpenCL device')}", flush=True)
-    return subprocess.run(command, env=found.environment(), check=False).returncode
+    return subprocess.run(command, env=variables, check=False).returncode
 
 
 def _plugin_path(options):

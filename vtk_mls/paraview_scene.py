@@ -1,12 +1,21 @@
-"""What ParaView shows when `vtk-mls paraview` starts it without a file: a volume to deform."""
+"""What `vtk-mls paraview` shows: the file that it was given, or a volume to deform."""
+
+import os
 
 from paraview import simple
 
-volume = simple.Wavelet(registrationName="Volume")
 view = simple.GetActiveViewOrCreate("RenderView")
-display = simple.Show(volume, view)
-simple.ColorBy(display, ("POINTS", "RTData"))
-display.SetRepresentationType("Surface")
-simple.SetActiveSource(volume)
+file = os.environ.get("VTK_MLS_OPEN")
+if file:
+    shown = simple.OpenDataFile(file)
+else:
+    volume = simple.Wavelet(registrationName="Volume")
+    shown = simple.MLSDeform(registrationName="Deformed", Input=volume)
+    view.CameraPosition = [25, 18, 60]
+display = simple.Show(shown, view)
+if not file:
+    simple.ColorBy(display, ("POINTS", "RTData"))
+    display.SetRepresentationType("Surface")
+simple.SetActiveSource(shown)
 simple.ResetCamera(view)
 simple.Render(view)
