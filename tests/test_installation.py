@@ -95,9 +95,7 @@ def test_a_foreign_vtk_or_numpy_is_refused(package, name, monkeypatch, tmp_path)
 
 def test_virtual_environments(tmp_path):
     new = installation.ParaView(tmp_path, (5, 13, 2))
-    with pytest.raises(
-        ValueError, match=r"`--venv` needs ParaView 5.13 or later"
-    ):
+    with pytest.raises(ValueError, match=r"`--venv` needs ParaView 5.13 or later"):
         installation.ParaView(tmp_path, (5, 11, 0)).check_venv(tmp_path, "3.11.2")
     with pytest.raises(ValueError, match="is not a virtual environment"):
         new.check_venv(tmp_path, "3.13.1")
@@ -115,9 +113,7 @@ def test_what_is_in_it(pretend, monkeypatch):
     assert installation.find(folder).contents() == GOOD
     failing = {**VERSIONS, "failure": "ImportError: no such thing"}
     folder = pretend("5.11.0", json.dumps(failing), "failing")
-    with pytest.raises(
-        ValueError, match=r"the plugin does not load .*: ImportError: no such"
-    ):
+    with pytest.raises(ValueError, match=r"the plugin does not load .*: ImportError: no such"):
         installation.find(folder).contents()
     with pytest.raises(ValueError, match="does not run: broken"):
         installation.find(pretend("5.11.0", name="broken")).contents()

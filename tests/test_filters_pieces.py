@@ -1,0 +1,299 @@
+"""Pieces of the output are the whole to the bit, from just what they need of the input; and control
+points and cuts of several processes."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    TURNED,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkImagingCore import vtkImageDataStreamer
+
+from vtk_mls import INTERPOLATIONS, HalfPlane, Plane, arrays
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, gathering
+
+DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
+OPENED = HalfPlane((3, 4, 3), (0, 1, 0), (1, 0, 0))
+
+
+class Cropped(VTKPythonAlgorithmBase):
+    """A reader of just the part that is asked for: points "values", cells "cells"."""
+
+    def __init__(self, **place):
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
+        self.place = {"start": START, "origin": (-2.7, 2.0, -5.5), **place}
+        self.gives_less = False
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        info = outInfo.GetInformationObject(0)
+        Lattice.of_image(make_image(**self.place)).announce(info)
+        info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        key = vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT()
+        extent = list(outInfo.GetInformationObject(0).Get(key))
+        extent[1] -= self.gives_less
+        output = vtkImageData.GetData(outInfo)
+        whole = Lattice.of_image(make_image(**self.place))
+        part = whole.part(extent)
+        part.place(output)
+        grids = part.grid_within(whole), arrays.cell_grid(part.grid_within(whole))
+        data = output.GetPointData(), output.GetCellData()
+        for attributes, name, grid in zip(data, ("values", "cells"), grids):
+            x, y, z = grid.points().T
+            add_array(attributes, name, np.sin(x) + y * z)
+        output.GetPointData().SetActiveScalars("values")
+        return 1
+
+
+def assembled(algorithm, count):
+    """Point and cell arrays of the whole, from pieces made one after the other."""
+    algorithm.UpdateInformation()
+    whole = Lattice.of_information(algorithm.GetOutputInformation(0))
+    size = np.subtract(whole.extent[1::2], whole.extent[::2]) + 1
+    result = {}
+    for piece in range(count):
+        algorithm.UpdatePiece(piece, count, 0)
+        output = algorithm.GetOutputDataObject(0)
+        if output.GetNumberOfPoints() == 0:
+            continue
+        first = np.subtract(output.GetExtent()[::2], whole.extent[::2])
+        for data, less in ((output.GetPointData(), 0), (output.GetCellData(), 1)):
+            shape = np.maximum(np.array(output.GetDimensions()) - less, 1)
+            full = np.maximum(size - less, 1)
+            for number in range(data.GetNumberOfArrays()):
+                values = arrays.to_numpy(data.GetArray(number))
+                key = less, data.GetArrayName(number)
+                if key not in result:
+                    result[key] = np.full((*full[::-1], *values.shape[1:]), 77, values.dtype)
+                place = tuple(slice(a, a + n) for a, n in zip(first[::-1], shape[::-1]))
+                result[key][place] = values.reshape(*shape[::-1], *values.shape[1:])
+    return result
+
+
+def pipeline(kind, cuts=(), **place):
+    algorithm = connect(kind(), Cropped(**place), control_points())
+    algorithm.SetDevice(FAST)
+    for cut in cuts:
+        algorithm.AddCut(cut)
+    return algorithm
+
+
+def check(make, counts=(2, 7)):
+    expected = assembled(make(), 1)
+    assert expected
+    for count in counts:
+        got = assembled(make(), count)
+        assert got.keys() == expected.keys()
+        for key, values in expected.items():
+            np.testing.assert_array_equal(got[key], values, err_msg=f"{key} of {count} pieces")
+
+
+@pytest.mark.parametrize("cuts", [(), (OPENED,), (Plane((4, 4, 3), (1, 0.3, 0.1)),)])
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("grid", ["input", "fitted", "given"])
+def test_pieces_of_a_deformed_image(interpolation, cuts, grid):
+    def make():
+        deform = pipeline(MLSDeform, cuts)
+        deform.SetInterpolation(interpolation)
+        deform.SetOutputGrid(grid)
+        deform.SetOutputDimensions(5, 6, 7)
+        deform.SetGenerateJacobian(True)
+        if not cuts:
+            deform.SetGradientArray("values")
+        return deform
+
+    check(make)
+
+
+@pytest.mark.parametrize("place", [{"direction": TURNED}, {"dimensions": (9, 8, 1)}])
+def test_pieces_of_any_image(place):
+    check(lambda: pipeline(MLSDeform, **place), counts=(3, 100))
+    check(lambda: pipeline(MLSDisplacementField, **place), counts=(3, 100))
+
+
+@pytest.mark.parametrize("cuts", [(), (OPENED,)])
+def test_pieces_of_a_field(cuts):
+    def make():
+        field = pipeline(MLSDisplacementField, cuts)
+        field.SetGenerateJacobian(True)
+        return field
+
+    check(make)
+
+
+def asked(algorithm, extent):
+    """The extent that is asked of the input for an extent of the output."""
+    algorithm.UpdateInformation()
+    assert algorithm.UpdateExtent(extent)
+    assert algorithm.GetOutputDataObject(0).GetExtent() == tuple(extent)
+    source = algorithm.GetInputAlgorithm(0, 0)
+    return source.GetOutputDataObject(0).GetExtent()
+
+
+def shifted(*steps, **place):
+    """Everything moved by so many points along the axes."""
+    spacing = np.array(make_image(**place).GetSpacing())
+    image = Cropped(**place)
+    deform = connect(MLSDeform(), image, control_points([(0, 0, 0)], [np.multiply(steps, spacing)]))
+    deform.SetDevice(FAST)
+    return deform
+
+
+def test_just_what_is_needed_is_asked_for():
+    part = [5, 7, 0, 2, 7, 8]
+    assert asked(shifted(0, 0, 0), part) == tuple(part)
+    assert asked(shifted(-2, 1, 0), part) == (7, 9, -1, 1, 7, 8)
+    # halfway between points; cells are then where cells are
+    assert asked(shifted(-2, 0.5, 0), part) == (7, 9, -1, 2, 7, 8)
+    # the gradient looks two points around, cubic interpolation one; beyond the border is nothing
+    cubic = shifted(-2, 0.5, 0)
+    cubic.SetInterpolation("cubic")
+    assert asked(cubic, part) == (6, 10, -2, 3, 6, 9)
+    steep = shifted(0, 0, 0)
+    steep.SetGradientArray("values")
+    assert asked(steep, part) == (3, 9, -2, 4, 5, 10)
+    # all comes from outside
+    assert asked(shifted(100, 0, 0), part) == (3, 4, -2, -1, 5, 6)
+    # nothing to be gained
+    assert asked(shifted(-2, 1, 0), [3, 11, -2, 5, 5, 11]) == (3, 11, -2, 5, 5, 11)
+
+
+def test_a_field_asks_its_image_for_a_cell():
+    field = pipeline(MLSDisplacementField)
+    assert asked(field, [5, 7, 0, 2, 7, 8]) == (3, 4, -2, -1, 5, 6)
+
+
+def test_streaming_through_pieces():
+    expected = update(pipeline(MLSDeform))
+    streamer = vtkImageDataStreamer()
+    deform = pipeline(MLSDeform)
+    streamer.SetInputConnection(deform.GetOutputPort())
+    streamer.SetNumberOfStreamDivisions(5)
+    streamer.Update()
+    got = streamer.GetOutput()
+    assert got.GetExtent() == expected.GetExtent()
+    assert np.prod(deform.GetOutput().GetDimensions()) < np.prod(DIMENSIONS) / 2
+    scalars = [arrays.to_numpy(i.GetPointData().GetScalars()) for i in (got, expected)]
+    np.testing.assert_array_equal(*scalars)
+
+
+def test_an_input_that_gives_less_is_an_error(messages):  # noqa: F811
+    deform = shifted(0, 0, 0)
+    deform.GetInputAlgorithm(0, 0).gives_less = True
+    deform.UpdateInformation()
+    assert not deform.UpdateExtent([5, 7, 0, 2, 7, 8])
+    messages.assert_one(r"`Input` must be able to give any part .*\(5, 6, .* for \(5, 7,")
+    assert deform.GetOutput().GetNumberOfPoints() == 0
+
+
+# Several processes, played by one that knows what the others would answer.
+
+
+@pytest.fixture
+def processes(monkeypatch):
+    """Pretend that other processes have these polydata, or fail."""
+
+    def pretend(before=(), after=()):
+        calls = []
+
+        def on_all(own):
+            calls.append(own)
+            return [*map(packed, before), own, *map(packed, after)]
+
+        monkeypatch.setattr(gathering, "is_parallel", lambda: True)
+        monkeypatch.setattr(gathering, "on_all", on_all)
+        return calls
+
+    return pretend
+
+
+def packed(answer):
+    """What another process sends."""
+    if isinstance(answer, str):
+        return None, answer
+    return [gathering._packed(polydata) for polydata in answer], None
+
+
+def handles(part=slice(None)):
+    return update(control_points(REST[part], DEFORMED[part]))
+
+
+def deformed(polydata, *cuts):
+    deform = connect(MLSDeform(), Cropped(), polydata)
+    deform.SetDevice(FAST)
+    for cut in cuts:
+        deform.AddInputDataObject(2, cut)
+    return deform
+
+
+def values(algorithm):
+    return arrays.to_numpy(update(algorithm).GetPointData().GetArray("values")).copy()
+
+
+def test_control_points_of_several_processes(processes):
+    expected = values(deformed(handles()))
+    for before, own, after in (
+        ([], handles(), [[handles()], [handles()]]),
+        ([[vtkPolyData()]], handles(), [[vtkPolyData()]]),
+        ([[handles()]], vtkPolyData(), [[handles()]]),
+        ([[handles(slice(0, 3))], [vtkPolyData()]], handles(slice(3, 5)), [[handles(slice(5, 8))]]),
+    ):
+        processes(before, after)
+        np.testing.assert_array_equal(values(deformed(own)), expected)
+
+
+def test_processes_talk_only_after_a_change(processes):
+    calls = processes([], [[vtkPolyData()]])
+    source = control_points()
+    deform = connect(MLSDeform(), Cropped(), source)
+    deform.SetDevice(FAST)
+    deform.SetOutputGrid("fitted")
+    first = values(deform)
+    assert len(calls) <= 2  # for the information, and for an extent
+    calls.clear()
+    deform.SetKind("affine")
+    assert not np.array_equal(values(deform), first)
+    for piece in range(3):
+        deform.UpdatePiece(piece, 3, 1)
+    assert calls == []
+    source.SetDeformedPoints(REST)
+    values(deform)
+    assert len(calls) > 0
+
+
+def test_cuts_of_several_processes(processes):
+    plane = vtkPlaneSource()
+    plane.SetOrigin(3, 4, -20)
+    plane.SetPoint1(20, 4, -20)
+    plane.SetPoint2(3, 4, 20)
+    cut = update(plane)
+    expected = values(deformed(handles(), cut))
+    assert not np.array_equal(expected, values(deformed(handles())))
+    processes([[handles(), vtkPolyData()]], [[handles(), cut]])
+    np.testing.assert_array_equal(values(deformed(handles(), vtkPolyData())), expected)
+
+
+def test_an_error_of_one_process_is_that_of_all(processes, messages):  # noqa: F811
+    processes(["the disk is full"], [[handles()]])
+    deform = deformed(handles())
+    assert not deform.GetExecutive().Update()
+    messages.assert_one(r"the disk is full \(on process 0 of 3\)")
+    assert deform.GetOutput().GetNumberOfPoints() == 0
+    processes([[handles()]], [[handles()]])
+    deform.SetInputDataObject(1, handles())
+    assert values(deform).size
