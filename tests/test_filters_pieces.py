@@ -105,16 +105,19 @@ def check(make, counts=(2, 7)):
 
 @pytest.mark.parametrize("cuts", [(), (OPENED,), (Plane((4, 4, 3), (1, 0.3, 0.1)),)])
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@pytest.mark.parametrize("grid", ["input", "fitted", "given"])
-def test_pieces_of_a_deformed_image(interpolation, cuts, grid):
+@pytest.mark.parametrize(
+    ("grid", "void_values"),
+    [("input", "background"), ("fitted", "background"), ("given", "continued")],
+)
+def test_pieces_of_a_deformed_image(interpolation, cuts, grid, void_values):
     def make():
         deform = pipeline(MLSDeform, cuts)
         deform.SetInterpolation(interpolation)
         deform.SetOutputGrid(grid)
         deform.SetOutputDimensions(5, 6, 7)
         deform.SetGenerateJacobian(True)
-        if not cuts:
-            deform.SetGradientArray("values")
+        deform.SetGradientArray("values")
+        deform.SetVoidValues(void_values)
         return deform
 
     check(make)

@@ -272,7 +272,13 @@ class MLSDeform(DeformingFilter):
                 more = extents.GRADIENT_REACH if self._gradient_array else 0
                 deformation = self._updated_deformation(asked)
                 extent = extents.needed_extent(
-                    deformation, source, target, whole, self._interpolation, more
+                    deformation,
+                    source,
+                    target,
+                    whole,
+                    self._interpolation,
+                    self._void_values,
+                    more,
                 )
                 ask_for_extent(info, extent)
 

@@ -11,7 +11,7 @@ _REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 GRADIENT_REACH = 2
 
 
-def needed_extent(deformation, source, target, whole_target, interpolation, more=0):
+def needed_extent(deformation, source, target, whole_target, interpolation, void_values, more=0):
     """The extent of an image from which all values of a deformed part can be found.
 
     Parameters
@@ -21,7 +21,8 @@ def needed_extent(deformation, source, target, whole_target, interpolation, more
         Of the whole input.
     target, whole_target : Lattice
         The part of the output, and all of it.
-    interpolation : str
+    interpolation, void_values
+        As of `Deformation.resample`.
     more : int
         How many points more are needed on every side.
 
@@ -34,7 +35,7 @@ def needed_extent(deformation, source, target, whole_target, interpolation, more
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     reach = _REACH.get(interpolation, 0) + more
     for corner, pair in enumerate((grids, map(arrays.cell_grid, grids))):
-        lowest, highest = deformation.source_bounds(*pair)
+        lowest, highest = deformation.source_bounds(*pair, void_values)
         # a cell needs its last corner as well
         low, high = np.minimum(low, lowest), np.maximum(high, highest + corner)
     last = np.array(source.grid.dimensions) - 1

@@ -198,7 +198,7 @@ update(sampled)
 assert sampled.GetInputInformation(0, 0).Get(key) == (-9, -8, -8, -7, -7, -6)
 
 # Cuts, on one process or several.
-opened = {"GenerateJacobian": True}
+opened = {"GradientArray": "RTData", "GenerateJacobian": True}
 alone = whole(MLSDeform, source(), polydata(), scalpel(), **opened)
 assert array(alone, "Void").any()
 for cut in (scalpel(), mine(-1, scalpel())):
