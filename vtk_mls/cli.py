@@ -247,8 +247,9 @@ def _paraview(options):
     command = [str(found.program), *options.option]
     if options.venv is not None:
         found.check_venv(options.venv, contents["python"])
+        contents = found.contents(options.venv)
         command.append(f"--venv={options.venv}")
-    elif "problem" in contents:
+    if "problem" in contents:
         print(f"vtk-mls: in ParaView's Python {contents['python']}: {contents['problem']}")
     if not any(option.startswith("--script") for option in options.option):
         command.append(f"--script={installation.SCENE}")

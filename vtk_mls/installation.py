@@ -86,8 +86,13 @@ class ParaView:
         variables["PV_PLUGIN_PATH"] = os.pathsep.join(filter(None, plugins))
         return variables
 
-    def contents(self):
-        """What its Python has: "python", "vtk", "numpy"; whether "plugin"; "device" or "problem".
+    def contents(self, venv=None):
+        """What its Python has, with a virtual environment or without.
+
+        Returns
+        -------
+        dict of str
+            Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device", or the "problem".
 
         Raises
         ------
@@ -101,7 +106,8 @@ class ParaView:
             script = Path(folder) / "look.py"
             script.write_text(_LOOK)
             plugin = resource("paraview_plugin") / "vtk_mls_plugin.py"
-            output = _output_of([pvpython, script, plugin], variables)
+            options = [] if venv is None else [f"--venv={venv}"]
+            output = _output_of([pvpython, *options, script, plugin], variables)
         lines = [line for line in output.splitlines() if line.startswith("FOUND")]
         if not lines:
             raise ValueError(f"{pvpython} does not run: {output.strip()[-500:] or 'no output'}")

@@ -10,7 +10,7 @@ set -uo pipefail
 
 here=$(realpath "$(dirname "$0")")
 cache=${VTK_MLS_PARAVIEW_CACHE:-$here/../../.cache/paraview}
-packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd)
+packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd openmpi-bin)
 gui_packages=(xvfb xauth xdotool imagemagick)
 suites=(trixie forky)
 ready=() left_out=()
