@@ -76,7 +76,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         While VTK goes through blocks, everything is up to date, and a block stands in for the
         producer's output: the producer must not run.
         """
-        if self._blocks_since == self.GetExecutive().GetPipelineMTime():
+        if self._is_among_blocks():
             return self.GetInputDataObject(port, number)
         connection = self.GetInputConnection(port, number)
         producer, index = connection.GetProducer(), connection.GetIndex()
@@ -95,6 +95,16 @@ class Algorithm(VTKPythonAlgorithmBase):
         if not done:
             raise ValueError(f"{producer.GetClassName()} on input port {port} has failed")
         return producer.GetOutputDataObject(index)
+
+    def _is_among_blocks(self):
+        """Whether VTK runs this on blocks of a composite input just now."""
+        if self._blocks_since != self.GetExecutive().GetPipelineMTime():
+            return False
+        return not any(
+            isinstance(self.GetInputDataObject(port, number), vtkCompositeDataSet)
+            for port in range(self.GetNumberOfInputPorts())
+            for number in range(self.GetNumberOfInputConnections(port))
+        )
 
     def _progress(self):
         """Callback for `progress` that reports to VTK."""

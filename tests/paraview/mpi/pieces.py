@@ -12,7 +12,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scene import DEFORMED, REST, array, grid, output_messages
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
@@ -223,6 +223,24 @@ for cut in (None, scalpel()):
     alone.Update()
     # voxels are divided another way when they are counted from another corner
     np.testing.assert_allclose(measured, volume(alone.GetOutput()), rtol=1e-3)
+
+# Blocks, of which each process has another number, and the last none.
+blocks, wavelet, handles = vtkMultiBlockDataSet(), source(), MLSControlPoints()
+wavelet.Update()
+for number in range(SIZE - 1 - RANK):
+    blocks.SetBlock(number, wavelet.GetOutput())
+deform = MLSDeform()
+deform.SetInputDataObject(0, blocks)
+deform.SetInputConnection(1, handles.GetOutputPort())
+handles.SetRestPoints(REST)
+for step in range(3):
+    handles.SetDeformedPoints(DEFORMED + step)
+    update(deform, ghosts=step % 2)
+    result = deform.GetOutputDataObject(0)
+    expected = array(whole(MLSDeform, source(), polydata(REST, DEFORMED + step)), "RTData")
+    assert result.GetNumberOfBlocks() == blocks.GetNumberOfBlocks()
+    for number in range(result.GetNumberOfBlocks()):
+        np.testing.assert_array_equal(array(result.GetBlock(number), "RTData"), expected)
 
 # More processes than slices, and a grid of its own.
 thin = (0, 5, -3, 4, 2, 3)
