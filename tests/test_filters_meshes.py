@@ -568,6 +568,16 @@ def test_tetrahedra_stay_tetrahedra():
     assert (arrays.cell_types(output) == VTK_TETRA).all()
 
 
+@pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
+def test_split_meshes_keep_their_active_arrays(name):
+    mesh = MESHES[name]()
+    mesh.GetPointData().SetActiveScalars("linear")
+    mesh.GetCellData().SetActiveScalars("number")
+    output, _ = split(mesh, [CUTS["plane"]])
+    assert output.GetPointData().GetScalars().GetName() == "linear"
+    assert output.GetCellData().GetScalars().GetName() == "number"
+
+
 def test_a_cut_along_faces_needs_no_new_cells():
     mesh = cells(VTK_HEXAHEDRON, 4)
     middle = (LOW + HIGH) / 2

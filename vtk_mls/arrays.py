@@ -268,6 +268,14 @@ def set_values(attributes, values, source):
             attributes.SetActiveAttribute(position, kind)
 
 
+def set_roles(attributes, source):
+    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`."""
+    for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+        active = source.GetAbstractAttribute(kind)
+        if active is not None and attributes.HasArray(active.GetName()):
+            attributes.SetActiveAttribute(active.GetName(), kind)
+
+
 def cell_types(grid):
     """VTK's number for the type of each cell of a vtkUnstructuredGrid: (n,) integers."""
     try:

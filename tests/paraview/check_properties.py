@@ -42,6 +42,8 @@ of_deform = {
     "OutputSpacing": [1.0, 1.0, 1.0],
     "OutputOrigin": [0.0, 0.0, 0.0],
     "HideVoid": 1,
+    "SplitCells": 1,
+    "PushForwardArrays": [],
     "VoidValues": "background",
     "GradientArray": "none",
     "GradientVectorArrays": [],
@@ -78,6 +80,7 @@ for proxy, expected, others in (
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
     # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
     arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
+    arrays |= {"PushForwardArrays"}
     for name in set(expected) - arrays - (set(panel) if proxy is not handles else {"Drag"}):
         own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
         own = list(own) if isinstance(expected[name], list) else own or expected[name]

@@ -26,6 +26,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_VERTEX,
     vtkCellArray,
     vtkDataObject,
+    vtkDataSetAttributes,
     vtkImplicitFunction,
     vtkPointSet,
     vtkPolyData,
@@ -77,6 +78,8 @@ def split(mesh, cuts):
         grid.GetPointData().RemoveArray(name)
     has_points = isinstance(mesh, vtkPointSet)
     set_places(grid, _places(grid), mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE)
+    for of in ("GetPointData", "GetCellData"):
+        arrays.set_roles(getattr(grid, of)(), getattr(mesh, of)())
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), foot, side
 
 
@@ -113,6 +116,7 @@ def _unstructured(mesh):
     ids = grid.GetPointData().GetGlobalIds()
     if ids is not None:
         grid.GetPointData().RemoveArray(ids.GetName())
+    grid.GetPointData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS)  # clipping drops them
     return grid
 
 
