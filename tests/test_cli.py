@@ -16,8 +16,9 @@ from vtk_fixtures import (
     messages,  # noqa: F401
     values_of,
 )
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, io
+from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, arrays, io
 from vtk_mls.arrays import Lattice
 from vtk_mls.cli import main
 
@@ -33,7 +34,7 @@ def files(tmp_path, monkeypatch):
     add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
     image.GetPointData().SetActiveScalars("values")
     monkeypatch.chdir(tmp_path)
-    io.write_image(image, "in.vti")
+    io.write_dataset(image, "in.vti")
     np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
     return tmp_path
 
@@ -56,7 +57,7 @@ def run(*arguments, code=None, **environment):
 def test_deform(files, kind, capsys):
     options = ["--kind", kind, "--alpha", "1.5", "--degree", "1", "--background", "-2"]
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
-    image, output = io.read_image("in.vti"), io.read_image("out.vti")
+    image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
     (expected,) = value.resample(
         [values_of(image, "values")], Lattice.of_image(image).grid, background=-2
@@ -70,10 +71,10 @@ def test_deform(files, kind, capsys):
 def test_deform_with_labels_on_a_fitted_grid(files):
     options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
-    output = io.read_image("out.vti")
+    output = io.read_dataset("out.vti")
     assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
     value = Deformation(REST, DEFORMED, device=FAST)
-    target = value.fitted_grid(Lattice.of_image(io.read_image("in.vti")).grid)
+    target = value.fitted_grid(Lattice.of_image(io.read_dataset("in.vti")).grid)
     assert output.GetDimensions() == target.dimensions
 
 
@@ -90,7 +91,7 @@ def test_deform_with_cuts_and_a_gradient(files):
         HalfPlane((0, 4.2, 3), (0, 1, 0), (0, 0, 1)),
         Surface([(3.9, -50, 2.6), (3.9, 50, 2.6), (3.9, 4, 90)], [(0, 1, 2)]),
     ]
-    image, output = io.read_image("in.vti"), io.read_image("out.vti")
+    image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     grid = Lattice.of_image(image).grid
     value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device=FAST)
     void = value.void(grid.points())
@@ -98,6 +99,23 @@ def test_deform_with_cuts_and_a_gradient(files):
     np.testing.assert_array_equal(values_of(output, "Void").ravel(), void)
     expected = value.corrected_gradient(values_of(image, "values"), grid)
     np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
+
+
+def test_deform_a_mesh(files, capsys):
+    blocks = vtkCellTypeSource()
+    blocks.SetBlocksDimensions(5, 6, 4)
+    blocks.Update()
+    io.write_dataset(blocks.GetOutput(), "in.vtu")
+    assert main(["deform", "in.vtu", "handles.csv", "out.vtu", "--device", FAST]) == 0
+    before, after = (
+        arrays.to_numpy(io.read_dataset(name).GetPoints().GetData())
+        for name in ("in.vtu", "out.vtu")
+    )
+    expected = Deformation(REST, DEFORMED, device="reference").forward(before)
+    np.testing.assert_allclose(after, expected, atol=1e-4)
+    assert "out.vtu: 210 points, 120 cells, rigid" in capsys.readouterr().out
+    assert main(["deform", "in.vtu", "handles.csv", "out.vti", "--device", FAST]) == 1
+    assert "cannot write a vtkUnstructuredGrid to `out.vti`" in capsys.readouterr().err
 
 
 def test_progress_bar(files, capsys):
@@ -146,7 +164,7 @@ def test_as_a_process(files):
     assert "out.nii.gz" in out
     status, out, err = run("deform", "handles.csv", "handles.csv", "out.vti")
     assert (status, out) == (1, "")
-    assert err.startswith("vtk-mls: cannot read an image from `handles.csv`")
+    assert err.startswith("vtk-mls: cannot read an image or a mesh from `handles.csv`")
     assert err.count("\n") == 1
 
 

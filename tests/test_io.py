@@ -10,7 +10,8 @@ import pytest
 from test_arrays import TYPES
 from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
@@ -43,8 +44,8 @@ def assert_same_place(image, other, atol=0.0):
 def test_values_and_places_come_back(tmp_path, suffix, name, rng):
     for shape in ((24,), (24, 3)):
         image = image_with(rng.integers(0, 200, shape), TYPES[name], start=(2, -1, 3))
-        io.write_image(image, tmp_path / f"x{suffix}")
-        back = io.read_image(str(tmp_path / f"x{suffix}"))
+        io.write_dataset(image, tmp_path / f"x{suffix}")
+        back = io.read_dataset(str(tmp_path / f"x{suffix}"))
         assert back.GetPointData().GetScalars().GetDataType() == TYPES[name]
         np.testing.assert_array_equal(scalars(back), scalars(image))
         # NIfTI has float32 spacings
@@ -55,8 +56,8 @@ def test_values_and_places_come_back(tmp_path, suffix, name, rng):
 @pytest.mark.parametrize("direction", [TURNED, LEFT_HANDED], ids=["turned", "left-handed"])
 def test_directions_come_back(tmp_path, suffix, direction):
     image = image_with(np.arange(24), TYPES["short"], direction=direction, start=(2, -1, 3))
-    io.write_image(image, tmp_path / f"x{suffix}")
-    back = io.read_image(tmp_path / f"x{suffix}")
+    io.write_dataset(image, tmp_path / f"x{suffix}")
+    back = io.read_dataset(tmp_path / f"x{suffix}")
     # VTK may turn the order of NIfTI's slices round
     points = [Lattice.of_image(each).grid.points().round(4) + 0.0 for each in (image, back)]
     values = [scalars(each).tolist() for each in (image, back)]
@@ -67,15 +68,15 @@ def test_directions_come_back(tmp_path, suffix, direction):
 def test_legacy_files_refuse_a_direction_rather_than_lose_it(tmp_path):
     image = image_with(np.arange(24), TYPES["short"], direction=TURNED)
     with pytest.raises(ValueError, match=r"`.*x\.vtk` cannot hold the image's direction matrix"):
-        io.write_image(image, tmp_path / "x.vtk")
+        io.write_dataset(image, tmp_path / "x.vtk")
 
 
 def test_everything_fits_into_vti(tmp_path):
     image = image_with(np.arange(24), TYPES["id type"], start=(3, 4, 5))
     add_array(image.GetCellData(), "cells", np.arange(6), TYPES["char"])
     add_array(image.GetFieldData(), "field", [3])
-    io.write_image(image, tmp_path / "x.vti")
-    back = io.read_image(tmp_path / "x.vti")
+    io.write_dataset(image, tmp_path / "x.vti")
+    back = io.read_dataset(tmp_path / "x.vti")
     assert back.GetExtent() == image.GetExtent()
     assert back.GetCellData().GetArray("cells").GetNumberOfTuples() == 6
     assert back.GetFieldData().GetArray("field").GetValue(0) == 3
@@ -85,13 +86,13 @@ def test_the_only_array_is_written_where_there_is_room_for_one(tmp_path):
     image = make_image((4, 3, 2))
     add_array(image.GetPointData(), "a", np.arange(24), TYPES["float"])
     for suffix in (".mha", ".nii"):
-        io.write_image(image, tmp_path / f"x{suffix}")
+        io.write_dataset(image, tmp_path / f"x{suffix}")
         np.testing.assert_array_equal(
-            scalars(io.read_image(tmp_path / f"x{suffix}")), np.arange(24)
+            scalars(io.read_dataset(tmp_path / f"x{suffix}")), np.arange(24)
         )
     add_array(image.GetPointData(), "b", np.arange(24), TYPES["float"])
     with pytest.raises(ValueError, match=r"x\.mha` can hold one array, and none of `a`, `b` is"):
-        io.write_image(image, tmp_path / "x.mha")
+        io.write_dataset(image, tmp_path / "x.mha")
 
 
 def test_metaimage_as_itk_writes_it(tmp_path):
@@ -103,7 +104,7 @@ def test_metaimage_as_itk_writes_it(tmp_path):
     )
     path = tmp_path / "x.mha"
     path.write_bytes(header.encode() + struct.pack("<2h", 7, 9))
-    image = io.read_image(path)
+    image = io.read_dataset(path)
     assert scalars(image).tolist() == [7, 9]
     # the first axis of the file runs along +y
     np.testing.assert_allclose(Lattice.of_image(image).grid.points(), [(5, 6, 7), (5, 8, 7)])
@@ -146,7 +147,7 @@ def test_nrrd(tmp_path, changes, data):
     (tmp_path / "y.nhdr").write_text(header + "data file: y.raw\n")
     (tmp_path / "y.raw").write_bytes(data)
     for path in (tmp_path / "x.nrrd", tmp_path / "y.nhdr"):
-        image = io.read_image(path)
+        image = io.read_dataset(path)
         assert scalars(image).tolist() == [1, 2, 3, 400]
         assert scalars(image).dtype == np.int16
         points = Lattice.of_image(image).grid.points()
@@ -159,7 +160,7 @@ def test_nrrd_components_and_spacings(tmp_path):
         "spacings: 0.5 2 nan nan\nencoding: raw\n\n"
     )
     (tmp_path / "x.nrrd").write_bytes(header.encode() + bytes(range(6)))
-    image = io.read_image(tmp_path / "x.nrrd")
+    image = io.read_dataset(tmp_path / "x.nrrd")
     assert image.GetDimensions() == (2, 1, 1)
     assert image.GetSpacing() == (0.5, 2, 1)
     assert scalars(image).tolist() == [[0, 2, 4], [1, 3, 5]]
@@ -180,7 +181,7 @@ def test_nrrd_components_and_spacings(tmp_path):
 def test_bad_nrrd(tmp_path, change, sentence):
     (tmp_path / "x.nrrd").write_bytes(NRRD.replace(*change).encode() + b"\n" + NRRD_DATA)
     with pytest.raises(ValueError, match=rf"x\.nrrd` is no NRRD volume.*: .*{sentence}"):
-        io.read_image(tmp_path / "x.nrrd")
+        io.read_dataset(tmp_path / "x.nrrd")
 
 
 def _nifti(path):
@@ -192,7 +193,7 @@ def _nifti(path):
 def test_nifti_orientation_and_scaling(tmp_path, suffix):
     image = image_with(np.arange(24), TYPES["short"], direction=TURNED)
     path = tmp_path / f"x{suffix}"
-    io.write_image(image, path)
+    io.write_dataset(image, path)
     data = _nifti(path)
     qform, sform = struct.unpack_from("<2h", data, 252)
     assert qform > 0
@@ -205,53 +206,87 @@ def test_nifti_orientation_and_scaling(tmp_path, suffix):
     struct.pack_into("<h", data, 254, 0)  # no sform: the qform counts
     plain = tmp_path / "y.nii"
     plain.write_bytes(data)
-    back = io.read_image(plain)
+    back = io.read_dataset(plain)
     np.testing.assert_array_equal(scalars(back), 10 + 0.5 * np.arange(24))
     assert scalars(back).dtype == np.float32
     assert_same_place(back, image, 1e-5)
     struct.pack_into("<8h", data, 40, 4, 4, 3, 1, 2, 1, 1, 1)
     plain.write_bytes(data)
     with pytest.raises(ValueError, match=r"y\.nii` is a series of 2 volumes; give one"):
-        io.read_image(plain)
+        io.read_dataset(plain)
 
 
 def test_every_reading_error_names_the_file(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"there is no file `.*missing\.vti`"):
-        io.read_image(tmp_path / "missing.vti")
+        io.read_dataset(tmp_path / "missing.vti")
     (tmp_path / "x.png").touch()
-    with pytest.raises(ValueError, match=r"cannot read an image from `.*x\.png`.*\.vti, \.vtk"):
-        io.read_image(tmp_path / "x.png")
+    with pytest.raises(
+        ValueError, match=r"cannot read an image or a mesh from `.*x\.png`.*\.vti, \.vtk"
+    ):
+        io.read_dataset(tmp_path / "x.png")
     for suffix in (*SUFFIXES, ".nrrd", ".nhdr"):
         path = tmp_path / f"broken{suffix}"
         path.write_bytes(b"nothing of use\n" * 20)
         with pytest.raises(ValueError, match=re.escape(f"broken{suffix}`")):
-            io.read_image(path)
+            io.read_dataset(path)
 
 
 def test_a_truncated_file_is_an_error(tmp_path):
     image = image_with(np.arange(24), TYPES["double"])
-    io.write_image(image, tmp_path / "x.vti")
+    io.write_dataset(image, tmp_path / "x.vti")
     content = (tmp_path / "x.vti").read_bytes()
     (tmp_path / "x.vti").write_bytes(content[: len(content) // 2])
     with pytest.raises(ValueError, match=r"x\.vti`"):
-        io.read_image(tmp_path / "x.vti")
+        io.read_dataset(tmp_path / "x.vti")
 
 
-def test_another_dataset_is_no_image(tmp_path):
-    _write_handles(tmp_path / "x.vtk", vtkPolyDataWriter())
-    with pytest.raises(ValueError, match=r"x\.vtk` holds no image"):
-        io.read_image(tmp_path / "x.vtk")
+def _structured_grid():
+    points, grid = vtkPoints(), vtkStructuredGrid()
+    points.SetNumberOfPoints(8)
+    for number in range(8):
+        points.SetPoint(number, number % 2, number // 2 % 2, number // 4)
+    grid.SetDimensions(2, 2, 2)
+    grid.SetPoints(points)
+    return grid
+
+
+def _output(source):
+    source.Update()
+    return source.GetOutput()
+
+
+MESHES = {
+    ".vtu": lambda: _output(vtkCellTypeSource()),
+    ".vtk": lambda: _output(vtkCellTypeSource()),
+    ".vts": _structured_grid,
+    **dict.fromkeys((".vtp", ".stl", ".ply"), lambda: _output(vtkSphereSource())),
+}
+
+
+@pytest.mark.parametrize("suffix", MESHES)
+def test_meshes_come_back(suffix, tmp_path):
+    mesh = MESHES[suffix]()
+    io.write_dataset(mesh, tmp_path / f"x{suffix}")
+    back = io.read_dataset(tmp_path / f"x{suffix}")
+    assert back.GetClassName() == mesh.GetClassName()
+    assert back.GetNumberOfCells() == mesh.GetNumberOfCells() > 0
+    np.testing.assert_allclose(back.GetBounds(), mesh.GetBounds(), atol=1e-6)
+
+
+def test_a_mesh_has_formats_of_its_own(tmp_path):
+    with pytest.raises(ValueError, match=r"cannot write a vtkPolyData to `.*x\.vtu`.*\.vtp"):
+        io.write_dataset(_output(vtkSphereSource()), tmp_path / "x.vtu")
 
 
 def test_every_writing_error_names_the_file(tmp_path):
     image = image_with(np.arange(24), TYPES["short"])
     with pytest.raises(ValueError, match=r"cannot write an image to `.*x\.nrrd`: .*\.nii\.gz"):
-        io.write_image(image, tmp_path / "x.nrrd")
+        io.write_dataset(image, tmp_path / "x.nrrd")
     with pytest.raises(FileNotFoundError, match="there is no folder `.*none` to write `x.vti` in"):
-        io.write_image(image, tmp_path / "none" / "x.vti")
+        io.write_dataset(image, tmp_path / "none" / "x.vti")
     (tmp_path / "x.vti").mkdir()
     with pytest.raises((OSError, ValueError), match=r"x\.vti"):
-        io.write_image(image, tmp_path / "x.vti")
+        io.write_dataset(image, tmp_path / "x.vti")
 
 
 def _write_handles(path, writer):

@@ -91,17 +91,24 @@ def _add_paraview(commands):
 def _add_deform(commands):
     deform = commands.add_parser(
         "deform",
-        help="deform an image file",
-        description="Deform an image file. World coordinates of the handles are those of the "
-        "image file. Formats with one array (MetaImage, NIfTI) get the active scalars.",
+        help="deform an image or a mesh file",
+        description="Deform an image or a mesh file. World coordinates of the handles are those of "
+        "the file. Formats with one array (MetaImage, NIfTI) get the active scalars.",
     )
-    deform.add_argument("input", help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz")
+    deform.add_argument(
+        "input",
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
+        "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj",
+    )
     deform.add_argument(
         "handles",
         help="control points: .csv with lines px,py,pz,qx,qy,qz[,weight] (from p at rest to q), "
         "or .vtp .vtk with point vectors Displacement, or .fcsv .mrk.json for places that stay",
     )
-    deform.add_argument("output", help="image: .vti .vtk .mha .mhd .nii .nii.gz")
+    deform.add_argument(
+        "output",
+        help="image: .vti .vtk .mha .mhd .nii .nii.gz; mesh: .vtu .vtp .vts .vtk .stl .ply",
+    )
     add = deform.add_argument
     add("--kind", choices=KINDS, default="rigid", help="default: %(default)s")
     add("--alpha", type=float, default=1.0, help="locality of control points; default: %(default)s")
@@ -161,9 +168,12 @@ def _deform(options):
     from vtk_mls import io
     from vtk_mls.filters import MLSDeform
 
-    io.check_writable(options.output)
     deform = MLSDeform()
-    deform.SetInputData(0, io.read_image(options.input))
+    dataset = io.read_dataset(options.input)
+    is_image = dataset.IsA("vtkImageData")
+    if is_image:  # what becomes of a mesh depends on cuts
+        io.check_writable(options.output, dataset)
+    deform.SetInputData(0, dataset)
     deform.SetInputData(1, io.read_control_points(options.handles))
     deform.SetKind(options.kind)
     deform.SetAlpha(options.alpha)
@@ -186,9 +196,14 @@ def _deform(options):
         deform.AddLabelArray(name)
     _update(deform, options.progress or sys.stderr.isatty())
     output = deform.GetOutput()
-    io.write_image(output, options.output)
-    size = " x ".join(str(n) for n in output.GetDimensions())
-    print(f"{options.output}: {size} points, {options.kind}")
+    io.write_dataset(output, options.output)
+    if is_image:
+        size = " x ".join(str(n) for n in output.GetDimensions())
+        print(f"{options.output}: {size} points, {options.kind}")
+    else:
+        lost = output.GetFieldData().GetArray("FailedInverses").GetValue(0)
+        size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
+        print(f"{options.output}: {size}, {options.kind}" + (f"; {lost} points lost" * (lost > 0)))
     return 0
 
 

@@ -1,8 +1,4 @@
-"""Images, control points and surfaces from files, and images to files.
-
-World coordinates are those of the file, whichever anatomical convention it follows (NIfTI points
-+x to the right and +y to the front, MetaImage and NRRD as a rule to the left and the back).
-"""
+"""Images, meshes, control points and surfaces from files, and datasets to files."""
 
 from __future__ import annotations
 
@@ -10,55 +6,40 @@ import re
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-from vtkmodules.util.numpy_support import get_vtk_array_type
-from vtkmodules.vtkCommonCore import (
-    VTK_DOUBLE,
-    VTK_FLOAT,
-    vtkLogger,
-    vtkOutputWindow,
-    vtkStringOutputWindow,
-)
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
-from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkIOGeometry import vtkSTLReader
-from vtkmodules.vtkIOImage import (
-    vtkMetaImageReader,
-    vtkNIFTIImageReader,
-    vtkNIFTIImageWriter,
-)
+from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData
+from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader, vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
+from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
 from vtkmodules.vtkIOXML import (
-    vtkXMLImageDataReader,
-    vtkXMLImageDataWriter,
     vtkXMLPolyDataReader,
+    vtkXMLPolyDataWriter,
+    vtkXMLRectilinearGridReader,
+    vtkXMLStructuredGridReader,
+    vtkXMLStructuredGridWriter,
+    vtkXMLUnstructuredGridReader,
+    vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import arrays, handle_files, nrrd
-from vtk_mls.arrays import Lattice
+from vtk_mls import handle_files, image_files
 from vtk_mls.filters.handle_lists import fill_polydata
 
-_META_TYPES = {
-    **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
-    **{"int32": "MET_INT", "uint32": "MET_UINT", "int64": "MET_LONG_LONG"},
-    **{"uint64": "MET_ULONG_LONG", "float32": "MET_FLOAT", "float64": "MET_DOUBLE"},
-}
 
-
-def read_image(path):
-    """Read an image.
+def read_dataset(path):
+    """Read an image or a mesh.
 
     Parameters
     ----------
     path : path
-        VTK XML (.vti) or legacy (.vtk), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) or NIfTI
-        (.nii, .nii.gz).
+        An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) or NIfTI (.nii,
+        .nii.gz). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or .obj. Either: VTK legacy
+        (.vtk).
 
     Returns
     -------
-    vtkImageData
-        With the file's direction matrix. NIfTI's orientation is its sform, else its qform; values
-        are those after its scaling.
+    vtkDataSet
+        Images have the file's direction matrix. NIfTI's orientation is its sform, else its qform;
+        values are those after its scaling.
 
     Raises
     ------
@@ -66,39 +47,44 @@ def read_image(path):
         Naming the file.
     """
     path = _existing(path)
-    read = _choose(_READERS, path, "read an image from")
+    read = _choose({**image_files.READERS, **_MESH_READERS}, path, "read an image or a mesh from")
     with _failures(path):
-        image = read(path)
-    if not isinstance(image, vtkImageData) or image.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` holds no image")
-    return image
+        dataset = read(path)
+    if not isinstance(dataset, vtkDataSet) or dataset.GetNumberOfPoints() == 0:
+        raise ValueError(f"`{path}` holds no image and no mesh")
+    return dataset
 
 
-def write_image(image, path):
-    """Write an image.
+def write_dataset(dataset, path):
+    """Write an image or a mesh.
 
     Parameters
     ----------
-    image : vtkImageData
+    dataset : vtkDataSet
     path : path
-        VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction matrix;
-        MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz) with the active scalars, or the only point
-        array.
+        Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
+        matrix; MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz) with the active scalars, or the
+        only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy (.vtk) with everything,
+        .stl or .ply with the shape of polydata.
 
     Raises
     ------
     OSError, ValueError
         Naming the file.
     """
-    path = check_writable(path)
+    path = check_writable(path, dataset)
     with _failures(path):
-        _WRITERS[_suffix(path)](image, path)
+        _writers(dataset)[_suffix(path)](dataset, path)
 
 
-def check_writable(path):
-    """`path` as a Path, if `write_image` knows its format and its folder is there."""
+def check_writable(path, dataset):
+    """`path` as a Path, if there is a format for it and such a dataset, and its folder is there.
+
+    The dataset may be one of another grid: what counts is its type.
+    """
     path = Path(path)
-    _choose(_WRITERS, path, "write an image to")
+    thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
+    _choose(_writers(dataset), path, f"write {thing} to")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
     return path
@@ -197,181 +183,29 @@ def _failures(path):
         raise ValueError(f"`{path}`: VTK says: {error[1].strip()}")
 
 
-def _read(reader, path):
-    reader.SetFileName(str(path))
-    reader.Update()
-    return reader.GetOutputDataObject(0)
+def _writers(dataset):
+    """Functions of a dataset and a path, by suffix."""
+    if isinstance(dataset, vtkImageData):
+        return image_files.WRITERS
+    found = {".vtk": _write_with(vtkDataSetWriter)}
+    for name, writers in _MESH_WRITERS.items():
+        if dataset.IsA(name):
+            found |= {suffix: _write_with(kind) for suffix, kind in writers.items()}
+    return found
 
 
-def _write(writer, image, path):
-    writer.SetInputData(image)
-    writer.SetFileName(str(path))
-    writer.Write()
+def _write_with(kind):
+    def write(dataset, path):
+        writer = kind()
+        if hasattr(writer, "SetFileTypeToBinary"):
+            writer.SetFileTypeToBinary()
+        image_files.write(writer, dataset, path)
+
+    return write
 
 
-def _place(image, origin, steps):
-    """Put an image's first point at `origin`, its axes along the columns `steps` (3, 3)."""
-    spacing = np.linalg.norm(steps, axis=0)
-    direction = tuple((steps / spacing).ravel().tolist())
-    Lattice(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
-
-
-def _read_xml(path):
-    return _read(vtkXMLImageDataReader(), path)
-
-
-def _write_xml(image, path):
-    writer = vtkXMLImageDataWriter()
-    writer.SetHeaderTypeToUInt64()
-    _write(writer, image, path)
-
-
-def _read_legacy(path):
-    return _read(vtkDataSetReader(), path)
-
-
-def _write_legacy(image, path):
-    if not np.array_equal(Lattice.of_image(image).grid.direction, np.eye(3)):
-        raise ValueError(
-            f"`{path}` cannot hold the image's direction matrix; write .vti, .mha or .nii instead"
-        )
-    copy = vtkImageData()
-    copy.ShallowCopy(image)
-    Lattice.of_grid(Lattice.of_image(image).grid).place(copy)
-    writer = vtkDataSetWriter()
-    writer.SetFileTypeToBinary()
-    _write(writer, copy, path)
-
-
-# MetaImage: VTK reads and writes the direction matrix transposed, or not at all before 9.5.
-
-
-def _read_meta(path):
-    image = _read(vtkMetaImageReader(), path)
-    header = {}
-    with path.open("rb") as file:
-        for line in file:
-            key, _, value = line.decode("latin-1").partition("=")
-            header[key.strip()] = value.strip()
-            if key.strip() == "ElementDataFile":
-                break
-    rows = header.get("TransformMatrix") or header.get("Rotation") or header.get("Orientation")
-    if rows and image.GetNumberOfPoints() > 0:
-        rows = np.array(rows.split(), dtype=float)
-        count = int(header["NDims"])
-        direction = np.eye(3)
-        direction[:count, :count] = rows.reshape(count, count).T
-        _place(image, image.GetOrigin(), direction * image.GetSpacing())
-    return image
-
-
-def _write_meta(image, path):
-    grid = Lattice.of_image(image).grid
-    values = arrays.to_numpy(_the_array(image, path))
-    components = 1 if values.ndim == 1 else values.shape[1]
-    local = path.suffix.lower() == ".mha"
-    header = {
-        "ObjectType": "Image",
-        "NDims": "3",
-        "BinaryData": "True",
-        "BinaryDataByteOrderMSB": "False",
-        "CompressedData": "False",
-        "TransformMatrix": _text(grid.direction.T.ravel()),
-        "Offset": _text(grid.origin),
-        "CenterOfRotation": "0 0 0",
-        "ElementSpacing": _text(grid.spacing),
-        "DimSize": " ".join(str(n) for n in grid.dimensions),
-        "ElementNumberOfChannels": str(components),
-        "ElementType": _META_TYPES[values.dtype.name],
-        "ElementDataFile": "LOCAL" if local else f"{path.stem}.raw",
-    }
-    text = "".join(f"{key} = {value}\n" for key, value in header.items())
-    data = values.astype(values.dtype.newbyteorder("<"), copy=False)
-    with path.open("wb") as file:
-        file.write(text.encode())
-        if local:
-            data.tofile(file)
-    if not local:
-        data.tofile(path.with_suffix(".raw"))
-
-
-def _text(numbers):
-    return " ".join(repr(float(number)) for number in numbers)
-
-
-def _read_nrrd(path):
-    values, origin, steps = nrrd.read(path)
-    flat = values.reshape(-1, *values.shape[3:])
-    image = vtkImageData()
-    image.SetDimensions(values.shape[2::-1])
-    array = arrays.from_numpy(flat, get_vtk_array_type(flat.dtype))
-    array.SetName("NRRD")
-    image.GetPointData().SetScalars(array)
-    _place(image, origin.tolist(), steps)
-    return image
-
-
-def _read_nifti(path):
-    reader = vtkNIFTIImageReader()
-    image = _read(reader, path)
-    if reader.GetTimeDimension() > 1:
-        raise ValueError(
-            f"`{path}` is a series of {reader.GetTimeDimension()} volumes; give one volume"
-        )
-    matrix = reader.GetSFormMatrix() or reader.GetQFormMatrix()
-    if matrix is not None:
-        matrix = np.reshape([matrix.GetElement(i, j) for i in range(4) for j in range(4)], (4, 4))
-        _place(image, matrix[:3, 3].tolist(), matrix[:3, :3] * image.GetSpacing())
-    slope, intercept = reader.GetRescaleSlope(), reader.GetRescaleIntercept()
-    if slope not in (0, 1) or (slope and intercept):
-        raw = image.GetPointData().GetScalars()
-        small = raw.GetDataTypeSize() < 4 or raw.GetDataType() == VTK_FLOAT
-        dtype, vtk_type = ("f4", VTK_FLOAT) if small else ("f8", VTK_DOUBLE)
-        scaled = arrays.from_numpy(
-            (arrays.to_numpy(raw) * slope + intercept).astype(dtype), vtk_type
-        )
-        scaled.SetName(raw.GetName())
-        image.GetPointData().SetScalars(scaled)
-    return image
-
-
-def _write_nifti(image, path):
-    grid = Lattice.of_image(image).grid
-    copy = vtkImageData()
-    # the matrix alone says where the image lies: the writer would add the image's origin
-    Lattice(Lattice.of_grid(grid).extent, spacing=tuple(grid.spacing.tolist())).place(copy)
-    copy.GetPointData().SetScalars(_the_array(image, path))
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = grid.direction, grid.origin
-    vtk_matrix = vtkMatrix4x4()
-    vtk_matrix.DeepCopy(matrix.ravel().tolist())
-    writer = vtkNIFTIImageWriter()
-    writer.SetSFormMatrix(vtk_matrix)
-    is_rotation = np.allclose(grid.direction.T @ grid.direction, np.eye(3), atol=1e-6)
-    if is_rotation and np.linalg.det(grid.direction) > 0:
-        writer.SetQFormMatrix(vtk_matrix)
-    _write(writer, copy, path)
-
-
-def _the_array(image, path):
-    """The one point array that a format with one array gets."""
-    data = image.GetPointData()
-    array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
-    if array is None:
-        names = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
-        raise ValueError(
-            f"`{path}` can hold one array, and none of {names or 'no arrays'} is the image's "
-            "active scalars; write .vti instead"
-        )
-    return array
-
-
-def _read_polydata_xml(path):
-    return _read(vtkXMLPolyDataReader(), path)
-
-
-def _read_stl(path):
-    return _read(vtkSTLReader(), path)
+def _read_with(kind):
+    return lambda path: image_files.read(kind(), path)
 
 
 def _read_handles(path):
@@ -380,31 +214,30 @@ def _read_handles(path):
     return polydata
 
 
-_READERS = {
-    ".vti": _read_xml,
-    ".vtk": _read_legacy,
-    ".mha": _read_meta,
-    ".mhd": _read_meta,
-    ".nrrd": _read_nrrd,
-    ".nhdr": _read_nrrd,
-    ".nii": _read_nifti,
-    ".nii.gz": _read_nifti,
+_SURFACE_READERS = {
+    ".stl": _read_with(vtkSTLReader),
+    ".vtp": _read_with(vtkXMLPolyDataReader),
+    ".vtk": _read_with(vtkDataSetReader),
 }
-_WRITERS = {
-    ".vti": _write_xml,
-    ".vtk": _write_legacy,
-    ".mha": _write_meta,
-    ".mhd": _write_meta,
-    ".nii": _write_nifti,
-    ".nii.gz": _write_nifti,
+_MESH_READERS = {
+    **_SURFACE_READERS,
+    ".vtu": _read_with(vtkXMLUnstructuredGridReader),
+    ".vts": _read_with(vtkXMLStructuredGridReader),
+    ".vtr": _read_with(vtkXMLRectilinearGridReader),
+    ".ply": _read_with(vtkPLYReader),
+    ".obj": _read_with(vtkOBJReader),
+}
+_MESH_WRITERS = {
+    "vtkUnstructuredGrid": {".vtu": vtkXMLUnstructuredGridWriter},
+    "vtkPolyData": {
+        ".vtp": vtkXMLPolyDataWriter,
+        ".stl": vtkSTLWriter,
+        ".ply": vtkPLYWriter,
+    },
+    "vtkStructuredGrid": {".vts": vtkXMLStructuredGridWriter},
 }
 _HANDLE_READERS = {
     **dict.fromkeys(handle_files.FORMATS, _read_handles),
-    ".vtp": _read_polydata_xml,
-    ".vtk": _read_legacy,
-}
-_SURFACE_READERS = {
-    ".stl": _read_stl,
-    ".vtp": _read_polydata_xml,
-    ".vtk": _read_legacy,
+    ".vtp": _read_with(vtkXMLPolyDataReader),
+    ".vtk": _read_with(vtkDataSetReader),
 }
