@@ -259,7 +259,6 @@ def test_the_environment_names_the_device(monkeypatch, messages):  # noqa: F811
 def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # noqa: F811
     scene = Scene(MLSDeform)
     update(scene.deforming)
-    monkeypatch.setattr(scene.deforming, "_resample", None)
     monkeypatch.setattr(MLSDeform, "_check", lambda self, image: image.no_such_method())
     scene.deforming.SetAlpha(2)
     assert not scene.deforming.GetExecutive().Update()

@@ -516,6 +516,23 @@ def test_composite_data_of_all_types(kind):
             assert ours.GetNumberOfCells() == alone.GetNumberOfCells()
 
 
+def test_names_of_arrays_are_those_of_any_block(messages):  # noqa: F811
+    image, mesh = make_image(), cells(VTK_TETRA)
+    add_array(image.GetPointData(), "values", np.arange(504))
+    add_array(image.GetPointData(), "labels", np.arange(504) % 3)
+    add_array(mesh.GetPointData(), "flow", np.ones((mesh.GetNumberOfPoints(), 3)))
+    composite = vtkMultiBlockDataSet()
+    for number, block in enumerate((mesh, image, make_image())):
+        composite.SetBlock(number, block)
+    filter_ = deforming(composite, GradientArray="values")
+    filter_.AddLabelArray("labels")
+    filter_.AddPushForwardArray("flow")
+    output = update(filter_)
+    assert output.GetBlock(1).GetPointData().HasArray("Gradient")
+    assert not output.GetBlock(2).GetPointData().HasArray("Gradient")
+    assert (array_of(output.GetBlock(0), "flow") != 1).any()
+
+
 # Cut meshes
 
 

@@ -76,7 +76,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         While VTK goes through blocks, everything is up to date, and a block stands in for the
         producer's output: the producer must not run.
         """
-        if self._is_among_blocks():
+        if self.is_among_blocks():
             return self.GetInputDataObject(port, number)
         connection = self.GetInputConnection(port, number)
         producer, index = connection.GetProducer(), connection.GetIndex()
@@ -96,7 +96,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             raise ValueError(f"{producer.GetClassName()} on input port {port} has failed")
         return producer.GetOutputDataObject(index)
 
-    def _is_among_blocks(self):
+    def is_among_blocks(self):
         """Whether VTK runs this on blocks of a composite input just now."""
         if self._blocks_since != self.GetExecutive().GetPipelineMTime():
             return False

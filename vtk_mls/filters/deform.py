@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import partial
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
@@ -14,11 +13,12 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, extents, gradients, warping
+from vtk_mls.filters import extents, warping
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.filters.resampling import Resampling
 
 
 class MLSDeform(DeformingFilter):
@@ -313,7 +313,8 @@ class MLSDeform(DeformingFilter):
         if target.is_empty:
             return []
         grids = source.grid_within(whole_source), target.grid_within(whole)
-        return self._tasks(deformation, image, output, *grids)
+        tasks = Resampling(self, deformation, image, output, *grids).tasks()
+        return tasks + self._jacobian_tasks(deformation, output, grids[1])
 
     def _whole_input(self, source, info):
         """All of the image of which the input is a part."""
@@ -328,106 +329,6 @@ class MLSDeform(DeformingFilter):
                 f"got the extent {source.extent} for {wanted}"
             )
         return whole
-
-    def _tasks(self, deformation, image, output, source, target):
-        """All that is to be done, in its order."""
-        cells = arrays.cell_grid(source), arrays.cell_grid(target)
-        tasks = [
-            partial(self._resample, deformation, old, new, *grids)
-            for old, new, grids in (
-                (image.GetPointData(), output.GetPointData(), (source, target)),
-                (image.GetCellData(), output.GetCellData(), cells),
-            )
-            if old.GetNumberOfArrays() > 0
-        ]
-        if deformation.cuts:
-            tasks.append(partial(self._mark_void, deformation, output, target))
-        if self._gradient_array:
-            scalars = gradients.scalars(image, self._gradient_array)
-            tasks.append(partial(self._add_gradient, deformation, output, scalars, source, target))
-        return tasks + self._jacobian_tasks(deformation, output, target)
-
-    def _resample(self, deformation, old, new, source, target, progress):
-        """Deform the arrays `old` into `new`, those with the same background in one pass."""
-        values = arrays.image_values(old, source)
-        directions = gradients.directions(
-            old, self._gradient_vector_arrays, self._push_forward_arrays
-        )
-        results, passes, tasks = [None] * len(values), {}, []
-
-        def fill(background, members, progress):
-            chosen, methods = zip(*members)
-            chosen_values = [values[number] for number in chosen]
-            done = deformation.resample(
-                chosen_values,
-                source,
-                target,
-                list(methods),
-                background,
-                self._void_values,
-                progress,
-            )
-            for number, result in zip(chosen, done):
-                results[number] = result
-
-        def turn(number, how, progress):
-            arguments = values[number], source, target, self._interpolation
-            if how == "tangent":
-                turned = deformation.pushed(*arguments, self._void_values, progress)
-            else:
-                unit = how == "normal" or self._normalizes_gradient
-                turned = deformation.turned(*arguments, unit, self._void_values, progress)
-            results[number] = turned.astype(values[number].dtype)
-
-        for number in range(len(values)):
-            array = old.GetAbstractArray(number)
-            method, background = self._interpolation, self._background
-            if array.GetName() in directions:
-                tasks.append(partial(turn, number, directions[array.GetName()]))
-                continue
-            if not arrays.is_numeric(array):
-                method, background = "nearest", -1
-            elif array.GetName() == arrays.GHOSTS:
-                method, background = "nearest", 0.0
-            elif array.GetName() in self._label_arrays:
-                method = "nearest"
-            passes.setdefault(background, []).append((number, method))
-        tasks += [partial(fill, background, members) for background, members in passes.items()]
-        in_turn(tasks, progress)
-        arrays.set_image_values(new, results, old)
-
-    def _mark_void(self, deformation, output, target, progress):
-        """Add "Void" and "VoidDistance", and hide the void."""
-        openings = []
-        grids = target, arrays.cell_grid(target)
-        tasks = [
-            lambda progress, grid=grid: openings.append(
-                deformation.displacement_field(grid, progress=progress).opening
-            )
-            for grid in grids
-        ]
-        in_turn(tasks, progress)
-        points, cells = openings
-        cutting.add_void(output.GetPointData(), points)
-        cutting.add_void(output.GetCellData(), cells)
-        if self._hides_void:
-            cutting.hide(output.GetPointData(), points < 0)
-            if cutting.CAN_HIDE_CELLS:
-                cutting.hide(output.GetCellData(), (cells < 0) | cutting.touched(points < 0))
-
-    def _add_gradient(self, deformation, output, scalars, source, target, progress):
-        """Add "Gradient" of point scalars."""
-        values = deformation.corrected_gradient(
-            scalars,
-            source,
-            target,
-            self._interpolation,
-            self._background,
-            self._normalizes_gradient,
-            self._void_values,
-            progress,
-        )
-        gradients.add_gradient(output, values)
 
     def _output_lattice(self, source, make_deformation):
         """Where the whole output lies, for an input on `source`."""
@@ -460,6 +361,8 @@ class MLSDeform(DeformingFilter):
         ):
             if choice not in choices:
                 raise ValueError(f"`{name}` must be one of {', '.join(choices)}, got {choice!r}")
+        if self.is_among_blocks():  # another block may have the arrays
+            return
         data = dataset.GetPointData(), dataset.GetCellData()
         for wanted, names in (
             ("LabelArrays", self._label_arrays),

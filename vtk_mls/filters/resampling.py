@@ -1,0 +1,136 @@
+"""Images, resampled backward."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from vtk_mls import arrays
+from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters.algorithm import in_turn
+
+
+class Resampling:
+    """What is done to one image, or to one part of it.
+
+    Parameters
+    ----------
+    wanted : MLSDeform
+        Says how arrays are sampled and which are to be made.
+    deformation : Deformation
+    image, output : vtkImageData
+        The output lies where its points are wanted; it is filled.
+    source, target : Grid
+        Of the image and the output.
+    """
+
+    def __init__(self, wanted, deformation, image, output, source, target):
+        self.wanted, self.deformation = wanted, deformation
+        self.image, self.output = image, output
+        self.source, self.target = source, target
+
+    def tasks(self):
+        """Functions of a callback for `progress`, in their order."""
+        cells = arrays.cell_grid(self.source), arrays.cell_grid(self.target)
+        tasks = [
+            partial(self._resample, old, new, *grids)
+            for old, new, grids in (
+                (self.image.GetPointData(), self.output.GetPointData(), (self.source, self.target)),
+                (self.image.GetCellData(), self.output.GetCellData(), cells),
+            )
+            if old.GetNumberOfArrays() > 0
+        ]
+        if self.deformation.cuts:
+            tasks.append(self._mark_void)
+        name = self.wanted.GetGradientArray()
+        # another block may have it
+        has_it = self.image.GetPointData().HasArray(name) or not self.wanted.is_among_blocks()
+        if name and has_it:
+            scalars = gradients.scalars(self.image, name)
+            tasks.append(partial(self._add_gradient, scalars))
+        return tasks
+
+    def _resample(self, old, new, source, target, progress):
+        """Deform the arrays `old` into `new`, those with the same background in one pass."""
+        values = arrays.image_values(old, source)
+        results, passes, tasks = [None] * len(values), {}, []
+
+        def fill(background, members, progress):
+            chosen, methods = zip(*members)
+            done = self.deformation.resample(
+                [values[number] for number in chosen],
+                source,
+                target,
+                list(methods),
+                background,
+                self.wanted.GetVoidValues(),
+                progress,
+            )
+            for number, result in zip(chosen, done):
+                results[number] = result
+
+        def turn(number, how, progress):
+            arguments = values[number], source, target, self.wanted.GetInterpolation()
+            void_values = self.wanted.GetVoidValues()
+            if how == "tangent":
+                turned = self.deformation.pushed(*arguments, void_values, progress)
+            else:
+                unit = how == "normal" or self.wanted.GetNormalizeGradient()
+                turned = self.deformation.turned(*arguments, unit, void_values, progress)
+            results[number] = turned.astype(values[number].dtype)
+
+        directions = gradients.directions(
+            old, self.wanted.GetGradientVectorArrays(), self.wanted.GetPushForwardArrays()
+        )
+        for number in range(len(values)):
+            array = old.GetAbstractArray(number)
+            if array.GetName() in directions:
+                tasks.append(partial(turn, number, directions[array.GetName()]))
+            else:
+                method, background = self._sampling(array)
+                passes.setdefault(background, []).append((number, method))
+        tasks += [partial(fill, background, members) for background, members in passes.items()]
+        in_turn(tasks, progress)
+        arrays.set_image_values(new, results, old)
+
+    def _sampling(self, array):
+        """Interpolation and background of an array."""
+        if not arrays.is_numeric(array):
+            return "nearest", -1
+        if array.GetName() == arrays.GHOSTS:
+            return "nearest", 0.0
+        if array.GetName() in self.wanted.GetLabelArrays():
+            return "nearest", self.wanted.GetBackground()
+        return self.wanted.GetInterpolation(), self.wanted.GetBackground()
+
+    def _mark_void(self, progress):
+        """Add "Void" and "VoidDistance", and hide the void."""
+        openings = []
+        tasks = [
+            lambda progress, grid=grid: openings.append(
+                self.deformation.displacement_field(grid, progress=progress).opening
+            )
+            for grid in (self.target, arrays.cell_grid(self.target))
+        ]
+        in_turn(tasks, progress)
+        points, cells = openings
+        cutting.add_void(self.output.GetPointData(), points)
+        cutting.add_void(self.output.GetCellData(), cells)
+        if self.wanted.GetHideVoid():
+            cutting.hide(self.output.GetPointData(), points < 0)
+            if cutting.CAN_HIDE_CELLS:
+                hidden = (cells < 0) | cutting.touched(points < 0)
+                cutting.hide(self.output.GetCellData(), hidden)
+
+    def _add_gradient(self, scalars, progress):
+        """Add "Gradient" of point scalars."""
+        values = self.deformation.corrected_gradient(
+            scalars,
+            self.source,
+            self.target,
+            self.wanted.GetInterpolation(),
+            self.wanted.GetBackground(),
+            self.wanted.GetNormalizeGradient(),
+            self.wanted.GetVoidValues(),
+            progress,
+        )
+        gradients.add_gradient(self.output, values)
