@@ -10,15 +10,16 @@ PACKAGE = Path(__file__).parents[1] / "vtk_mls"
 
 # What each module may import of the package, and from outside of the standard library.
 ALLOWED = {
-    "__init__": {"cuts", "deformation", "device", "grid", "handles", "interpolation"},
+    "__init__": {"arguments", "cuts", "deformation", "device", "grid", "handles", "interpolation"},
     "__main__": {"cli"},
+    "arguments": {"cuts", "numpy"},
     "arrays": {"grid", "numpy", "vtkmodules"},
     "cli": {"", "demo", "doctor", "filters", "installation", "io", "resources", "vtkmodules"},
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy"},
     "deformation": {
-        *{"cuts", "dispatch", "fitting", "gradients", "grid", "handles", "interpolation"},
-        *{"numpy", "regions"},
+        *{"arguments", "cuts", "dispatch", "fitting", "gradients", "grid", "handles"},
+        *{"interpolation", "numpy", "regions"},
     },
     "demo": {"", "demo_volumes", "dispatch", "filters", "numpy", "vtkmodules"},
     "demo_cut": {"demo_scene", "numpy", "vtkmodules"},

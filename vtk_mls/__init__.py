@@ -1,8 +1,8 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
+from vtk_mls.arguments import VOID_VALUES
 from vtk_mls.cuts import HalfPlane, Plane, Surface
 from vtk_mls.deformation import (
-    VOID_VALUES,
     Aborted,
     Deformation,
     DisplacementField,

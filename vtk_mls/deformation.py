@@ -6,17 +6,14 @@ from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
-from vtk_mls import gradients
-from vtk_mls.cuts import HalfPlane, Plane, Surface
+from vtk_mls import arguments, gradients
+from vtk_mls.cuts import Plane
 from vtk_mls.dispatch import engine_for
 from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
 from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.regions import Region, divided
-
-# What the void that a cut opens can hold: nothing, or material as if each side went on.
-VOID_VALUES = ("background", "continued")
 
 
 class Aborted(RuntimeError):
@@ -133,8 +130,8 @@ class Deformation:
     regions: tuple[Region, ...] = field(init=False)
 
     def __post_init__(self):
-        rest = _points("rest", self.rest)
-        deformed = _points("deformed", self.deformed)
+        rest = arguments.points("rest", self.rest)
+        deformed = arguments.points("deformed", self.deformed)
         if len(rest) == 0:
             raise ValueError("`rest` is empty; a deformation needs at least one control point")
         if rest.shape != deformed.shape:
@@ -144,15 +141,15 @@ class Deformation:
             )
         if self.kind not in KINDS:
             raise ValueError(f"`kind` must be one of {', '.join(KINDS)}, got {self.kind!r}")
-        alpha = _number("alpha", self.alpha)
+        alpha = arguments.number("alpha", self.alpha)
         if not (np.isfinite(alpha) and alpha > 0):
             raise ValueError(f"`alpha` must be a positive number, got {self.alpha!r}")
         if self.degree not in (1, 2, 3):
             raise ValueError(f"`degree` must be 1, 2 or 3, got {self.degree!r}")
         degree = int(self.degree)
-        weights = _weights(self.weights, len(rest))
-        cuts = _cuts(self.cuts)
-        nu = _number("nu", self.nu)
+        weights = arguments.positive_weights(self.weights, len(rest))
+        cuts = arguments.cut_shapes(self.cuts)
+        nu = arguments.number("nu", self.nu)
         if not (np.isfinite(nu) and nu > 1):
             raise ValueError(f"`nu` must be a number above 1, got {self.nu!r}")
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
@@ -205,7 +202,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        return self._engine.backward(self, _points("points", points), _checked(progress))
+        return self._engine.backward(self, arguments.points("points", points), _checked(progress))
 
     def forward(self, points, progress=None):
         """Where the material at `points` goes: the true inverse of `backward`.
@@ -229,7 +226,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = _places(points)
+        points = arguments.places(points)
         displacement, found = self._engine.forward(self, points, _checked(progress))
         v = points + displacement.astype(np.float64)
         v[~found] = np.nan
@@ -257,7 +254,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = _places(points)
+        points = arguments.places(points)
         displacement, found = self._engine.forward(self, points, _checked(progress))
         return ForwardField(displacement.astype(np.float32, copy=False), found)
 
@@ -276,7 +273,7 @@ class Deformation:
         -------
         (m, 3, 3) float64
         """
-        return self._engine.jacobian(self, _points("points", points), _checked(progress))
+        return self._engine.jacobian(self, arguments.points("points", points), _checked(progress))
 
     def opening(self, points, progress=None):
         """How far `points` are from being void.
@@ -295,7 +292,7 @@ class Deformation:
         (m,) float64, world units
             Infinite without cuts.
         """
-        points = _points("points", points)
+        points = arguments.points("points", points)
         origins = self._engine.backward(self, points, _checked(progress))
         openings = [cut.opening(points, origins) for cut in self.cuts]
         return np.min(openings, axis=0) if openings else np.full(len(points), np.inf)
@@ -383,8 +380,8 @@ class Deformation:
             source,
             source if target is None else target,
             list(methods),
-            _number("background", background),
-            _continues(void_values),
+            arguments.number("background", background),
+            arguments.continues(void_values),
             _checked(progress),
         )
 
@@ -404,7 +401,7 @@ class Deformation:
             and -inf if all are.
         """
         low, high = self._engine.source_bounds(
-            self, source, target, _continues(void_values), _checked(progress)
+            self, source, target, arguments.continues(void_values), _checked(progress)
         )
         return low.astype(np.float64), high.astype(np.float64)
 
@@ -519,7 +516,7 @@ class Deformation:
         turned, opening = self._turned(
             slopes, source, target, interpolation, normalise, void_values, progress
         )
-        if self.cuts and not _continues(void_values):
+        if self.cuts and not arguments.continues(void_values):
             reach = gradients.REACH * np.abs(source.spacing).mean()
             near = np.nonzero((opening >= 0) & (opening < reach))
             at_faces = gradients.at_faces(
@@ -529,7 +526,7 @@ class Deformation:
                 slopes,
                 source,
                 interpolation,
-                _number("background", background),
+                arguments.number("background", background),
             )
             turned[near] = gradients.unit(at_faces) if normalise else at_faces
         return turned
@@ -552,7 +549,7 @@ class Deformation:
             source,
             source if target is None else target,
             interpolation,
-            _continues(void_values),
+            arguments.continues(void_values),
             normalise,
             _checked(progress),
         )
@@ -579,81 +576,6 @@ class Deformation:
 
 def _grid(dimensions, *placement):
     return dimensions if isinstance(dimensions, Grid) else Grid(dimensions, *placement)
-
-
-def _points(name, value):
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"`{name}` must be numbers of shape (n, 3), got {value!r:.60}") from None
-    if array.size == 0 and array.ndim <= 2:
-        array = array.reshape(0, 3)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"`{name}` must have the shape (n, 3), got {array.shape}")
-    if not np.isfinite(array).all():
-        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-        raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
-    return array
-
-
-def _places(value):
-    """`points` (m, 3) in their own precision; they need not be finite."""
-    array = np.asarray(value)
-    if array.dtype != np.float32:
-        try:
-            array = array.astype(np.float64)
-        except (TypeError, ValueError):
-            raise TypeError(
-                f"`points` must be numbers of shape (n, 3), got {value!r:.60}"
-            ) from None
-    if array.size == 0 and array.ndim <= 2:
-        array = array.reshape(0, 3)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"`points` must have the shape (n, 3), got {array.shape}")
-    return np.ascontiguousarray(array)
-
-
-def _weights(value, count):
-    if value is None:
-        return np.ones(count)
-    try:
-        weights = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"`weights` must be numbers, got {value!r:.60}") from None
-    if weights.shape != (count,):
-        raise ValueError(
-            f"`weights` must be one number per control point, shape ({count},), got {weights.shape}"
-        )
-    bad = ~(np.isfinite(weights) & (weights > 0))
-    if bad.any():
-        first = int(np.flatnonzero(bad)[0])
-        raise ValueError(
-            f"`weights` must be positive, got {weights[first]} for control point {first}"
-        )
-    return weights
-
-
-def _cuts(value):
-    cuts = (value,) if isinstance(value, (Plane, HalfPlane, Surface)) else tuple(value)
-    for cut in cuts:
-        if not isinstance(cut, (Plane, HalfPlane, Surface)):
-            raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {cut!r:.60}")
-    return cuts
-
-
-def _number(name, value):
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"`{name}` must be a number, got {value!r}") from None
-
-
-def _continues(void_values):
-    if void_values not in VOID_VALUES:
-        raise ValueError(
-            f"`void_values` must be one of {', '.join(VOID_VALUES)}, got {void_values!r}"
-        )
-    return void_values == "continued"
 
 
 def _halves(progress):
