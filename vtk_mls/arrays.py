@@ -176,7 +176,9 @@ def from_numpy(values, vtk_type):
 
 
 def add(attributes, name, values):
-    """Add `values` as an array: float32, float64, uint8, or int64 for vtkIdType."""
+    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType."""
+    if values.dtype == bool:
+        values = values.astype(np.uint8)
     vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR, "i8": VTK_ID_TYPE}
     array = from_numpy(values, vtk_type[values.dtype.str[1:]])
     array.SetName(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkVersion
+from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes, vtkPolyData
 from vtkmodules.vtkFiltersCore import (
     vtkCleanPolyData,
@@ -104,8 +104,8 @@ def add_void(attributes, opening):
         As of `DisplacementField.opening`.
     """
     if attributes.IsA("vtkPointData"):
-        _add(attributes, "VoidDistance", opening, VTK_FLOAT)
-    _add(attributes, "Void", opening < 0, VTK_UNSIGNED_CHAR)
+        arrays.add(attributes, "VoidDistance", opening.ravel())
+    arrays.add(attributes, "Void", opening.ravel() < 0)
 
 
 def hide(attributes, hidden):
@@ -116,7 +116,7 @@ def hide(attributes, hidden):
     before = attributes.GetArray(arrays.GHOSTS)
     if before is not None:
         ghosts |= arrays.to_numpy(before).astype(np.uint8)
-    _add(attributes, arrays.GHOSTS, ghosts, VTK_UNSIGNED_CHAR)
+    arrays.add(attributes, arrays.GHOSTS, ghosts)
 
 
 def touched(points):
@@ -129,10 +129,3 @@ def touched(points):
 
 
 _ENDS = slice(None, -1), slice(1, None)
-
-
-def _add(attributes, name, values, vtk_type):
-    dtype = np.float32 if vtk_type == VTK_FLOAT else np.uint8
-    array = arrays.from_numpy(values.ravel().astype(dtype), vtk_type)
-    array.SetName(name)
-    attributes.AddArray(array)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_ID_TYPE
 
 from vtk_mls import arrays
 
@@ -67,7 +66,7 @@ def directions(attributes, gradients, tangents):
 
 def add_gradient(output, values):
     """Add "Gradient", (nz, ny, nx, 3) float32, to the points of an image."""
-    _add(output.GetPointData(), "Gradient", values.reshape(-1, 3))
+    arrays.add(output.GetPointData(), "Gradient", values.reshape(-1, 3))
 
 
 def add_jacobian(output, jacobian, void, matrix, determinant):
@@ -84,21 +83,14 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
         Whether "Jacobian", or "JacobianDeterminant" and "FoldedVoxels" are wanted.
     """
     if matrix:
-        _add(output.GetPointData(), "Jacobian", jacobian.swapaxes(-1, -2).reshape(-1, 9))
+        rows = jacobian.swapaxes(-1, -2).reshape(-1, 9)
+        arrays.add(output.GetPointData(), "Jacobian", rows)
     if determinant:
         values = np.linalg.det(jacobian)
-        _add(output.GetPointData(), "JacobianDeterminant", values.ravel())
-        count = np.array([np.count_nonzero((values <= 0) & ~void)], np.int64)
-        array = arrays.from_numpy(count, VTK_ID_TYPE)
-        array.SetName("FoldedVoxels")
-        output.GetFieldData().AddArray(array)
+        arrays.add(output.GetPointData(), "JacobianDeterminant", values.ravel())
+        count = np.count_nonzero((values <= 0) & ~void)
+        arrays.add(output.GetFieldData(), "FoldedVoxels", np.array([count], np.int64))
 
 
 def _is_vectors(array):
     return array.GetNumberOfComponents() == 3 and array.GetDataTypeAsString() in ("float", "double")
-
-
-def _add(attributes, name, values):
-    array = arrays.from_numpy(values.astype(np.float32), VTK_FLOAT)
-    array.SetName(name)
-    attributes.AddArray(array)

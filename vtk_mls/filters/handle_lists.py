@@ -155,10 +155,10 @@ def fill_polydata(polydata, rest, deformed, weights):
     vertices = vtkCellArray()
     vertices.SetData(_ids(len(rest) + 1), _ids(len(rest)))
     polydata.SetVerts(vertices)
-    _add(polydata, "Displacement", deformed - rest)
+    arrays.add(polydata.GetPointData(), "Displacement", deformed - rest)
     polydata.GetPointData().SetActiveVectors("Displacement")
     if weights is not None:
-        _add(polydata, "Weight", weights)
+        arrays.add(polydata.GetPointData(), "Weight", weights)
 
 
 def numbers_of(name, values, row):
@@ -177,9 +177,3 @@ def _rows(points):
 
 def _ids(count):
     return arrays.from_numpy(np.arange(count, dtype=np.int64), VTK_ID_TYPE)
-
-
-def _add(polydata, name, values):
-    array = arrays.from_numpy(values, VTK_DOUBLE)
-    array.SetName(name)
-    polydata.GetPointData().AddArray(array)

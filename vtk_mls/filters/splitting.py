@@ -339,9 +339,7 @@ def _values(grid, name):
 
 
 def _set_array(grid, name, values):
-    array = arrays.from_numpy(values, VTK_DOUBLE)
-    array.SetName(name)
-    grid.GetPointData().AddArray(array)
+    arrays.add(grid.GetPointData(), name, values.astype(np.float64, copy=False))
 
 
 def _cell_array(corners, starts, chosen):

@@ -107,12 +107,12 @@ class Warp:
         points, cells = self.output.GetPointData(), self.output.GetCellData()
         if self.keeps_whole:
             torn = crossed(self.output, self.deformation.cuts)
-            arrays.add(cells, "Void", torn.astype(np.uint8))
+            arrays.add(cells, "Void", torn)
             cutting.hide(cells, torn)
         places = self.before + field.displacement
         set_places(self.output, places, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
-        arrays.add(points, "NoInverse", (~field.found).astype(np.uint8))
+        arrays.add(points, "NoInverse", ~field.found)
         self._count("FailedInverses", np.count_nonzero(~field.found))
 
     def _add_jacobian(self, progress):
@@ -161,7 +161,7 @@ class Warp:
         return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
 
     def _count(self, name, number):
-        arrays.add(self.output.GetFieldData(), name, np.array([number]))
+        arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
 
 
 def _jacobians(deformation, places, progress):
