@@ -47,11 +47,11 @@ from vtkmodules.vtkFiltersCore import (
     vtkProbeFilter,
 )
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
-from vtk_mls.filters import MLSDeform, splitting
+from vtk_mls.filters import MLSDeform, splitting, warping
 
 LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
 LINEAR = [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID, VTK_VOXEL]
@@ -701,13 +701,22 @@ def test_whole_cells_are_marked_and_hidden(name):
     assert sum(torn) > 0
 
 
-def test_dragging_does_not_split_again(monkeypatch):
-    from vtk_mls.filters import warping
-
+@pytest.mark.parametrize("way", ["AddCut", "properties", "port 2"])
+def test_dragging_does_not_split_again(way, monkeypatch):
     calls = []
     monkeypatch.setattr(warping, "split", lambda *a: calls.append(1) or splitting.split(*a))
-    mesh, handles = cells(VTK_TETRA), control_points()
-    filter_ = deforming(mesh, handles, cut=CUTS["plane"])
+    mesh, handles, scalpel = cells(VTK_TETRA), control_points(), vtkPlaneSource()
+    scalpel.SetOrigin(4.03, 1, 1)
+    scalpel.SetPoint1(4.03, 6, 1)
+    scalpel.SetPoint2(4.03, 1, 5)
+    filter_ = deforming(mesh, handles)
+    if way == "AddCut":
+        filter_.AddCut(CUTS["plane"])
+    elif way == "properties":
+        filter_.SetCutType("plane")
+        filter_.SetCutOrigin(4.03, 4, 3)
+    else:
+        filter_.SetInputConnection(2, scalpel.GetOutputPort())
     update(filter_)
     handles.SetDeformedPoints(OPENED)
     update(filter_)
@@ -717,7 +726,7 @@ def test_dragging_does_not_split_again(monkeypatch):
     mesh.Modified()
     update(filter_)
     assert len(calls) == 2
-    filter_.AddCut(CUTS["polygon"])
+    filter_.AddCut(CUTS["half-plane"])
     update(filter_)
     assert len(calls) == 3
 

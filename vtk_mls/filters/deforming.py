@@ -88,6 +88,7 @@ class DeformingFilter(HandleLists, Algorithm):
         self._generates_jacobian = False
         self._generates_determinant = False
         self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
+        self._known_cuts = None  # what they were made of, and cuts
         self._known = None  # what the inputs and properties were, and the deformation
 
     def FillInputPortInformation(self, port, info):
@@ -281,14 +282,13 @@ class DeformingFilter(HandleLists, Algorithm):
     def _deformation(self, handles, surfaces):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
         names = self._handle_arrays(*handles) if handles else ()
-        own = self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
-        data = [(each, each.GetMTime()) for each in (*handles, *surfaces)]
-        state = (data, names or self._handle_lists(), self._blend, own, self._cuts, self._nu)
+        cuts = self._all_cuts(surfaces)
+        data = [(each, each.GetMTime()) for each in handles]
+        state = (data, names or self._handle_lists(), self._blend, cuts, self._nu)
         state += (self._kind, self._alpha, self._degree, self._device)
         if self._known is None or self._known[0] != state:
             points = arrays.control_points(*handles, *names) if handles else self._own_handles()
             rest, deformed, weights = points
-            found = [cut for each in surfaces for cut in cutting.surfaces(each)]
             deformation = Deformation(
                 rest,
                 self._blended(rest, deformed),
@@ -296,12 +296,21 @@ class DeformingFilter(HandleLists, Algorithm):
                 alpha=self._alpha,
                 degree=self._degree,
                 weights=weights,
-                cuts=(*cutting.own_cuts(*own), *self._cuts, *found),
+                cuts=cuts,
                 nu=self._nu,
                 device=self._device or None,
             )
             self._known = state, deformation
         return self._known[1]
+
+    def _all_cuts(self, surfaces):
+        """The cuts of properties and port 2; the same objects until one of them changes."""
+        own = self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
+        state = own, self._cuts, [(each, each.GetMTime()) for each in surfaces]
+        if self._known_cuts is None or self._known_cuts[0] != state:
+            found = [cut for each in surfaces for cut in cutting.surfaces(each)]
+            self._known_cuts = state, (*cutting.own_cuts(*own), *self._cuts, *found)
+        return self._known_cuts[1]
 
     def _handle_arrays(self, polydata):
         """Names of the arrays with q - p and, or None, with weights."""
