@@ -1,0 +1,96 @@
+"""Whoever looks through the opening of a cut sees the background, however the volume is drawn."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from paraview import simple
+from scene import REST, control_points, data, wavelet
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+
+from vtk_mls.filters.cutting import CAN_HIDE_CELLS
+
+FOLDER = Path(sys.argv[1])
+WIDTH, HEIGHT, SCALE = 500, 450, 13.0
+GAP = 6.0, 0.0  # a place in the opening: z and x
+
+# The upper half is pulled apart at x = 0.
+pulled = REST + np.where(REST[:, 2:] > 0, np.sign(REST[:, :1]) * [[3.0, 0, 0]], 0)
+deform = simple.MLSDeform(Input=wavelet(), ControlPoints=control_points(REST, pulled))
+deform.CutType = "half-plane"
+deform.CutOrigin = [0.3, 0.0, -2.0]
+deform.CutNormal = [1.0, 0.0, 0.0]
+deform.CutInward = [0.0, 0.0, 1.0]
+deform.OutputGrid = "fitted"
+shown = simple.MLSDeform(Input=deform.Input, ControlPoints=deform.ControlPoints)
+for name in ("CutType", "CutOrigin", "CutNormal", "CutInward", "OutputGrid"):
+    setattr(shown, name, getattr(deform, name))
+shown.HideVoid = 0
+shown.VoidValues = "continued"
+data(deform)
+data(shown)
+
+
+def at_face(kind, source, scalars, value):
+    """A clip or contour; its value is set after it is made, where ParaView's default is over."""
+    made = kind(Input=source)
+    if kind is simple.Clip:
+        made.ClipType = "Scalar"
+        made.Scalars = ["POINTS", scalars]
+        made.Value = value
+        made.Invert = 0
+    else:
+        made.ContourBy = ["POINTS", scalars]
+        made.Isosurfaces = [value]
+    return made
+
+
+middle = simple.Slice(Input=deform)
+middle.SliceType.Normal = [0.0, 1.0, 0.0]
+middle.SliceType.Origin = [0.0, 0.4, 0.0]
+contour = at_face(simple.Contour, shown, "RTData", 130.0)
+contour.ComputeScalars = 1
+pictures = {
+    "volume": (deform, "Volume"),
+    "slice": (middle, "Surface"),
+    "clip": (at_face(simple.Clip, shown, "VoidDistance", 0.0), "Surface"),
+    "contour": (at_face(simple.Clip, contour, "VoidDistance", 0.0), "Surface"),
+}
+if CAN_HIDE_CELLS:
+    pictures["surface"] = (deform, "Surface")
+
+view = simple.CreateRenderView(ViewSize=[WIDTH, HEIGHT])
+view.OrientationAxesVisibility = 0
+view.UseColorPaletteForBackground = 0
+view.BackgroundColorMode = "Single Color"
+view.Background = [0.0, 0.0, 1.0]
+view.CameraParallelProjection = 1
+view.CameraParallelScale = SCALE
+view.CameraPosition = [0.0, -60.0, 2.0]
+view.CameraFocalPoint, view.CameraViewUp = [0.0, 0.0, 2.0], [0.0, 0.0, 1.0]
+for name, (source, kind) in pictures.items():
+    display = simple.Show(source, view)
+    display.SetRepresentationType(kind)
+    simple.Render(view)
+    if name != "contour" and "RTData" in source.PointData.keys():  # 5.11's Clip drops it
+        simple.ColorBy(display, ("POINTS", "RTData"))
+    # straight through the opening, for the test; from the side, for people
+    for place, towards in (("", [0.0, -60.0, 2.0]), ("_aside", [25.0, -50.0, 30.0])):
+        view.CameraPosition = towards
+        simple.Render(view)
+        file = str(FOLDER / f"cut_{name}{place}.png")
+        simple.SaveScreenshot(file, view, ImageResolution=[WIDTH, HEIGHT])
+        if place:
+            continue
+        reader = vtkPNGReader()
+        reader.SetFileName(file)
+        reader.Update()
+        pixels = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
+        pixels = pixels.reshape(HEIGHT, WIDTH, -1)[..., :3].astype(int)
+        per_unit = HEIGHT / (2 * SCALE)
+        row, column = HEIGHT // 2 + (GAP[0] - 2) * per_unit, WIDTH // 2 + GAP[1] * per_unit
+        assert pixels[round(row), round(column)].tolist() == [0, 0, 255], name
+        drawn = (pixels != [0, 0, 255]).any(axis=2).mean()
+        assert drawn > 0.1, (name, drawn)
+    simple.Hide(source, view)
