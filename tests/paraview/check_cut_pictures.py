@@ -73,7 +73,7 @@ for name, (source, kind) in pictures.items():
     display = simple.Show(source, view)
     display.SetRepresentationType(kind)
     simple.Render(view)
-    if name != "contour" and "RTData" in source.PointData.keys():  # 5.11's Clip drops it
+    if name != "contour" and source.PointData.GetArray("RTData"):  # 5.11's Clip drops it
         simple.ColorBy(display, ("POINTS", "RTData"))
     # straight through the opening, for the test; from the side, for people
     for place, towards in (("", [0.0, -60.0, 2.0]), ("_aside", [25.0, -50.0, 30.0])):
