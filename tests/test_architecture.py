@@ -31,7 +31,7 @@ ALLOWED = {
     "dispatch": {"device", "engine", "reference"},
     "doctor": {"", "device", "installation", "numpy", "resources"},
     "engine": {
-        *{"cut_tables", "device", "guesses", "handles", "interpolation"},
+        *{"cut_tables", "device", "handles", "interpolation", "packing", "search"},
         *{"numpy", "pyopencl"},
     },
     "filters": {"", "arrays", "gradients", "handle_files", "numpy", "vtkmodules"},
@@ -46,11 +46,13 @@ ALLOWED = {
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
     "io": {"filters", "handle_files", "image_files", "vtkmodules"},
     "nrrd": {"numpy"},
+    "packing": {"handles", "numpy"},
     "paraview_gui": {"filters", "handle_files", "numpy", "paraview"},
     "paraview_scene": {"paraview"},
     "reference": {"guesses", "handles", "interpolation", "numpy"},
     "regions": {"handles", "numpy"},
     "resources": set(),
+    "search": {"guesses", "numpy", "packing"},
 }
 
 

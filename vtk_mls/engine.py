@@ -12,21 +12,16 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls import device as devices
-from vtk_mls import guesses, interpolation
+from vtk_mls import interpolation, packing
 from vtk_mls.cut_tables import BEFORE_SURFACES, SURFACES, cut_tables
 from vtk_mls.handles import MONOMIAL_COUNT, ROTATION_KINDS
+from vtk_mls.search import InverseSearch
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 18
-# The search for the inverse. Points for each node of the lattice of first guesses, and nodes.
-_POINTS_PER_NODE, _LEAST_NODES, _MOST_NODES = 64, 1 << 10, 1 << 18
-# Samples of the map, where points begin that do not find their place otherwise.
-_SAMPLES = 1 << 12
-# What may be left of G(v) = x, in local units, after the quick search and after all.
-_QUICK, _FOUND = 5e-6, 1e-5
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 _C_TYPES = {
     **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},
@@ -90,9 +85,9 @@ class Engine:
         found = np.zeros(len(points), bool)
         with self._lock:
             searches = [
-                _Search(self, deformation, r, points, progress) for r in deformation.regions
+                InverseSearch(self, deformation, r, points, progress) for r in deformation.regions
             ]
-            for part in _stepped(self._search_slabs(len(points), deformation), progress):
+            for part in _stepped(self.search_slabs(len(points), deformation), progress):
                 for search in searches:
                     where = _held(deformation, search.region, points, part)
                     displacement[where], found[where] = search.forward(points[where])
@@ -117,7 +112,7 @@ class Engine:
                             grid,
                             part,
                             np.float32(handles.scale),
-                            _float4(handles.drift),
+                            packing.float4(handles.drift),
                             *outputs,
                         )
         opening = opening.reshape(grid.shape) if deformation.cuts else None
@@ -185,7 +180,7 @@ class Engine:
                             region,
                             target,
                             part,
-                            *_to_source(source, target, region.handles, continued),
+                            *packing.to_source(source, target, region.handles, continued),
                             *outputs,
                         )
                 for rest in sources.fitting(0, planes, count):
@@ -218,27 +213,9 @@ class Engine:
                 bounds = interpolation.joined_bounds(bounds, here.T, source.whole.dimensions)
         return bounds
 
-    # Launching
+    # What the search for the inverse asks for
 
-    def _at_points(self, name, deformation, points, planes, progress):
-        """Rows of `points`, the handle set there, and the kernel's planes (planes, m)."""
-        with self._lock:
-            slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
-            for part in _stepped(slabs, progress):
-                for region in deformation.regions:
-                    where = _held(deformation, region, points, part)
-                    local = _planes(region.handles.local(points[where]))
-                    count = local.shape[1]
-                    if count == 0:
-                        continue
-                    result = np.empty((planes, count), np.float32)
-                    with self._read(local) as v, self._written(result) as out:
-                        self._launch_map(
-                            name, deformation, region, None, count, np.int64(count), v, out
-                        )
-                    yield where, region.handles, result
-
-    def _local(self, handles, points, offset=0):
+    def local_points(self, handles, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame of `handles`, (3, m) float32."""
         centre = handles.centre + offset
         if points.dtype == np.float64 and not self.device.has_float64:
@@ -258,12 +235,56 @@ class Engine:
                 -(-len(points) // self.device.lanes),
                 np.int64(len(points)),
                 x,
-                _float4(centre),
-                _float4(centre - np.float32(centre)),
-                np.float32(1 / handles.scale),
+                packing.float4(centre),
+                packing.float4(centre - np.float32(centre)),
+                points.dtype.type(1 / handles.scale),
                 out,
             )
         return local
+
+    def search_slabs(self, count, deformation):
+        """Slices of `count` places whose inverse is looked for."""
+        return self._slabs(count, deformation, 64, _CACHED)
+
+    def run_at(self, kernel, deformation, region, places, arguments=(), changed=(), outputs=()):
+        """Launch a kernel of the map at `places` (3, m) of the local frame of `region`.
+
+        After the places it takes `arguments`, arrays that it changes, and arrays that it writes.
+        """
+        count = places.shape[1]
+        if count == 0:
+            return
+        with ExitStack() as buffers:
+            read = buffers.enter_context(self._read(places))
+            arrays = [*map(self._exchanged, changed), *map(self._written, outputs)]
+            written = [buffers.enter_context(array) for array in arrays]
+            self._launch_map(
+                kernel,
+                deformation,
+                region,
+                None,
+                count,
+                np.int64(count),
+                read,
+                *arguments,
+                *written,
+            )
+
+    # Launching
+
+    def _at_points(self, name, deformation, points, planes, progress):
+        """Rows of `points`, the handle set there, and the kernel's planes (planes, m)."""
+        with self._lock:
+            slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
+            for part in _stepped(slabs, progress):
+                for region in deformation.regions:
+                    where = _held(deformation, region, points, part)
+                    local = self.local_points(region.handles, points[where])
+                    if local.shape[1] == 0:
+                        continue
+                    result = np.empty((planes, local.shape[1]), np.float32)
+                    self.run_at(name, deformation, region, local, outputs=[result])
+                    yield where, region.handles, result
 
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
@@ -280,12 +301,8 @@ class Engine:
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
-    def _search_slabs(self, count, deformation):
-        """Slices of `count` places whose inverse is looked for."""
-        return self._slabs(count, deformation, 64, _CACHED)
-
     def _launch_grid(self, name, deformation, region, grid, part, *arguments):
-        lattice = _lattice(grid, part, region.handles)
+        lattice = packing.lattice(grid, part, region.handles)
         count = part.stop - part.start
         self._launch_map(name, deformation, region, grid.whole, count, *lattice, *arguments)
 
@@ -298,7 +315,7 @@ class Engine:
                 region,
                 target,
                 part,
-                *_to_source(source, target, region.handles, continued),
+                *packing.to_source(source, target, region.handles, continued),
                 index,
             )
 
@@ -328,12 +345,12 @@ class Engine:
         else:
             constants += [("FUNCTIONS", MONOMIAL_COUNT[handles.degree])]
         if handles not in self._uploaded:
-            self._uploaded[handles] = [self._constant(table) for table in _tables(handles)]
+            self._uploaded[handles] = [self.constant(table) for table in packing.tables(handles)]
         arguments = [
             np.int32(len(handles)),
             np.float32(alpha),
             np.int32(handles.rotation_rank),
-            _float4(handles.flip_axis),
+            packing.float4(handles.flip_axis),
             *self._uploaded[handles],
         ]
         if deformation.cuts:
@@ -342,11 +359,11 @@ class Engine:
             arguments += [
                 np.float32(deformation.nu / (2 * alpha)),
                 np.float32(deformation.nu),
-                _float4(handles.drift / handles.scale),
+                packing.float4(handles.drift / handles.scale),
                 np.int32(len(deformation.planes)),
-                *(self._constant(packed.tables[name]) for name in BEFORE_SURFACES),
+                *(self.constant(packed.tables[name]) for name in BEFORE_SURFACES),
                 np.int32(packed.surface_count),
-                *(self._constant(packed.tables[name]) for name in SURFACES),
+                *(self.constant(packed.tables[name]) for name in SURFACES),
             ]
         return tuple(constants), arguments
 
@@ -379,7 +396,10 @@ class Engine:
                 -(-count // self.device.lanes),
                 np.int64(count),
                 index,
-                *(_int4(n) for n in (source.whole.dimensions, there.first, there.dimensions)),
+                *(
+                    packing.int4(n)
+                    for n in (source.whole.dimensions, there.first, there.dimensions)
+                ),
                 np.int32(components),
                 array.dtype.type(fill),
                 values,
@@ -394,7 +414,8 @@ class Engine:
             self._kept = cl.Buffer(self.queue.context, cl.mem_flags.READ_WRITE, size)
         return self._kept
 
-    def _constant(self, array):
+    def constant(self, array):
+        """`array` on the device, to read as long as the buffer is kept."""
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self.queue.context, flags, hostbuf=array)
 
@@ -427,128 +448,6 @@ def _held(deformation, region, points, part):
     if here.all():
         return part
     return part.start + np.flatnonzero(here) if here.any() else slice(0, 0)
-
-
-class _Search:
-    """The inverse of the map in one region, at some of `points` (m, 3).
-
-    Each place x, less drift, gets a way from it to the v with G(v) = x, in local units, and what is
-    left of G(v) = x there. Many points find theirs quickly, from first guesses on a lattice over
-    all of them. The others are looked for by Newton's method: from the map with p and q exchanged,
-    and if that leads nowhere, from the place among samples that the map brings nearest to x.
-    """
-
-    def __init__(self, engine, deformation, region, points, progress):
-        self.engine, self.deformation, self.region = engine, deformation, region
-        self.box = guesses.bounds(points)
-        self.guess = None
-        nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
-        if nodes >= _LEAST_NODES:
-            self.guess = self._guess(nodes, progress)
-
-    def forward(self, points):
-        """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
-        handles = self.region.handles
-        local = self.engine._local(handles, points, handles.drift)
-        if self.guess is None:
-            ways, left = self._careful(local)
-            return handles.scale * ways.T - handles.drift, left <= _FOUND
-        displacement, left = self._quick(local)
-        lost = np.flatnonzero(left > _QUICK)
-        ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
-        displacement[lost] = handles.scale * ways.T - handles.drift
-        return displacement, left <= _FOUND
-
-    def _guess(self, nodes, progress):
-        """Kernel arguments of a lattice with the ways at its nodes."""
-        engine, handles = self.engine, self.region.handles
-        lattice = guesses.Lattice.over(handles.local(self.box - handles.drift), nodes)
-        local = _planes(lattice.points())
-        table = np.zeros((local.shape[1], 4), np.float32)
-        for part in engine._search_slabs(len(table), self.deformation):
-            ways, _ = self._newton(*self._begun(np.ascontiguousarray(local[:, part])))
-            table[part, :3] = ways.T
-            if progress is not None:
-                progress(0.0)  # nothing is done yet, but abort is heard
-        dimensions = np.array([*lattice.dimensions, 1], np.int32)
-        density = _float4(np.full(3, 1 / lattice.step))
-        return engine._constant(table), dimensions, _float4(lattice.low), density
-
-    def _quick(self, local):
-        """v - x (m, 3) float32, world units, for places `local` (3, m); what is left (m,)."""
-        count, handles = local.shape[1], self.region.handles
-        displacement, left = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        frame = np.float32(handles.scale), _float4(handles.drift)
-        self._run("point_forward", [local], [*self.guess, *frame], [displacement, left])
-        return displacement, left
-
-    def _careful(self, local):
-        """Ways (3, m) from places `local` (3, m); what is left (m,)."""
-        ways, left = self._newton(*self._begun(local))
-        lost = np.flatnonzero(left > _FOUND)
-        if len(lost) and self._samples is not None:
-            places = np.ascontiguousarray(local[:, lost])
-            begin = np.empty_like(places)
-            self._run("nearest_sample", [places], self._samples, [begin])
-            again, rest = self._newton(places, begin)
-            better = rest < left[lost]
-            ways[:, lost[better]], left[lost[better]] = again[:, better], rest[better]
-        return ways, left
-
-    def _newton(self, local, ways):
-        """The ways that Newton's method finds from first guesses; what is left."""
-        left = np.empty(local.shape[1], np.float32)
-        self._run("point_inverse", [local], [], [ways, left])
-        return ways, left
-
-    def _begun(self, local):
-        """`local`, and the ways of the map with p and q exchanged."""
-        handles, other = self.region.handles, self.region.exchanged.handles
-        ratio = handles.scale / other.scale
-        offset = (handles.centre + handles.drift - other.centre) / other.scale
-        there, ways = _planes(local.T * ratio + offset), np.empty_like(local)
-        self._run("point_displacement", [there], [], [ways], self.region.exchanged)
-        drift = (other.drift + handles.drift) / handles.scale
-        return local, (ways / ratio + drift[:, None]).astype(np.float32)
-
-    @functools.cached_property
-    def _samples(self):
-        """Kernel arguments: number and table of samples all round; None if there are none."""
-        handles, planes = self.region.handles, self.deformation.planes
-        box = guesses.joined(self.box, guesses.bounds(handles.deformed))
-        v = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
-        v = v[self.region.holds(planes, v)]
-        if len(v) == 0:
-            return None
-        local = _planes(handles.local(v))
-        slope = np.empty((9, len(v)), np.float32)
-        self._run("point_jacobian", [local], [], [slope])
-        upright = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
-        local = np.ascontiguousarray(local[:, upright])
-        moved = np.empty_like(local)
-        self._run("point_displacement", [local], [], [moved])
-        table = np.ascontiguousarray(np.concatenate([local, local + moved]).T)
-        return np.int32(local.shape[1]), self.engine._constant(table)
-
-    def _run(self, kernel, inputs, arguments, outputs, region=None):
-        """Launch a kernel of the map at the places `inputs[0]` (3, m)."""
-        engine, count = self.engine, inputs[0].shape[1]
-        if count == 0:
-            return
-        with ExitStack() as buffers:
-            read = [buffers.enter_context(engine._read(array)) for array in inputs]
-            written = [buffers.enter_context(engine._exchanged(array)) for array in outputs]
-            engine._launch_map(
-                kernel,
-                self.deformation,
-                region or self.region,
-                None,
-                count,
-                np.int64(count),
-                *read,
-                *arguments,
-                *written,
-            )
 
 
 class _Shared:
@@ -636,60 +535,3 @@ def _slices_needed(z, grid):
     count = grid.dimensions[2]
     low, high = np.clip((int(z.min()) - 1, int(z.max()) + 2), 0, count - 1)
     return int(low), int(high) + 1
-
-
-def _planes(points):
-    """Points (m, 3) as the kernels take them: (3, m) float32."""
-    return np.ascontiguousarray(points.T, dtype=np.float32)
-
-
-def _tables(handles):
-    """What the kernels read of a handle set, float32: points, basis values, basis coefficients."""
-    count, functions = len(handles), MONOMIAL_COUNT[handles.degree]
-    points = np.zeros((count, 8), np.float32)
-    points[:, 0:3] = handles.local(handles.deformed)
-    points[:, 3] = handles.weights / handles.weights.mean()
-    points[:, 4:7] = (handles.rest - handles.deformed - handles.drift) / handles.scale
-    values = np.zeros((count, functions), np.float32)
-    values[:, : len(handles.basis)] = handles.basis.values - handles.basis.values.mean(axis=0)
-    coefficients = np.zeros((functions, functions), np.float32)
-    coefficients[: len(handles.basis)] = handles.basis.coefficients
-    return points, values, coefficients
-
-
-def _lattice(grid, part, handles):
-    """Kernel arguments of the points `part` of `grid`, with their way to the local frame."""
-    frame = _transform(grid.index_to_world / handles.scale, handles.local(grid.whole.origin))
-    nx, ny, _ = grid.dimensions
-    bounds = np.int64(part.start), np.int64(part.stop)
-    return *bounds, np.int32(nx), np.int32(ny), _int4(grid.first), frame
-
-
-def _transform(matrix, offset):
-    """An affine transform as `transformed` in lattice.cl takes it."""
-    packed = np.zeros(16, np.float32)
-    packed[:12] = np.concatenate([np.asarray(matrix).T.ravel(), offset])
-    return packed
-
-
-def _to_source(source, target, handles, continued):
-    """First arguments of the kernels that tell where in `source` points of `target` come from."""
-    matrix, offset = target.whole.index_transform(source.whole)
-    turn = np.linalg.inv(source.index_to_world)
-    return (
-        _transform(matrix, offset + turn @ handles.drift),
-        _transform(turn * handles.scale, np.zeros(3)),
-        np.int32(continued),
-    )
-
-
-def _float4(vector):
-    packed = np.zeros(4, np.float32)
-    packed[:3] = vector
-    return packed
-
-
-def _int4(vector):
-    packed = np.zeros(4, np.int32)
-    packed[:3] = vector
-    return packed
