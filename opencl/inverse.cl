@@ -5,6 +5,7 @@
 
 #define TRIALS 32
 #define SMALLEST_SHARE 0.03f
+#define DECREASE 0.1f            // of what a step promises, at least
 #define INVERSE_TOLERANCE 3e-7f  // next to x: about what float32 resolves
 #define CHORDS 5
 #define CHORD_TOLERANCE 5e-6f    // left for a last step that needs no check
@@ -52,8 +53,9 @@ inline vec newton_step(const mat *jacobian, vec r) {
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), step), r, singular);
 }
 
-// Newton's method from a first guess in `way`; what is left next to the size of x. A step that does
-// not come closer, or leads through a cut, is halved.
+// Newton's method from a first guess in `way`; what is left next to the size of x. A step that comes
+// hardly closer, or leads through a cut, is halved, and the next one is at most twice as long: where
+// there is no inverse the search is soon over.
 inline real newton(const map_t *map, vec x, vec *way) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *way;
@@ -61,11 +63,11 @@ inline real newton(const map_t *map, vec x, vec *way) {
     fit_t fit;
     vec r = residual(map, x, trial, &fit);
     real distance = length3(r);
-    integer better = distance < left;
+    integer better = distance < left * fma(-DECREASE, share, (real)(1));
     if (i > 0) better &= !is_blocked(map, x, trial);
     *way = vec_select(*way, trial, better);
     left = select(left, distance, better);
-    share = select(share * 0.5f, (real)(1), better);
+    share = select(share * 0.5f, least(2 * share, (real)(1)), better);
     integer open = (left > close) & (share > SMALLEST_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {

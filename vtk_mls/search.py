@@ -41,7 +41,7 @@ class InverseSearch:
             ways, left = self._careful(local)
             return handles.scale * ways.T - handles.drift, left <= _FOUND
         displacement, left = self._quick(local)
-        lost = np.flatnonzero(left > _QUICK)
+        lost = np.flatnonzero(~(left <= _QUICK))  # NaN, too
         ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
         displacement[lost] = handles.scale * ways.T - handles.drift
         return displacement, left <= _FOUND
