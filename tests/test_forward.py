@@ -38,8 +38,13 @@ def misses(d, x, field):
     return np.linalg.norm(d.backward(v) - x[field.found], axis=1) / EXTENT
 
 
-@pytest.mark.parametrize("cuts", CUTS)
-@pytest.mark.parametrize("alpha", [0.5, 1, 2, 3])
+@pytest.mark.parametrize(
+    ("cuts", "alpha"),
+    [
+        *[("none", alpha) for alpha in (0.5, 1, 2, 3)],
+        *[("half-plane", 0.5), ("half-plane", 3), ("plane", 1), ("polygon", 2)],
+    ],
+)
 def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, device, rng):
     """Wherever the map does not fold and no cut is in the way."""
     # each side of a plane wants more control points than a cubic has coefficients
@@ -68,11 +73,18 @@ class TestManyPoints:
     def device(self, request):
         return request.param
 
-    @pytest.mark.parametrize("lanes", ["vectors", "one point per work item"])
     @pytest.mark.parametrize("cuts", CUTS)
-    def test_find_what_few_find(self, cuts, lanes, kind_and_degree, device, rng, monkeypatch):
-        if lanes != "vectors":
-            monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
+    def test_find_what_few_find(self, cuts, kind_and_degree, device, rng):
+        self.check(cuts, kind_and_degree, device, rng)
+
+    @pytest.mark.parametrize("kind_and_degree", [("rigid", 1), ("polynomial", 2)])
+    @pytest.mark.parametrize("cuts", ["none", "half-plane"])
+    def test_find_it_one_by_one(self, cuts, kind_and_degree, device, rng, monkeypatch):
+        """As GPUs do: one point per work item."""
+        monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
+        self.check(cuts, kind_and_degree, device, rng)
+
+    def check(self, cuts, kind_and_degree, device, rng):
         rest, deformed = random_handles(rng, 60, 2)
         d = deformation(rest, deformed, kind_and_degree, device, cuts=CUTS[cuts])
         v = sound_places(d, count=90_000)
@@ -99,6 +111,14 @@ class TestManyPoints:
         np.testing.assert_allclose(slabs.displacement, whole.displacement, rtol=0, atol=1e-4)
         with pytest.raises(Aborted, match="stopped at 0%"):
             d.forward_field(x, progress=lambda done: True)
+
+    def test_where_the_quick_search_overflows_are_looked_for_with_care(self, device, rng):
+        """A cubic that folds: as many find their place as do without first guesses."""
+        d = deformation(*random_handles(rng, 60, 25), ("polynomial", 3), device)
+        x = rng.uniform(0, EXTENT, (70_000, 3))
+        many, few = d.forward_field(x), d.forward_field(x[:2000])
+        assert many.found[:2000].mean() >= few.found.mean() - 0.01
+        assert misses(d, x, many).max() <= 1e-4
 
     def test_that_are_not_finite_stay_so(self, device, rng):
         rest, deformed = random_handles(rng, 15, 4)

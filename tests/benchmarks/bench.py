@@ -1,10 +1,12 @@
 """Measure vtk_mls against other programs, side by side in one run.
 
-Three questions, each asked of everyone who can answer it, with 15 handles:
+Four questions, each asked of everyone who can answer it, with 15 handles:
 
 - the displacement map of a grid (the paper's Table 1);
 - a volume, deformed: one filter from image to image;
-- points, moved forward by the inverse of the map that deforms the volume, as many as the grid has.
+- points, moved forward by the inverse of the map that deforms the volume, as many as the grid has;
+- a mesh of two million tetrahedra, likewise: one filter from mesh to mesh. What a cut splits is
+  kept from run to run, as it is while control points are dragged.
 
 Everyone runs once to warm up (kernels are built, threads started) and then several times, in
 turns; the smallest and the median time are printed. VTK's filters use its thread pool (STDThread).
@@ -19,10 +21,11 @@ import time
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints, vtkSMPTools
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
 from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 import vtk_mls
@@ -39,18 +42,18 @@ KINDS = {
 }
 # Table 1 of the paper, milliseconds on its GPU (GeForce 8800 Ultra) and its CPU (2 GHz).
 PAPER = {
-    (64, "affine"): (4, 633),
-    (64, "rigid"): (8, 1125),
-    (64, "similarity"): (8, 1133),
-    (64, "polynomial, degree 2"): (102, 9270),
-    (128, "affine"): (15, 4868),
-    (128, "rigid"): (45, 8779),
-    (128, "similarity"): (45, 8976),
-    (128, "polynomial, degree 2"): (460, 117180),
-    (256, "affine"): (104, 38550),
-    (256, "rigid"): (325, 69970),
-    (256, "similarity"): (325, 70550),
-    (256, "polynomial, degree 2"): (730, 793000),
+    ("64^3", "affine"): (4, 633),
+    ("64^3", "rigid"): (8, 1125),
+    ("64^3", "similarity"): (8, 1133),
+    ("64^3", "polynomial, degree 2"): (102, 9270),
+    ("128^3", "affine"): (15, 4868),
+    ("128^3", "rigid"): (45, 8779),
+    ("128^3", "similarity"): (45, 8976),
+    ("128^3", "polynomial, degree 2"): (460, 117180),
+    ("256^3", "affine"): (104, 38550),
+    ("256^3", "rigid"): (325, 69970),
+    ("256^3", "similarity"): (325, 70550),
+    ("256^3", "polynomial, degree 2"): (730, 793000),
 }
 # How many times quicker we want to be.
 GOALS = {
@@ -75,9 +78,10 @@ def main():
         print(f"Not installed here, so not measured: {name} (pip install 'vtk-mls[bench]')")
     ratios = []
     for n in (64, 128, 256) if arguments.large else (64, 128):
-        ratios += _compare("displacement map", n, _maps(n))
-        ratios += _compare("deformed volume", n, _volumes(n))
-        ratios += _compare("points moved forward", n, _points(n))
+        ratios += _compare(f"displacement map, {n}^3", f"{n}^3", _maps(n))
+        ratios += _compare(f"deformed volume, {n}^3", f"{n}^3", _volumes(n))
+        ratios += _compare(f"points moved forward, {n}^3", f"{n}^3", _points(n))
+    ratios += _compare("mesh of 2 million tetrahedra (341,991 points)", "mesh", _meshes(55))
     print("\nTimes of VTK's thin-plate spline over ours (rigid)")
     for line in ratios:
         print(line)
@@ -114,13 +118,8 @@ def _volumes(n):
     source.SetCenter(n / 2, n / 2, n / 2)
     source.Update()
     image = source.GetOutput()
-    handles = MLSControlPoints()
-    handles.SetRestPoints(rest.tolist())
-    handles.SetDeformedPoints(deformed.tolist())
     for name, options in KINDS.items():
-        deform = MLSDeform()
-        deform.SetInputDataObject(0, image)
-        deform.SetInputConnection(1, handles.GetOutputPort())
+        deform = _deform(image, rest, deformed)
         deform.SetKind(options["kind"])
         deform.SetDegree(options.get("degree", 2))
         yield name, lambda deform=deform: _again(deform)
@@ -144,7 +143,27 @@ def _points(n):
     mesh, places = vtkPolyData(), vtkPoints()
     places.SetData(numpy_to_vtk(points))
     mesh.SetPoints(places)
-    # a spline that is made to go forward, and the inverse of the one that deforms the volume
+    yield from _transform_filters(mesh, rest, deformed)
+
+
+def _meshes(n):
+    """Everyone who deforms a mesh of n^3 blocks of 12 tetrahedra, as (name, function)."""
+    rest, deformed = _handles(n)
+    blocks = vtkCellTypeSource()
+    blocks.SetCellType(VTK_TETRA)
+    blocks.SetBlocksDimensions(n, n, n)
+    blocks.Update()
+    mesh = blocks.GetOutput()
+    ours = _deform(mesh, rest, deformed)
+    yield "rigid", lambda: _again(ours)
+    cut = _deform(mesh, rest, deformed)
+    cut.AddCut(vtk_mls.HalfPlane((n / 2, n / 2, n / 2), (0, 0, 1), (1, 0, 0)))
+    yield "rigid, half-plane cut", lambda: _again(cut)
+    yield from _transform_filters(mesh, rest, deformed)
+
+
+def _transform_filters(mesh, rest, deformed):
+    """VTK's splines: one made to go forward, and the inverse of the one that deforms volumes."""
     forward, inverse = _spline(deformed, rest), _spline(rest, deformed)
     inverse.Inverse()
     for name, transform in {"(TPS)": forward, "(TPS^-1)": inverse}.items():
@@ -178,10 +197,10 @@ def _molesq(rest, deformed, n):
 OPTIONAL = {"scipy RBFInterpolator": _scipy, "molesq (affine MLS)": _molesq}
 
 
-def _compare(title, n, peers):
+def _compare(title, size, peers):
     """Measure and print one table; the lines for the summary."""
-    papers = {name: PAPER[size, name] for size, name in PAPER if size == n and "map" in title}
-    print(f"\n{title}, {n}^3, milliseconds")
+    papers = {name: t for (n, name), t in PAPER.items() if n == size and "map" in title}
+    print(f"\n{title}, milliseconds")
     print(f"{'':28}{'smallest':>10}{'median':>10}{'x rigid':>10}", end="")
     print(f"{'paper GPU':>12}{'paper CPU':>12}" if papers else "")
     times = _measure(dict(peers))
@@ -192,8 +211,8 @@ def _compare(title, n, peers):
     lines = []
     for spline in GOALS.keys() & times.keys():
         smallest, median = (times[spline][i] / times["rigid"][i] for i in (0, 1))
-        line = f"  {spline:28}{n:5}^3{smallest:8.1f} of the smallest,{median:6.1f} of the medians"
-        lines.append(line + (f"   (goal: at least {GOALS[spline]})" if n == 128 else ""))
+        line = f"  {spline:28}{size:>7}{smallest:8.1f} of the smallest,{median:6.1f} of the medians"
+        lines.append(line + (f"   (goal: at least {GOALS[spline]})" if size == "128^3" else ""))
     return sorted(lines)
 
 
@@ -219,6 +238,16 @@ def _handles(n):
     random = np.random.default_rng(1)
     rest = random.uniform(0.1 * n, 0.9 * n, (HANDLES, 3))
     return rest, rest + random.normal(0, 0.05 * n, rest.shape)
+
+
+def _deform(data, rest, deformed):
+    handles = MLSControlPoints()
+    handles.SetRestPoints(rest.tolist())
+    handles.SetDeformedPoints(deformed.tolist())
+    deform = MLSDeform()
+    deform.SetInputDataObject(0, data)
+    deform.SetInputConnection(1, handles.GetOutputPort())
+    return deform
 
 
 def _spline(rest, deformed):
