@@ -164,11 +164,13 @@ def _meshes(n):
 
 def _transform_filters(mesh, rest, deformed):
     """VTK's splines: one made to go forward, and the inverse of the one that deforms volumes."""
+    own = mesh.NewInstance()  # VTK's filters touch their input, which would undo what ours keep
+    own.DeepCopy(mesh)
     forward, inverse = _spline(deformed, rest), _spline(rest, deformed)
     inverse.Inverse()
     for name, transform in {"(TPS)": forward, "(TPS^-1)": inverse}.items():
         move = vtkTransformFilter()
-        move.SetInputData(mesh)
+        move.SetInputData(own)
         move.SetTransform(transform)
         yield f"vtkTransformFilter {name}", lambda move=move: _again(move)
 
