@@ -30,7 +30,7 @@ class Gui:
     def __init__(self, folder, project, display, process):
         self._folder, self.folder = project / folder, folder
         self._display, self._process = display, process
-        self._origin = None  # screen coordinates of the view's lower left corner
+        self.clicks = 0  # so far, drags included
 
     def run(self, text):
         """Run Python inside; the value that it gives to `answer`."""
@@ -66,10 +66,34 @@ class Gui:
         self._xdotool("key", "--delay", 100, "Return")
         self.until(f"{active} != {before}")
 
+    def click(self, place):
+        """Click on what `gui_places` finds, as soon as it is there."""
+        self._point_at(place)
+        self._xdotool("click", 1)
+        self.clicks += 1
+
+    def hover(self, place):
+        """Point at what `gui_places` finds, as soon as it is there."""
+        self._point_at(place)
+
+    def scroll_to(self, name):
+        """Turn the mouse wheel until a drop-down list can be seen."""
+        while turn := self._place(f"to_scroll({name!r})"):
+            x, y, direction, _ = turn
+            self._xdotool("mousemove", "--sync", x, y)
+            self._xdotool("click", direction)
+            self._wait(lambda: self._place(f"to_scroll({name!r})") != turn, "the panel to scroll")
+
+    def type(self, text):
+        """Type text and Return into what has the focus."""
+        self._xdotool("type", "--delay", 20, text)
+        self._xdotool("key", "--delay", 100, "Return")
+
     @contextmanager
     def dragging(self, place, by):
         """Take hold of what is at a place in the world, and pull it by so many pixels."""
         x, y = self._on_screen(place)
+        self.clicks += 1
         self._xdotool("mousemove", "--sync", x, y)
         self._xdotool("mousedown", 1)
         for step in range(1, 11):
@@ -94,6 +118,21 @@ class Gui:
         (self._window,) = self._windows()
         self._xdotool("windowmove", self._window, 0, 0)
         self._xdotool("windowsize", "--sync", self._window, WIDTH, HEIGHT)
+
+    def _place(self, place):
+        return self.run(f"import gui_places; answer = gui_places.{place}")
+
+    def _point_at(self, place):
+        found = []
+
+        def is_still():  # windows move as they open
+            found.append(self._place(place))
+            return found[-1] and found[-2:] == [found[-1]] * 2
+
+        self._wait(is_still, place)
+        x, y = found[-1]
+        for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
+            self._xdotool("mousemove", "--sync", x + shift, y)
 
     def _on_screen(self, place):
         """Where on the screen a place in the world is."""

@@ -15,6 +15,11 @@ from test_paraview import (  # noqa: F401
     display,
     paraview,
 )
+from vtkmodules.vtkImagingCore import vtkImageShrink3D
+from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+
+from vtk_mls import demo_volumes
 
 HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
 PULL = (60, 50)  # pixels
@@ -56,6 +61,34 @@ simple.SetActiveSource(wavelet)
 volume = rtdata(wavelet).copy()
 """
 
+OPEN = """
+import os
+import numpy as np
+import gui_places
+from vtkmodules.util.numpy_support import vtk_to_numpy
+os.environ["VTK_MLS_OPEN"] = os.path.abspath("{file}")
+exec(open("vtk_mls/paraview_scene.py").read())  # as vtk-mls paraview FILE
+file = simple.GetActiveSource()
+
+def output(proxy):
+    data = proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0)
+    return data if data and data.GetNumberOfPoints() else None
+
+def values(proxy, name):
+    return vtk_to_numpy(output(proxy).GetPointData().GetArray(name))
+
+def is_dragged():
+    moved = deform.SMProxy.GetProperty("DeformedPoints")
+    count = moved.GetNumberOfUncheckedElements()
+    return [moved.GetUncheckedElement(i) for i in range(count)] != list(deform.RestPoints)
+
+def is_bent():
+    return not np.array_equal(values(deform, "T1"), values(file, "T1"))
+
+def is_cut():
+    return bool(values(deform, "Void").any())
+"""
+
 REPLAY = """
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -86,6 +119,25 @@ def gui(start):
         gui.run(SETUP)
         yield gui
         assert noise(gui) == []
+
+
+@pytest.fixture(scope="module")
+def brain():
+    """File of a volume, relative to the project."""
+    reader = vtkNIFTIImageReader()
+    reader.SetFileName(str(demo_volumes.brain()))
+    smaller = vtkImageShrink3D()
+    smaller.SetInputConnection(reader.GetOutputPort())
+    smaller.SetShrinkFactors(2, 2, 2)
+    smaller.Update()
+    smaller.GetOutput().GetPointData().GetScalars().SetName("T1")
+    writer = vtkXMLImageDataWriter()
+    writer.SetInputConnection(smaller.GetOutputPort())
+    file = PICTURES / "brain.vti"
+    (PROJECT / PICTURES).mkdir(parents=True, exist_ok=True)
+    writer.SetFileName(str(PROJECT / file))
+    assert writer.Write()
+    return file
 
 
 def noise(gui):
@@ -146,6 +198,45 @@ def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
     gui.run("simple.SetActiveSource(deform)")
     with gui.dragging(deformed, (0, 80)):
         gui.until("len(dragged(pending=True)) == 1")
+
+
+def test_clicks_of_the_readme(start, brain):
+    """From an opened file to a volume that is bent and cut open, by mouse alone."""
+    with start() as gui:
+        gui.click("menu_item('Tools')")
+        gui.click("menu_item('Manage Plugins')")
+        gui.click("button('Load New')")
+        gui.hover("button('Cancel')")
+        gui.type("paraview_plugin/vtk_mls_plugin.py")
+        gui.until("hasattr(servermanager.filters, 'MLSDeform')")
+        gui.screenshot("0_loaded")
+        gui.click("button('Close')")
+        gui.run(OPEN.format(file=brain))
+        gui.screenshot("1_opened")
+
+        gui.clicks = 0
+        gui.click("menu_item('Filters')")
+        gui.hover("menu_item('MLS Deformation')")
+        gui.click("menu_item('MLS Deform')")
+        gui.until("simple.GetActiveSource() != file")
+        gui.run("deform = simple.GetActiveSource()")
+        gui.scroll_to("CutType")
+        gui.click("drop_down('CutType')")
+        gui.click("option('CutType', 'plane')")
+        with gui.dragging((194, 230, 186), (90, 10)):
+            gui.until("is_dragged()")
+            gui.screenshot("2_dragging")
+        gui.click("button('Apply')")
+        gui.until("output(deform)")
+        gui.click("drop_down('displayRepresentation')")
+        gui.click("option('displayRepresentation', 'Volume')")
+        gui.click("button('Yes')")
+        gui.until("simple.GetDisplayProperties(deform, view).Representation == 'Volume'")
+        assert gui.clicks < 10
+        assert gui.value("is_bent() and is_cut()")
+        gui.run("simple.Render(view)")
+        gui.screenshot("3_open")
+        assert noise(gui) == []
 
 
 def test_auto_apply_follows_the_drag(gui):

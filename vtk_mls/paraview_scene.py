@@ -16,6 +16,8 @@ display = simple.Show(shown, view)
 if not file:
     simple.ColorBy(display, ("POINTS", "RTData"))
     display.SetRepresentationType("Surface")
+elif shown.GetDataInformation().GetDataSetTypeAsString() == "vtkImageData":
+    display.SetRepresentationType("Volume")  # an outline would show nothing of it
 simple.SetActiveSource(shown)
 simple.ResetCamera(view)
 simple.Render(view)

@@ -1,16 +1,18 @@
 """Runs inside ParaView's GUI (`paraview --script`): does what `tests/paraview_gui.py` asks for.
 
 A request is a file of Python, left in the folder PARAVIEW_GUI_FOLDER; a timer of the render view
-looks for it. What it assigns to `answer` is the reply.
+looks for it. What it assigns to `answer` is the reply. It may import what lies in this folder.
 """
 
 import json
 import os
+import sys
 import traceback
 
 from paraview import servermanager, simple
 
 folder = os.environ["PARAVIEW_GUI_FOLDER"]
+sys.path.append("tests/paraview")
 names = {"simple": simple, "servermanager": servermanager}
 
 

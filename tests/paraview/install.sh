@@ -3,7 +3,8 @@
 #   - the distribution's own, by apt (ParaView 5.11 on Debian 12);
 #   - Debian trixie's (5.13) and forky's (6.1), each as a root file system of 2.7 GB in .cache/paraview,
 #     or in $VTK_MLS_PARAVIEW_CACHE;
-# and on this system what their GUIs are tested with: a display, a mouse and a camera.
+# and what their GUIs are tested with: on this system a display, a mouse and a camera; beside each
+# ParaView, Qt for Python, to ask where its buttons are.
 # Does nothing for what is there already, and adds to a root what it lacks. What cannot be made is said loudly at the end, is not a failure
 # here, and is skipped by the tests with a reason.
 set -uo pipefail
@@ -11,7 +12,8 @@ set -uo pipefail
 here=$(realpath "$(dirname "$0")")
 cache=${VTK_MLS_PARAVIEW_CACHE:-$here/../../.cache/paraview}
 packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd openmpi-bin)
-gui_packages=(xvfb xauth xdotool imagemagick)
+gui_packages=(xvfb xauth xdotool imagemagick python3-pyqt5)
+root_packages=("${packages[@]}" python3-pyqt6)
 suites=(trixie forky)
 ready=() left_out=()
 log=$(mktemp)
@@ -66,7 +68,7 @@ make_root() { # SUITE DIR
   echo "*" >"$cache/.gitignore"
   rm -rf --one-file-system "$2.part"
   mirror=$(debian_mirror)
-  if try mmdebstrap --variant=minbase --aptopt="$past_date \"false\"" --include="$(IFS=,; echo "${packages[*]}")" \
+  if try mmdebstrap --variant=minbase --aptopt="$past_date \"false\"" --include="$(IFS=,; echo "${root_packages[*]}")" \
     "$1" "$2.part" "${mirror:-http://deb.debian.org/debian}"; then
     mv "$2.part" "$2"
   else
@@ -76,10 +78,10 @@ make_root() { # SUITE DIR
 }
 
 complete_root() { # DIR
-  try dpkg --root="$1" -s "${packages[@]}" && return
+  try dpkg --root="$1" -s "${root_packages[@]}" && return
   echo "adding what is missing in $1 ..."
   try "$here/in_root.sh" "$1" bash -c 'apt-get -qq -o "$0=false" update && apt-get -qq install -y "$@"' \
-    "$past_date" "${packages[@]}"
+    "$past_date" "${root_packages[@]}"
 }
 
 newer_paraview() { # SUITE
