@@ -23,6 +23,8 @@ from vtk_mls import demo_volumes
 
 HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
 PULL = (60, 50)  # pixels
+CORNER = (194, 230, 186)  # of the brain's box
+AWAY = (210, 30)
 
 SETUP = """
 import numpy as np
@@ -212,6 +214,7 @@ def test_clicks_of_the_readme(start, brain):
         gui.screenshot("0_loaded")
         gui.click("button('Close')")
         gui.run(OPEN.format(file=brain))
+        gui.run("simple.Render(view)")
         gui.screenshot("1_opened")
 
         gui.clicks = 0
@@ -223,7 +226,7 @@ def test_clicks_of_the_readme(start, brain):
         gui.scroll_to("CutType")
         gui.click("drop_down('CutType')")
         gui.click("option('CutType', 'plane')")
-        with gui.dragging((194, 230, 186), (90, 10)):
+        with gui.dragging(CORNER, AWAY):
             gui.until("is_dragged()")
             gui.screenshot("2_dragging")
         gui.click("button('Apply')")
