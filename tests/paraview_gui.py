@@ -68,21 +68,32 @@ class Gui:
 
     def click(self, place):
         """Click on what `gui_places` finds, as soon as it is there."""
-        self._point_at(place)
+        self.hover(place)
         self._xdotool("click", 1)
         self.clicks += 1
 
     def hover(self, place):
         """Point at what `gui_places` finds, as soon as it is there."""
-        self._point_at(place)
+        found = []
+
+        def is_still():  # windows move as they open
+            found.append(self._place(place))
+            return found[-1] and found[-2:] == [found[-1]] * 2
+
+        self._wait(is_still, place)
+        x, y = found[-1]
+        for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
+            self._xdotool("mousemove", "--sync", x + shift, y)
 
     def scroll_to(self, name):
         """Turn the mouse wheel until a drop-down list can be seen."""
-        while turn := self._place(f"to_scroll({name!r})"):
-            x, y, direction, _ = turn
+        turn, seen = f"to_scroll({name!r})", f"drop_down({name!r})"
+        self._wait(lambda: self._place(turn) or self._place(seen), seen)
+        while before := self._place(turn):
+            x, y, direction, _ = before
             self._xdotool("mousemove", "--sync", x, y)
             self._xdotool("click", direction)
-            self._wait(lambda: self._place(f"to_scroll({name!r})") != turn, "the panel to scroll")
+            self._wait(lambda: self._place(turn) != before, "the panel to scroll")
 
     def type(self, text):
         """Type text and Return into what has the focus."""
@@ -121,18 +132,6 @@ class Gui:
 
     def _place(self, place):
         return self.run(f"import gui_places; answer = gui_places.{place}")
-
-    def _point_at(self, place):
-        found = []
-
-        def is_still():  # windows move as they open
-            found.append(self._place(place))
-            return found[-1] and found[-2:] == [found[-1]] * 2
-
-        self._wait(is_still, place)
-        x, y = found[-1]
-        for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
-            self._xdotool("mousemove", "--sync", x + shift, y)
 
     def _on_screen(self, place):
         """Where on the screen a place in the world is."""

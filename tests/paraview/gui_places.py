@@ -4,10 +4,11 @@ ParaView brings no Qt for Python; the system's does, for it joins the Qt that ru
 Places are screen coordinates, or None while a thing is not to be seen.
 """
 
-try:
-    from PyQt6 import QtWidgets
-except ImportError:
-    from PyQt5 import QtWidgets
+from importlib import import_module
+
+with open("/proc/self/maps") as _maps:  # two versions of Qt in a process do not see each other
+    _version = 6 if "libQt6Widgets" in _maps.read() else 5
+QtWidgets = import_module(f"PyQt{_version}.QtWidgets")
 
 WHEEL_UP, WHEEL_DOWN = 4, 5  # mouse buttons
 
