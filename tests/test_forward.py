@@ -112,12 +112,13 @@ class TestManyPoints:
         with pytest.raises(Aborted, match="stopped at 0%"):
             d.forward_field(x, progress=lambda done: True)
 
-    def test_where_the_quick_search_overflows_are_looked_for_with_care(self, device, rng):
+    def test_where_the_quick_search_overflows_are_looked_for_with_care(self, device):
         """A cubic that folds: as many find their place as do without first guesses."""
+        rng = np.random.default_rng(1)  # 3% overflow
         d = deformation(*random_handles(rng, 60, 25), ("polynomial", 3), device, alpha=2)
         x = rng.uniform(0, EXTENT, (70_000, 3))
         many, few = d.forward_field(x), d.forward_field(x[:10_000])
-        assert (few.found & ~many.found[:10_000]).mean() <= 0.015
+        assert (few.found & ~many.found[:10_000]).mean() <= 0.01
         assert misses(d, x, many).max() <= 1e-4
 
     def test_that_are_not_finite_stay_so(self, device, rng):
