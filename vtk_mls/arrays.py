@@ -191,14 +191,7 @@ def replace(attributes, name, values):
     array = from_numpy(values, old.GetDataType())
     array.SetName(name)
     array.CopyComponentNames(old)
-    roles = [
-        kind
-        for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES)
-        if attributes.GetAbstractAttribute(kind) is old
-    ]
-    attributes.AddArray(array)
-    for kind in roles:
-        attributes.SetActiveAttribute(name, kind)
+    attributes.AddArray(array)  # in place of the old one, with its role
 
 
 def image_values(attributes, grid):
