@@ -1,0 +1,249 @@
+"""Meshes of every type, cuts through them, and what tests ask of them. Tests import them."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    add_array,
+    connect,
+    control_points,
+    device,  # noqa: F401
+    messages,  # noqa: F401
+)
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList, vtkPoints, vtkStringArray
+from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
+    VTK_LINE,
+    VTK_POLYHEDRON,
+    VTK_PYRAMID,
+    VTK_QUADRATIC_HEXAHEDRON,
+    VTK_QUADRATIC_TETRA,
+    VTK_TETRA,
+    VTK_TRIANGLE,
+    VTK_VOXEL,
+    VTK_WEDGE,
+    vtkExplicitStructuredGrid,
+    vtkPointSet,
+    vtkRectilinearGrid,
+    vtkStructuredGrid,
+    vtkUnstructuredGrid,
+)
+from vtkmodules.vtkCommonTransforms import vtkTransform
+from vtkmodules.vtkFiltersCore import (
+    vtkAppendFilter,
+)
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+
+from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
+from vtk_mls.filters import MLSDeform, splitting
+
+LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
+LINEAR = [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID, VTK_VOXEL]
+QUADRATIC = [VTK_QUADRATIC_TETRA, VTK_QUADRATIC_HEXAHEDRON]
+CUTS = {
+    "plane": Plane((4.03, 4, 3), (1, 0.2, 0.1)),
+    "half-plane": HalfPlane((4.03, 4, 3.1), (1, 0.2, 0.1), (0, 0, 1)),
+    "polygon": Surface.polygon([(4.03, 2, 1), (4.1, 6.1, 1), (4.1, 6.1, 5), (4.03, 2, 5)]),
+    "tent": Surface(
+        [(4, 0, 0), (4, 8, 0), (5, 0, 4), (5, 8, 4), (4, 0, 9), (4, 8, 9)],
+        [(0, 1, 2), (1, 3, 2), (2, 3, 4), (3, 5, 4)],
+    ),
+}
+
+
+def reference(cuts=(), **options):
+    return Deformation(REST, DEFORMED, cuts=cuts, device="reference", **options)
+
+
+def places_of(mesh):
+    return arrays.to_numpy(mesh.GetPoints().GetData())
+
+
+def set_places(mesh, places, vtk_type=VTK_DOUBLE):
+    points = vtkPoints()
+    points.SetDataType(vtk_type)
+    dtype = np.float32 if vtk_type == VTK_FLOAT else np.float64
+    points.SetData(arrays.from_numpy(np.ascontiguousarray(places, dtype), vtk_type))
+    mesh.SetPoints(points)
+
+
+def decorated(mesh):
+    """With a linear function on the points, the number of each cell, and strings."""
+    if mesh.GetNumberOfPoints():
+        x = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
+        add_array(mesh.GetPointData(), "linear", linear(x))
+    add_array(mesh.GetCellData(), "number", np.arange(mesh.GetNumberOfCells()))
+    names = vtkStringArray()
+    names.SetName("names")
+    for i in range(mesh.GetNumberOfPoints()):
+        names.InsertNextValue(str(i))
+    mesh.GetPointData().AddArray(names)
+    add_array(mesh.GetFieldData(), "time", [2.5])
+    return mesh
+
+
+def split(mesh, cuts):
+    """The divided mesh, and from each point to a place on its side."""
+    output, foot, side = splitting.split(mesh, cuts)
+    return output, foot + 1e-5 * np.max(HIGH - LOW) * side
+
+
+def linear(x):
+    return x @ [1.0, -2.0, 0.5] + 3
+
+
+def cells(cell_type, blocks=4, vtk_type=VTK_DOUBLE):
+    """Cells of one type that fill the box."""
+    if cell_type == VTK_POLYHEDRON:
+        return polyhedra(blocks)
+    source = vtkCellTypeSource()
+    source.SetCellType(cell_type)
+    source.SetBlocksDimensions(blocks, blocks, blocks)
+    source.Update()
+    mesh = source.GetOutput()
+    for data in (mesh.GetPointData(), mesh.GetCellData()):
+        data.Initialize()
+    set_places(mesh, LOW + places_of(mesh) / blocks * (HIGH - LOW), vtk_type)
+    return decorated(mesh)
+
+
+def polyhedra(blocks):
+    """Hexahedra, told by their faces."""
+    hexahedra = cells(VTK_HEXAHEDRON, blocks)
+    mesh = vtkUnstructuredGrid()
+    mesh.SetPoints(hexahedra.GetPoints())
+    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    for number in range(hexahedra.GetNumberOfCells()):
+        corners, stream = hexahedra.GetCell(number).GetPointIds(), vtkIdList()
+        stream.InsertNextId(len(faces))
+        for face in faces:
+            stream.InsertNextId(4)
+            for corner in face:
+                stream.InsertNextId(corners.GetId(corner))
+        mesh.InsertNextCell(VTK_POLYHEDRON, stream)
+    return decorated(mesh)
+
+
+def mixed():
+    append = vtkAppendFilter()
+    for shift, kind in enumerate([VTK_TETRA, VTK_LINE, VTK_QUADRATIC_TETRA, VTK_TRIANGLE]):
+        source = vtkCellTypeSource()
+        source.SetCellType(kind)
+        source.SetBlocksDimensions(2, 2, 2)
+        source.Update()
+        move, transform = vtkTransformFilter(), vtkTransform()
+        transform.Translate(1.5 * shift, shift, 1)
+        move.SetTransform(transform)
+        move.SetInputConnection(source.GetOutputPort())
+        move.Update()
+        append.AddInputData(move.GetOutput())
+    append.Update()
+    return decorated(append.GetOutput())
+
+
+def sphere():
+    source = vtkSphereSource()
+    source.SetCenter(4, 4, 3)
+    source.SetRadius(2.4)
+    source.SetThetaResolution(40)
+    source.SetPhiResolution(30)
+    source.SetOutputPointsPrecision(1)
+    source.Update()
+    return decorated(source.GetOutput())
+
+
+def structured():
+    mesh = vtkStructuredGrid()
+    mesh.SetExtent(2, 6, 0, 5, -1, 3)
+    z, y, x = np.meshgrid(
+        *(np.linspace(a, b, n) for a, b, n in zip(LOW[::-1], HIGH[::-1], (5, 6, 5))), indexing="ij"
+    )
+    set_places(mesh, np.stack([x, y, z + 0.05 * x * y], axis=-1).reshape(-1, 3))
+    return decorated(mesh)
+
+
+def rectilinear():
+    mesh = vtkRectilinearGrid()
+    mesh.SetExtent(2, 6, 0, 5, -1, 3)
+    for axis, name in enumerate("XYZ"):
+        t = np.linspace(0, 1, (5, 6, 5)[axis]) ** 1.3
+        values = arrays.from_numpy(LOW[axis] + t * (HIGH - LOW)[axis], VTK_DOUBLE)
+        getattr(mesh, f"Set{name}Coordinates")(values)
+    return decorated(mesh)
+
+
+def explicit_structured():
+    grid = cells(VTK_HEXAHEDRON, 3)
+    mesh = vtkExplicitStructuredGrid()
+    mesh.SetExtent(0, 3, 0, 3, 0, 3)
+    mesh.SetPoints(grid.GetPoints())
+    mesh.SetCells(grid.GetCells())
+    return decorated(mesh)
+
+
+def point_set():
+    mesh = vtkPointSet()
+    set_places(mesh, np.random.default_rng(1).uniform(LOW, HIGH, (50, 3)))
+    return decorated(mesh)
+
+
+MESHES = {
+    **{f"cells {kind}": lambda kind=kind: cells(kind) for kind in [*LINEAR, *QUADRATIC]},
+    "single precision": lambda: cells(VTK_TETRA, vtk_type=VTK_FLOAT),
+    "polyhedra": lambda: polyhedra(3),
+    "mixed": mixed,
+    "polydata": sphere,
+    "structured": structured,
+    "rectilinear": rectilinear,
+    "explicit structured": explicit_structured,
+    "points": point_set,
+}
+VOLUMES = [name for name in MESHES if name not in ("mixed", "polydata", "points")]
+
+
+@pytest.fixture(params=MESHES)
+def any_mesh(request):
+    return MESHES[request.param]()
+
+
+def deforming(mesh, handles=None, device=FAST, cut=None, **properties):  # noqa: F811
+    filter_ = connect(MLSDeform(), mesh, handles or control_points())
+    filter_.SetDevice(device)
+    if cut is not None:
+        filter_.AddCut(cut)
+    for name, value in properties.items():
+        getattr(filter_, f"Set{name}")(value)
+    return filter_
+
+
+def array_of(dataset, name, data="Point"):
+    return arrays.to_numpy(getattr(dataset, f"Get{data}Data")().GetArray(name))
+
+
+def count(dataset, name):
+    return dataset.GetFieldData().GetArray(name).GetValue(0)
+
+
+def as_grid(mesh):
+    append = vtkAppendFilter()
+    append.AddInputData(mesh)
+    append.SetOutputPointsPrecision(2)
+    append.Update()
+    return append.GetOutput()
+
+
+def sizes(mesh):
+    """Signed size of each cell of the highest dimension."""
+    filter_ = vtkCellSizeFilter()
+    filter_.SetInputData(mesh)
+    filter_.Update()
+    data = filter_.GetOutput().GetCellData()
+    volumes = arrays.to_numpy(data.GetArray("Volume"))
+    return volumes if volumes.any() else arrays.to_numpy(data.GetArray("Area"))
+
+
+OPENED = DEFORMED + np.where(REST[:, :1] > 4, [[1.2, 0, 0]], [[-1.2, 0, 0]])

@@ -1,0 +1,239 @@
+"""Meshes are cut open: cells are split along cuts, or kept whole and marked."""
+
+import numpy as np
+import pytest
+from mesh_fixtures import (
+    CUTS,
+    HIGH,
+    LOW,
+    MESHES,
+    OPENED,
+    VOLUMES,
+    any_mesh,  # noqa: F401
+    array_of,
+    as_grid,
+    cells,
+    deforming,
+    linear,
+    places_of,
+    sizes,
+    sphere,
+    split,
+)
+from vtk_fixtures import (
+    REST,
+    add_array,
+    control_points,
+    device,  # noqa: F401
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
+    VTK_POLYHEDRON,
+    VTK_QUADRATIC_TETRA,
+    VTK_TETRA,
+    vtkCellArray,
+    vtkDataSetAttributes,
+)
+from vtkmodules.vtkFiltersCore import (
+    vtkAppendFilter,
+    vtkCellCenters,
+    vtkConnectivityFilter,
+)
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+
+from vtk_mls import Deformation, Plane, Surface, arrays
+from vtk_mls.filters import splitting, warping
+
+
+@pytest.mark.parametrize("cut", CUTS)
+@pytest.mark.parametrize("name", VOLUMES)
+def test_cells_are_split_along_the_cut(name, cut):
+    mesh, cut = MESHES[name](), CUTS[cut]
+    output, shift = split(mesh, [cut])
+    assert output.GetClassName() == "vtkUnstructuredGrid"
+    x = places_of(output)
+    assert np.isclose(sizes(output).sum(), sizes(as_grid(mesh)).sum(), rtol=1e-2)
+    assert (sizes(output) > 0).all()
+    np.testing.assert_allclose(array_of(output, "linear"), linear(x), atol=1e-5)
+    # no cell is on both sides: its middle sees all of its corners, seen from their side
+    centers = vtkCellCenters()
+    centers.SetInputData(output)
+    centers.Update()
+    middle = places_of(centers.GetOutput()).astype(np.float64)
+    corners = arrays.to_numpy(output.GetCells().GetConnectivityArray())
+    cell = np.repeat(
+        np.arange(len(middle)), np.diff(arrays.to_numpy(output.GetCells().GetOffsetsArray()))
+    )
+    blocked = cut.opening(middle[cell], (x + shift)[corners]) < 0
+    assert blocked.sum() <= (0 if cut is not CUTS["tent"] else 0.002 * len(blocked))
+    # each piece has the data of the cell it was part of
+    origin = array_of(output, "number", "Cell").astype(int)
+    total = np.bincount(origin, sizes(output), mesh.GetNumberOfCells())
+    np.testing.assert_allclose(total, sizes(as_grid(mesh)), rtol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("cut", "parts"), [("plane", 2), ("half-plane", 1), ("polygon", 1), ("tent", 2)]
+)
+@pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON, VTK_POLYHEDRON, VTK_QUADRATIC_TETRA])
+def test_what_is_not_cut_stays_in_one_piece(cut, parts, kind):
+    output, shift = split(cells(kind), [CUTS[cut]])
+    connected = vtkConnectivityFilter()
+    connected.SetInputData(output)
+    connected.SetExtractionModeToAllRegions()
+    connected.Update()
+    assert connected.GetNumberOfExtractedRegions() == parts
+    # no points are double but those on the cut
+    x = places_of(output)[~shift.any(axis=1)]
+    assert len(np.unique(x.round(9), axis=0)) == len(x)
+    assert shift.any(axis=1).sum() > 0
+
+
+def test_tetrahedra_stay_tetrahedra():
+    output, _ = split(cells(VTK_TETRA), [CUTS["plane"], CUTS["polygon"]])
+    assert (arrays.cell_types(output) == VTK_TETRA).all()
+
+
+@pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
+def test_split_meshes_keep_their_active_arrays(name):
+    mesh = MESHES[name]()
+    mesh.GetPointData().SetActiveScalars("linear")
+    mesh.GetCellData().SetActiveScalars("number")
+    output, _ = split(mesh, [CUTS["plane"]])
+    assert output.GetPointData().GetScalars().GetName() == "linear"
+    assert output.GetCellData().GetScalars().GetName() == "number"
+
+
+def test_a_cut_along_faces_needs_no_new_cells():
+    mesh = cells(VTK_HEXAHEDRON, 4)
+    middle = (LOW + HIGH) / 2
+    output, shift = split(mesh, [Plane(middle, (1, 0, 0))])
+    assert output.GetNumberOfCells() == mesh.GetNumberOfCells()
+    assert output.GetNumberOfPoints() == mesh.GetNumberOfPoints() + 25
+    assert shift.any(axis=1).sum() == 50
+
+
+def test_several_cuts_cross():
+    middle = (LOW + HIGH) / 2
+    cuts = [Plane(middle + 0.01, normal) for normal in np.eye(3)]
+    for kind in (VTK_TETRA, VTK_HEXAHEDRON):
+        output, _ = split(cells(kind), cuts)
+        connected = vtkConnectivityFilter()
+        connected.SetInputData(output)
+        connected.SetExtractionModeToAllRegions()
+        connected.Update()
+        assert connected.GetNumberOfExtractedRegions() == 8
+
+
+def test_points_of_ones_own_that_coincide_stay_apart():
+    append = vtkAppendFilter()
+    append.AddInputData(cells(VTK_TETRA))
+    append.AddInputData(cells(VTK_TETRA))
+    append.Update()
+    both, _ = split(append.GetOutput(), [CUTS["half-plane"]])
+    one, _ = split(cells(VTK_TETRA), [CUTS["half-plane"]])
+    assert both.GetNumberOfPoints() == 2 * one.GetNumberOfPoints()
+    assert both.GetNumberOfCells() == 2 * one.GetNumberOfCells()
+
+
+def test_a_cut_elsewhere_changes_nothing(any_mesh):  # noqa: F811
+    away = Surface.polygon([(40, 2, 1), (40, 6, 1), (40, 6, 5)])
+    output, shift = split(any_mesh, [Plane((50, 0, 0), (1, 0, 0)), away])
+    assert not shift.any()
+    assert output.GetNumberOfCells() == any_mesh.GetNumberOfCells()
+    assert output.GetNumberOfPoints() == any_mesh.GetNumberOfPoints()
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("name", ["cells 10", "structured", "polyhedra"])
+def test_each_side_moves_by_its_own_map(name, cut, device):  # noqa: F811
+    mesh, cut = MESHES[name](), CUTS[cut]
+    output = update(deforming(mesh, control_points(REST, OPENED), device, cut))
+    assert output.GetClassName() == "vtkUnstructuredGrid"
+    d = Deformation(REST, OPENED, cuts=[cut], device="reference")
+    undeformed, shift = split(mesh, [cut])
+    x = places_of(undeformed) + shift
+    field = d.forward_field(x)
+    sane = field.found
+    found = array_of(output, "NoInverse") == 0
+    assert (found == sane).mean() > 0.995
+    v = places_of(output).astype(np.float64)
+    expected = places_of(undeformed) + field.displacement
+    both = found & sane
+    assert np.abs(v - expected)[both].max() < 5e-4
+    # the sides have come apart: there is room between them, and it is the void
+    face = np.flatnonzero(shift.any(axis=1) & both)
+    assert np.ptp(v[face, 0]) > 0.5 + np.ptp(x[face, 0])
+    between = v[face] - 0.05 * np.sign(shift[face] @ [1, 0, 0])[:, None] * [1.0, 0, 0]
+    assert d.void(between).mean() > 0.7
+
+
+def test_polydata_stays_polydata():
+    mesh = sphere()
+    lines = vtkCellArray()
+    lines.InsertNextCell(3, [0, 100, 1])
+    mesh.SetLines(lines)
+    mesh.GetCellData().Initialize()
+    add_array(mesh.GetCellData(), "number", np.arange(mesh.GetNumberOfCells()))
+    output = update(deforming(mesh, control_points(REST, OPENED), cut=CUTS["plane"]))
+    assert output.GetClassName() == "vtkPolyData"
+    assert output.GetNumberOfLines() > 1
+    assert output.GetNumberOfPolys() > mesh.GetNumberOfPolys()
+    number = array_of(output, "number", "Cell")
+    assert set(number[: output.GetNumberOfLines()]) == {0}
+    assert set(number[output.GetNumberOfLines() :]) == set(range(1, mesh.GetNumberOfCells()))
+    assert sizes(split(mesh, [CUTS["plane"]])[0]).sum() == pytest.approx(sizes(mesh).sum())
+
+
+@pytest.mark.parametrize("name", ["cells 10", "structured", "rectilinear", "polydata"])
+def test_whole_cells_are_marked_and_hidden(name):
+    mesh = MESHES[name]()
+    ghosts = np.zeros(mesh.GetNumberOfCells())
+    ghosts[5] = vtkDataSetAttributes.DUPLICATECELL
+    add_array(mesh.GetCellData(), arrays.GHOSTS, ghosts, 3)
+    cut = CUTS["half-plane"]
+    filter_ = deforming(mesh, control_points(REST, OPENED), cut=cut, SplitCells=False)
+    output = update(filter_)
+    assert output.GetNumberOfCells() == mesh.GetNumberOfCells()
+    torn = []
+    for number in range(mesh.GetNumberOfCells()):
+        points = mesh.GetCell(number).GetPoints()
+        x = np.array([points.GetPoint(i) for i in range(points.GetNumberOfPoints())])
+        a, b = np.triu_indices(len(x), 1)
+        torn.append((cut.opening(x[a], x[b]) < 0).any())
+    np.testing.assert_array_equal(array_of(output, "Void", "Cell"), torn)
+    expected = ghosts + vtkDataSetAttributes.HIDDENCELL * np.array(torn)
+    np.testing.assert_array_equal(array_of(output, arrays.GHOSTS, "Cell"), expected)
+    assert sum(torn) > 0
+
+
+@pytest.mark.parametrize("way", ["AddCut", "properties", "port 2"])
+def test_dragging_does_not_split_again(way, monkeypatch):
+    calls = []
+    monkeypatch.setattr(warping, "split", lambda *a: calls.append(1) or splitting.split(*a))
+    mesh, handles, scalpel = cells(VTK_TETRA), control_points(), vtkPlaneSource()
+    scalpel.SetOrigin(4.03, 1, 1)
+    scalpel.SetPoint1(4.03, 6, 1)
+    scalpel.SetPoint2(4.03, 1, 5)
+    filter_ = deforming(mesh, handles)
+    if way == "AddCut":
+        filter_.AddCut(CUTS["plane"])
+    elif way == "properties":
+        filter_.SetCutType("plane")
+        filter_.SetCutOrigin(4.03, 4, 3)
+    else:
+        filter_.SetInputConnection(2, scalpel.GetOutputPort())
+    update(filter_)
+    handles.SetDeformedPoints(OPENED)
+    update(filter_)
+    filter_.SetKind("affine")
+    update(filter_)
+    assert len(calls) == 1
+    mesh.Modified()
+    update(filter_)
+    assert len(calls) == 2
+    filter_.AddCut(CUTS["half-plane"])
+    update(filter_)
+    assert len(calls) == 3
