@@ -74,14 +74,15 @@ inline integer half_plane_blocks(frame_t a, frame_t b) {
 }
 
 #define ASIDE (float3)(0.5377f, 0.2863f, 0.7930f)  // no direction that surfaces have by design
-#define BLUR 1e-6f  // local units: below it float32 does not tell on which side of an edge a line is
+#define BLUR 1e-6f  // times a way: below it float32 does not tell on which side of an edge it passes
 
 // On which side of the edge a - b the line along `way` passes: the sign of `side`, or where that is
 // in the blur, of the line moved aside, so that one through a corner passes one of its triangles.
-inline integer right_of(real side, vec way, __global const float *a, __global const float *b) {
+inline integer right_of(real side, vec way, real blur, __global const float *a,
+                        __global const float *b) {
   float3 turn = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);
   real aside = fma(way.x, turn.x, fma(way.y, turn.y, way.z * turn.z));
-  return select(side, aside, fabs(side) <= BLUR) < 0;
+  return select(side, aside, fabs(side) <= blur) < 0;
 }
 
 // Whether the segment v - q passes the triangle; of two that share an edge just one.
@@ -91,9 +92,10 @@ inline integer crosses_triangle(__global const float *corners, vec v, vec q) {
   vec ab = cross3(a, b), bc = cross3(b, c), ac = cross3(a, c);
   vec normal = {ab.x + bc.x - ac.x, ab.y + bc.y - ac.y, ab.z + bc.z - ac.z};
   real from = -dot3(a, normal), to = from + dot3(way, normal);
-  integer right_ab = right_of(dot3(way, ab), way, corners, corners + 3),
-          right_bc = right_of(dot3(way, bc), way, corners + 3, corners + 6),
-          right_ac = right_of(dot3(way, ac), way, corners, corners + 6);
+  real blur = BLUR * (fabs(way.x) + fabs(way.y) + fabs(way.z));
+  integer right_ab = right_of(dot3(way, ab), way, blur, corners, corners + 3),
+          right_bc = right_of(dot3(way, bc), way, blur, corners + 3, corners + 6),
+          right_ac = right_of(dot3(way, ac), way, blur, corners, corners + 6);
   return ((from < 0) != (to < 0)) & (right_ab == right_bc) & (right_bc != right_ac);
 }
 

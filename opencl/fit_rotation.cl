@@ -1,16 +1,26 @@
 // The rigid and similarity kinds, Eq. 8 to 22: p = mu R (q - q*) + p*.
+//
+// The twist about a line is lost in the rounding of C where two control points outweigh all others
+// by far, or all are near a line. There C is summed again with p and q reflected so that the line is
+// the x axis: what control points off it say of the twist has rows and columns of its own.
 
 #include "rotation.cl"
+
+// Distance of the roots of Eq. 22 below which the twist is in doubt.
+#define DOUBTFUL 0.3f
 
 typedef struct {
   view_t view;
   pivot_t pivot;
   real share;       // r / W: weight of the sums next to the total weight
   vec u;            // p* - q*, less drift
-  vec q;            // q* - q_k
   vec s;            // v - q*
-  mat c;            // C of Eq. 11, divided by r
   quaternion_t rotation;
+  integer doubtful; // lanes that are reflected
+  vec p_mirror, q_mirror;  // normals of their reflections
+  vec p, q;         // p* - p_k and q* - q_k, reflected
+  mat c;            // C of Eq. 11, divided by r, reflected
+  quaternion_t between;    // the rotation from q to p, reflected
   real factor;      // mu - 1
   real spread;      // sum of w |q - q*|^2, divided by r
 } fit_t;
@@ -24,12 +34,8 @@ typedef struct {
 #endif
 } sums_t;
 
-inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
-                       const view_t *view) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  real w = handle_weight(map, i, pivot, view);
-  vec q = {handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
-  vec u = {handle[4] - pivot->u.x, handle[5] - pivot->u.y, handle[6] - pivot->u.z};
+// A control point: q and u = p - q, relative to k.
+inline void add_pair(sums_t *sums, real w, vec q, vec u) {
   vec wq = vec_scale(w, q);
   sums->weight += w;
   sums->q = vec_add(sums->q, wq);
@@ -40,6 +46,14 @@ inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *piv
 #endif
 }
 
+inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+                       const view_t *view) {
+  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
+  vec q = {handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
+  vec u = {handle[4] - pivot->u.x, handle[5] - pivot->u.y, handle[6] - pivot->u.z};
+  add_pair(sums, handle_weight(map, i, pivot, view), q, u);
+}
+
 inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->q = vec_add(total->q, part->q);
@@ -48,6 +62,77 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 #if SIMILARITY
   total->spread += part->spread;
 #endif
+}
+
+// A vector in the reflected frame of p or q, or out of it.
+inline vec reflected(const fit_t *fit, vec normal, vec a) {
+  if (ANY(fit->doubtful)) a = mirrored(normal, a);
+  return a;
+}
+
+inline vec on_axis(vec a, integer doubtful) {
+  integer rounding = doubtful & (fma(a.y, a.y, a.z * a.z) < 1e-12f * a.x * a.x);
+  return (vec){a.x, select(a.y, (real)(0), rounding), select(a.z, (real)(0), rounding)};
+}
+
+// p - p_k and q - q_k of a control point.
+inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *q) {
+  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
+  *q = (vec){handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
+  *p = (vec){q->x + (handle[4] - pivot->u.x), q->y + (handle[5] - pivot->u.y),
+             q->z + (handle[6] - pivot->u.z)};
+}
+
+// The same, reflected in doubtful lanes; off the x axis rounding becomes 0.
+inline void reflected_pair(const map_t *map, int i, const fit_t *fit, vec *p, vec *q) {
+  pair_of(map, i, &fit->pivot, p, q);
+  if (ANY(fit->doubtful)) {
+    *p = on_axis(mirrored(fit->p_mirror, *p), fit->doubtful);
+    *q = on_axis(mirrored(fit->q_mirror, *q), fit->doubtful);
+  }
+}
+
+// Reflects doubtful lanes by the control point that adds most to C, and finds their rotation again.
+inline void reflect(const map_t *map, fit_t *fit) {
+  const pivot_t *pivot = &fit->pivot;
+  real heaviest = 0;
+  vec p_axis = {0, 0, 0}, q_axis = {0, 0, 0};
+  for (int i = 0; i < map->count; ++i) {
+    vec p, q;
+    pair_of(map, i, pivot, &p, &q);
+    real w = handle_weight(map, i, pivot, &fit->view);
+    real size = w * w * dot3(p, p) * dot3(q, q);
+    p_axis = vec_select(p_axis, p, size > heaviest);
+    q_axis = vec_select(q_axis, q, size > heaviest);
+    heaviest = most(heaviest, size);
+  }
+  const vec none = {0, 0, 0};
+  fit->doubtful &= heaviest > 0;
+  fit->p_mirror = vec_select(none, mirror_of(p_axis), fit->doubtful);
+  fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->doubtful);
+  sums_t sums = {0};
+  int block = block_of(map);
+  for (int start = 0; start < map->count; start += block) {
+    sums_t part = {0};
+    int stop = min(start + block, map->count);
+    for (int i = start; i < stop; ++i) {
+      vec p, q;
+      reflected_pair(map, i, fit, &p, &q);
+      add_pair(&part, handle_weight(map, i, pivot, &fit->view), q, vec_sub(p, q));
+    }
+    add_sums(&sums, &part);
+  }
+  vec q = vec_scale(fit->share, sums.q), p = vec_madd(fit->share, sums.u, q);
+  subtract_outer(&sums.c, p, sums.q);
+  fit->p = vec_select(fit->p, p, fit->doubtful);
+  fit->q = vec_select(fit->q, q, fit->doubtful);
+  for (int i = 0; i < 9; ++i)
+    fit->c.a[i] = select(fit->c.a[i], sums.c.a[i], fit->doubtful);
+  real slope;
+  quaternion_t between = whole_rotation(&sums.c, &slope);
+  fit->between = select4(fit->between, between, fit->doubtful);
+  fit->rotation = select4(fit->rotation, unmirrored(fit->p_mirror, between, fit->q_mirror),
+                          fit->doubtful);
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
@@ -66,26 +151,31 @@ inline fit_t fit_at(const map_t *map, vec v) {
   // k itself, in the sum with weight c, has its own share
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
   fit.share = pivot->r / total;
-  fit.q = vec_scale(fit.share, sums.q);
-  vec u = vec_scale(fit.share, sums.u);
+  vec q = vec_scale(fit.share, sums.q), u = vec_scale(fit.share, sums.u);
   fit.u = vec_add(pivot->u, u);
-  fit.s = vec_sub(pivot->x, fit.q);
+  fit.s = vec_sub(pivot->x, q);
+  fit.p = vec_add(q, u);
+  fit.q = q;
   fit.c = sums.c;
-  subtract_outer(&fit.c, vec_add(fit.q, u), sums.q);
+  subtract_outer(&fit.c, fit.p, sums.q);
+  fit.doubtful = (integer)(0);
   if (map->rotation_rank == 2) {
-    fit.rotation = whole_rotation(&fit.c);
+    real slope;
+    fit.between = fit.rotation = whole_rotation(&fit.c, &slope);
+    fit.doubtful = slope < DOUBTFUL;
+    if (ANY(fit.doubtful)) reflect(map, &fit);
   } else if (map->rotation_rank == 1) {
     vec a, b;
     line_of(&fit.c, &a, &b);
-    fit.rotation = line_rotation(a, b, map->flip_axis);
+    fit.between = fit.rotation = line_rotation(a, b, map->flip_axis);
   } else {
-    fit.rotation = (quaternion_t){1, 0, 0, 0};
+    fit.between = fit.rotation = (quaternion_t){1, 0, 0, 0};
   }
   fit.factor = 0;
 #if SIMILARITY
-  mat turn = turn_of(fit.rotation);
+  mat turn = turn_of(fit.between);
   mat s = turned_back(&turn, &fit.c);
-  fit.spread = sums.spread - dot3(fit.q, sums.q);
+  fit.spread = sums.spread - dot3(q, sums.q);
   integer flat = fit.spread <= 1e-30f;
   real r_max = s.a[0] + s.a[4] + s.a[8];
   fit.factor = select((r_max - fit.spread) / fit.spread, (real)(0), flat);
@@ -108,11 +198,12 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   vec near = pivot_slope(map, pivot, &fit->view);
-  mat turn = turn_of(fit->rotation), rotation = turn, c = fit->c;
+  mat turn = turn_of(fit->between), rotation = turn, c = fit->c;
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
   mat s = turned_back(&turn, &c);
   real mu = 1 + fit->factor;
-  vec turned_s = mat_vec(&rotation, fit->s), moved = vec_scale(mu, turned_s);
+  vec turned_s = mat_vec(&rotation, reflected(fit, fit->q_mirror, fit->s));
+  vec moved = vec_scale(mu, turned_s);
   real stiffness[6], flexibility[6];
   stiffness_of(&s, stiffness);
   invert_symmetric(stiffness, flexibility);
@@ -124,13 +215,12 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
 
   mat jacobian = {{0}};
   for (int i = 0; i < map->count; ++i) {
-    __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
     real w = handle_weight(map, i, pivot, &fit->view);
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
-    vec q = {handle[0] - pivot->q.x - fit->q.x, handle[1] - pivot->q.y - fit->q.y,
-             handle[2] - pivot->q.z - fit->q.z};
-    vec p = {q.x + (handle[4] - fit->u.x), q.y + (handle[5] - fit->u.y),
-             q.z + (handle[6] - fit->u.z)};
+    vec p, q;
+    reflected_pair(map, i, fit, &p, &q);
+    p = vec_sub(p, fit->p);
+    q = vec_sub(q, fit->q);
     vec turned = mat_vec(&rotation, q);
     vec influence = vec_scale(fit->share, vec_madd(-mu, turned, p));
     if (map->rotation_rank == 2) {
@@ -148,8 +238,10 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     integer flat = fit->spread <= 1e-30f;
     influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), turned_s, influence);
 #endif
-    add_outer(&jacobian, influence, slope);
+    add_outer(&jacobian, reflected(fit, fit->p_mirror, influence), slope);
   }
-  for (int i = 0; i < 9; ++i) jacobian.a[i] += fma(fit->factor, rotation.a[i], turn.a[i]);
+  turn = turn_of(fit->rotation);
+  for (int i = 0; i < 9; ++i)
+    jacobian.a[i] += turn.a[i] + fit->factor * (turn.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }

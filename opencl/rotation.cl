@@ -1,11 +1,9 @@
 // The rotation R (p = R q, columns) that maximises tr(R^T C), Eq. 9 to 22.
 //
 // R - I is kept rather than R: it is exact where nothing moves.
-//
-// ACCURACY, float32 against float64, random C and 180-degree turns, planes, reflections,
-// near-lines: see tests/test_kernels.py.
 
 typedef struct { real w, x, y, z; } quaternion_t;
+
 // R - I of a unit quaternion, Eq. 10.
 inline mat turn_of(quaternion_t q) {
   real x = 2 * q.x, y = 2 * q.y, z = 2 * q.z;
@@ -99,7 +97,8 @@ inline real largest_root(const mat *c, real *slope) {
   return root;
 }
 
-// The unit eigenvector of Horn's symmetric 4x4 matrix `a` (00 11 22 33 01 02 03 12 13 23) for its eigenvalue 1 + root: the largest column of the adjugate.
+// The unit eigenvector of Horn's symmetric 4x4 matrix `a` (00 11 22 33 01 02 03 12 13 23) for its
+// eigenvalue 1 + root: the largest column of the adjugate.
 inline quaternion_t eigenvector(const real a[10], real root) {
   real a00 = a[0] - 1 - root, a11 = a[1] - 1 - root, a22 = a[2] - 1 - root, a33 = a[3] - 1 - root;
   real a01 = a[4], a02 = a[5], a03 = a[6], a12 = a[7], a13 = a[8], a23 = a[9];
@@ -176,8 +175,13 @@ inline quaternion_t polished(quaternion_t q, const mat *c) {
 // Below this distance to other roots (near a line, or a reflection), the eigenvector needs help.
 #define CLOSE_ROOTS 0.5f
 
-// The whole rotation, from a C of any size.
-inline quaternion_t whole_rotation(const mat *covariance) {
+inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {
+  return (quaternion_t){select(a.w, b.w, c), select(a.x, b.x, c), select(a.y, b.y, c),
+                        select(a.z, b.z, c)};
+}
+
+// The whole rotation, from a C of any size; the distance to other roots.
+inline quaternion_t whole_rotation(const mat *covariance, real *slope) {
   real square = 0;
   for (int i = 0; i < 9; ++i) square = fma(covariance->a[i], covariance->a[i], square);
   real scale = select(rsqrt(square), (real)(0), square < 1e-36f);
@@ -187,15 +191,25 @@ inline quaternion_t whole_rotation(const mat *covariance) {
                 c.a[8] - c.a[0] - c.a[4], c.a[7] - c.a[5], c.a[2] - c.a[6],
                 c.a[3] - c.a[1],          c.a[1] + c.a[3], c.a[2] + c.a[6],
                 c.a[5] + c.a[7]};
-  real slope;
-  quaternion_t q = eigenvector(a, largest_root(&c, &slope));
-  integer close = slope < CLOSE_ROOTS;
-  if (ANY(close)) {
-    quaternion_t better = polished(twisted(q, &c), &c);
-    q = (quaternion_t){select(q.w, better.w, close), select(q.x, better.x, close),
-                       select(q.y, better.y, close), select(q.z, better.z, close)};
-  }
+  quaternion_t q = eigenvector(a, largest_root(&c, slope));
+  integer close = *slope < CLOSE_ROOTS;
+  if (ANY(close)) q = select4(q, polished(twisted(q, &c), &c), close);
   return q;
+}
+
+// The reflection that takes `a` to the x axis: its normal, length sqrt(2).
+inline vec mirror_of(vec a) {
+  vec normal = {a.x + copysign(sqrt(dot3(a, a)), a.x), a.y, a.z};
+  return vec_scale(sqrt(2 / most(dot3(normal, normal), 1e-30f)), normal);
+}
+
+inline vec mirrored(vec normal, vec a) { return vec_madd(-dot3(normal, a), normal, a); }
+
+// The rotation between two reflections.
+inline quaternion_t unmirrored(vec p_normal, quaternion_t r, vec q_normal) {
+  quaternion_t a = {0, p_normal.x, p_normal.y, p_normal.z};
+  quaternion_t b = {0, q_normal.x, q_normal.y, q_normal.z};
+  return unit4(product(product(a, r), b));
 }
 
 // The line of a C = s a b^T of rank 1: unit vectors with q along b and p along a.

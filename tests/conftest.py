@@ -55,6 +55,12 @@ def _collinear(rng):
     return deformed + rng.normal(0, 8, (6, 3)), deformed
 
 
+def _near_a_line(rng):
+    _, deformed = _collinear(rng)
+    deformed = deformed + rng.normal(0, 2, deformed.shape)
+    return deformed + 8 * np.sin(deformed / 50)[:, [1, 2, 0]], deformed
+
+
 def _collinear_rest(rng):
     rest, deformed = _collinear(rng)
     return deformed, rest
@@ -109,6 +115,7 @@ HARD_SETS = {
     "three": lambda rng: random_handles(rng, 3),
     "four": lambda rng: random_handles(rng, 4),
     "collinear": _collinear,
+    "near a line": _near_a_line,
     "collinear rest": _collinear_rest,
     "reversed line": _reversed_line,
     "coplanar": _coplanar,
