@@ -14,8 +14,8 @@
 #define GRAM_SIZE (FUNCTIONS * (FUNCTIONS + 1) / 2)
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING 1e-6f
-#define DOUBTFUL (FUNCTIONS > 3 ? 0.03f : 0.1f)
-#define REFLECTIONS (FUNCTIONS > 3 ? 3 : 2)
+#define DOUBTFUL 0.1f
+#define REFLECTIONS (FUNCTIONS > 3 ? 6 : 2)  // at most, two at a time
 #define FLAT_WEIGHTS (TWICE_ALPHA == 1 || TWICE_ALPHA == 2)  // no digits are lost
 
 // Three functions fit the registers; unrolling more only lengthens the build.
@@ -32,7 +32,7 @@ typedef struct {
   vec mean;                // weighted mean of u - u_k
   real f_k[FUNCTIONS];     // basis functions at k
   integer doubtful;        // lanes whose digits the elimination in the given basis loses
-  int reflections;         // of the basis, in those lanes: 0 or REFLECTIONS
+  int reflections;         // of the basis, in those lanes
   real mirror[REFLECTIONS][FUNCTIONS];  // their normals, length sqrt(2), or 0
   real centre[FUNCTIONS];  // their weighted mean, less f_k
   real lower[GRAM_SIZE];   // L
@@ -65,7 +65,8 @@ inline real square_from(const real f[FUNCTIONS], int first) {
   return square;
 }
 
-inline void reflect(const real mirror[FUNCTIONS], real f[FUNCTIONS]) {
+inline void reflect(const fit_t *fit, int s, real f[FUNCTIONS]) {
+  const real *mirror = fit->mirror[s];
   real along = 0;
   UNROLL for (int j = 0; j < FUNCTIONS; ++j) along = fma(mirror[j], f[j], along);
   UNROLL for (int j = 0; j < FUNCTIONS; ++j) f[j] = fma(-along, mirror[j], f[j]);
@@ -73,8 +74,8 @@ inline void reflect(const real mirror[FUNCTIONS], real f[FUNCTIONS]) {
 
 // Differences or slopes of basis functions, in the turned basis.
 inline void turn(const fit_t *fit, real f[FUNCTIONS]) {
-  if (fit->reflections == 0) return;
-  UNROLL for (int s = 0; s < REFLECTIONS; ++s) reflect(fit->mirror[s], f);
+  UNROLL for (int s = 0; s < REFLECTIONS; ++s)
+    if (s < fit->reflections) reflect(fit, s, f);
 }
 
 // Differences at a control point, after the first `reflections`: what is rounding becomes 0.
@@ -82,8 +83,8 @@ inline void turn_handle(const fit_t *fit, const int reflections, real f[FUNCTION
   real rounding = select((real)(0), 1e-12f * square_from(f, 0), fit->doubtful);
   UNROLL for (int s = 0; s < REFLECTIONS; ++s)
     if (s < reflections) {
-      reflect(fit->mirror[s], f);
-      integer vanishes = square_from(f, s + 1) < rounding;
+      reflect(fit, s, f);
+      integer vanishes = (square_from(f, s + 1) < rounding) & (fit->mirror[s][s] != 0);
       UNROLL for (int j = s + 1; j < FUNCTIONS; ++j) f[j] = select(f[j], (real)(0), vanishes);
     }
 }
@@ -167,10 +168,10 @@ inline integer orthogonalise(fit_t *fit, const sums_t *sums) {
   return doubtful;
 }
 
-// Reflections of the basis, each for the control point with the largest weighted part in the
-// functions that those before it have left.
-inline void find_reflections(const map_t *map, fit_t *fit) {
-  UNROLL for (int s = 0; s < REFLECTIONS; ++s) {
+// Two more reflections of the basis, each for the control point with the largest weighted part in
+// the functions that those before it have left.
+inline void find_reflections(const map_t *map, fit_t *fit, const int first, integer doubtful) {
+  UNROLL for (int s = first; s < first + 2; ++s) {
     real most_square = 0, mirror[FUNCTIONS] = {0};
     for (int i = 0; i < map->count; ++i) {
       real f[FUNCTIONS];
@@ -183,10 +184,10 @@ inline void find_reflections(const map_t *map, fit_t *fit) {
     // f - +-|f| e_s, the sign such that nothing cancels
     mirror[s] += copysign(sqrt(square_from(mirror, s)), mirror[s]);
     real square = square_from(mirror, s);
-    real scale = select((real)(0), sqrt(2 / square), fit->doubtful & (square >= 1e-30f));
+    real scale = select((real)(0), sqrt(2 / square), doubtful & (square >= 1e-30f));
     UNROLL for (int j = 0; j < FUNCTIONS; ++j) fit->mirror[s][j] = scale * mirror[j];
   }
-  fit->reflections = REFLECTIONS;
+  fit->reflections = first + 2;
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
@@ -205,11 +206,13 @@ inline fit_t fit_at(const map_t *map, vec v) {
   fit.mean = vec_scale(fit.share, sums.u);
   fit.doubtful = orthogonalise(&fit, &sums);
   fit.reflections = 0;
-  if (!FLAT_WEIGHTS && ANY(fit.doubtful)) {
-    find_reflections(map, &fit);
-    sum_up(map, &fit, REFLECTIONS, &sums);
-    orthogonalise(&fit, &sums);
-  }
+  integer doubtful = fit.doubtful;
+  UNROLL for (int first = 0; first < REFLECTIONS; first += 2)
+    if (!FLAT_WEIGHTS && ANY(doubtful)) {
+      find_reflections(map, &fit, first, doubtful);
+      sum_up(map, &fit, first + 2, &sums);
+      doubtful &= orthogonalise(&fit, &sums);
+    }
   real m[MONOMIALS], f[FUNCTIONS];
   monomial_differences(pivot->x, v, pivot->q, m);
   combine(map, m, f);

@@ -39,7 +39,7 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
 @pytest.mark.parametrize("width", [1, 10])
 @pytest.mark.parametrize("alpha", [1, 1.5, 2, 3])
 def test_clusters_that_outweigh_all_others(key, kind_and_degree, alpha, width, size, rng):
-    """Near a few control points the others decide the twist and the slopes across, and weigh little."""
+    """Near a few control points the others decide twist and slopes across, and weigh little."""
     middles = rng.uniform(20, EXTENT - 20, (60 // size, 1, 3))
     deformed = (middles + rng.normal(0, width / 2, (60 // size, size, 3))).reshape(-1, 3)
     rest = deformed + 8 * np.sin(deformed / 50)[:, [1, 2, 0]]

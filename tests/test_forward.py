@@ -177,7 +177,8 @@ def test_points_that_are_no_numbers_are_refused(device, rng):
         d.forward_field([["a", "b", "c"]])
 
 
-def test_large_bends(kind_and_degree, device, rng):
+@pytest.mark.parametrize("alpha", [0.5, 1, 2])
+def test_large_bends(alpha, kind_and_degree, device, rng):
     """A bar bent by 90 degrees."""
     s = np.linspace(0, 1, 7)
     rest = np.stack([256 * s, 0 * s, 0 * s], axis=1)
@@ -187,7 +188,7 @@ def test_large_bends(kind_and_degree, device, rng):
     rest = (rest[:, None] + offsets).reshape(-1, 3)
     turned = [[[-o[1] * np.sin(a), o[1] * np.cos(a), o[2]] for o in offsets] for a in angle]
     deformed = (centre[:, None] + np.array(turned)).reshape(-1, 3)
-    d = deformation(rest, deformed, kind_and_degree, device)
+    d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
     x = rng.uniform((20, -15, -15), (236, 15, 15), (300, 3))
     v = d.forward(x)
     known = ~np.isnan(v[:, 0])
