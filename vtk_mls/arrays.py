@@ -273,10 +273,15 @@ def set_roles(attributes, source):
 
 def cell_types(grid):
     """VTK's number for the type of each cell of a vtkUnstructuredGrid: (n,) integers."""
+    return to_numpy(cell_type_array(grid))
+
+
+def cell_type_array(grid):
+    """The vtkDataArray of a vtkUnstructuredGrid with the types of its cells."""
     try:
-        return to_numpy(grid.GetCellTypes())  # VTK 9.6
+        return grid.GetCellTypes()  # VTK 9.6
     except TypeError:
-        return to_numpy(grid.GetCellTypesArray())
+        return grid.GetCellTypesArray()
 
 
 def is_numeric(array):

@@ -60,7 +60,8 @@ def split(mesh, cuts):
     Returns
     -------
     mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
-        With all arrays but the point's global ids; at new points they are interpolated.
+        With all arrays of points and cells but the points' global ids; at new points they are
+        interpolated.
     foot : (n, 3) float64, world units
         From each point to where it is exactly on its cut; 0 for points on no cut.
     side : (n, 3) float64
@@ -370,7 +371,6 @@ def _polydata(grid):
     polydata = vtkPolyData()
     polydata.SetPoints(grid.GetPoints())
     polydata.GetPointData().ShallowCopy(grid.GetPointData())
-    polydata.SetFieldData(grid.GetFieldData())
     types = arrays.cell_types(grid)
     order = []
     for set_cells, members in (

@@ -5,8 +5,16 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkWeakReference
-from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid, vtkUnstructuredGrid
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkObject, vtkPoints, vtkWeakReference
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkDataSetAttributes,
+    vtkExplicitStructuredGrid,
+    vtkPointSet,
+    vtkPolyData,
+    vtkRectilinearGrid,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import Aborted, arrays
@@ -22,6 +30,31 @@ _BESIDE = 1e-5
 _CHUNK = 1 << 20
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
+
+FACES = (  # of polyhedra, without the copies that the older methods make since VTK 9.4
+    (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
+    if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
+    else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
+)
+# How to get what the geometry of a mesh consists of.
+_PARTS = {
+    vtkPointSet: (vtkPointSet.GetPoints,),
+    vtkRectilinearGrid: (
+        vtkRectilinearGrid.GetXCoordinates,
+        vtkRectilinearGrid.GetYCoordinates,
+        vtkRectilinearGrid.GetZCoordinates,
+    ),
+    vtkPolyData: (
+        vtkPolyData.GetVerts,
+        vtkPolyData.GetLines,
+        vtkPolyData.GetPolys,
+        vtkPolyData.GetStrips,
+    ),
+    vtkUnstructuredGrid: (vtkUnstructuredGrid.GetCells, arrays.cell_type_array, *FACES),
+    vtkExplicitStructuredGrid: (vtkExplicitStructuredGrid.GetCells,),
+    vtkPoints: (vtkPoints.GetData,),
+    vtkCellArray: (vtkCellArray.GetConnectivityArray, vtkCellArray.GetOffsetsArray),
+}
 
 
 def output_type(mesh, splits):
@@ -39,7 +72,7 @@ def output_type(mesh, splits):
 
 
 class Splits:
-    """Divided meshes, kept for as long as the mesh and the cuts are the same.
+    """Divided meshes, kept for as long as the mesh (but for field data) and the cuts are the same.
 
     Handles are dragged far more often than cuts are laid.
     """
@@ -50,7 +83,7 @@ class Splits:
     def of(self, mesh, cuts):
         """What `splitting.split` says."""
         self._kept = {key: kept for key, kept in self._kept.items() if kept[0].Get() is not None}
-        state = mesh.GetMTime(), cuts
+        state = _stamps(mesh), cuts
         kept = self._kept.get(mesh.__this__)
         if kept is None or kept[1] != state:
             alive = vtkWeakReference()
@@ -78,10 +111,13 @@ class Warp:
         self.keeps_whole = deformation.cuts and splits is None
         self.beside = None
         if deformation.cuts and splits is not None and mesh.GetNumberOfCells() > 0:
-            mesh, foot, side = splits.of(mesh, deformation.cuts)
+            divided, foot, side = splits.of(mesh, deformation.cuts)
             scale = max(region.handles.scale for region in deformation.regions)
             self.beside = foot + _BESIDE * scale * side
-        _copy(mesh, output)
+            output.ShallowCopy(divided)
+            output.GetFieldData().ShallowCopy(mesh.GetFieldData())
+        else:
+            _copy(mesh, output)
         self.before = arrays.to_numpy(output.GetPoints().GetData())
 
     def tasks(self):
@@ -162,6 +198,32 @@ class Warp:
 
     def _count(self, name, number):
         arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
+
+
+def _stamps(mesh):
+    """When all that a divided mesh depends on was last changed; VTK's time stamps are unique.
+
+    Those of the point data and the cell data do not count: since VTK 9.7 vtkTransformFilter, for
+    one, changes them in its input though no array changes.
+    """
+    stamps = _stamps_of_parts(mesh)
+    for data in (mesh.GetPointData(), mesh.GetCellData()):
+        held = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
+        kinds = range(vtkDataSetAttributes.NUM_ATTRIBUTES)
+        active = [data.GetAbstractAttribute(kind) for kind in kinds]
+        stamps.append([_stamp(array) for array in held + active])
+    return stamps
+
+
+def _stamps_of_parts(thing):
+    """The time stamp of a mesh or of a part of it, and, as lists like this, of its own parts."""
+    parts = [get(thing) for kind, gets in _PARTS.items() if isinstance(thing, kind) for get in gets]
+    return [_stamp(thing), *map(_stamps_of_parts, parts)]
+
+
+def _stamp(thing):
+    """When a vtkObject was changed itself, whatever it is made of; None for None."""
+    return None if thing is None else vtkObject.GetMTime(thing)
 
 
 def _jacobians(deformation, places, progress):
