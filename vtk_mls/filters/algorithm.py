@@ -69,8 +69,10 @@ class Algorithm(VTKPythonAlgorithmBase):
             setattr(self, name, value)
             self.Modified()
 
-    def _update_input(self, port, number=0, time=None):
-        """Bring all of an input up to date, at a time, and return it.
+    def _update_input(self, port, number=0, time=None, ask=None):
+        """Bring an input up to date, at a time, and return it.
+
+        `ask` says of which part: `ask_for_all` if it is not given, or a function like this.
 
         For RequestInformation and RequestUpdateExtent, where what is asked for depends on data.
         While VTK goes through blocks, everything is up to date, and a block stands in for the
@@ -82,11 +84,11 @@ class Algorithm(VTKPythonAlgorithmBase):
         producer, index = connection.GetProducer(), connection.GetIndex()
         requests = vtkInformationVector()
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
-        whole = vtkInformation()
-        ask_for_all(whole)
+        wanted = vtkInformation()
+        (ask or ask_for_all)(wanted)
         if time is not None:
-            whole.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
-        requests.SetInformationObject(index, whole)
+            wanted.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
+        requests.SetInformationObject(index, wanted)
         shown = vtkObject.GetGlobalWarningDisplay()
         if isinstance(producer, Algorithm):  # it will say the same when data are asked for
             vtkObject.SetGlobalWarningDisplay(0)

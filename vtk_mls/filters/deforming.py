@@ -235,25 +235,29 @@ class DeformingFilter(HandleLists, Algorithm):
         All must call this at the same times: when the pipeline asks for information or for an
         extent. They talk to each other only after a change upstream, of which all know.
         """
-        key = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
-        time = info.Get(key) if info is not None and info.Has(key) else None
         counts = {port: self.GetNumberOfInputConnections(port) for port in (1, 2)}
         connections = [(port, number) for port in counts for number in range(counts[port])]
-        changed = [self.GetInputExecutive(*each).GetPipelineMTime() for each in connections]
-        state = connections, changed, time
+        state = self._upstream(connections, info)
         if not connections:
             self._collected = None
         if not connections or (self._collected is not None and self._collected[0] == state):
             return
 
         def update():
-            return [self._update_input(*each, time) for each in connections]
+            return [self._update_input(*each, state[-1]) for each in connections]
 
         try:
             data = dict(zip(connections, gathering.polydata_on_all(update)))
         except ValueError as error:
             data = error
         self._collected = state, data
+
+    def _upstream(self, connections, info):
+        """Connections, when something upstream of each has changed, and the time that is asked."""
+        changed = [self.GetInputExecutive(*each).GetPipelineMTime() for each in connections]
+        key = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
+        time = info.Get(key) if info is not None and info.Has(key) else None
+        return connections, changed, time
 
     def _control_data(self, make_inputs):
         """Lists of what is on ports 1 and 2, here or on all processes."""

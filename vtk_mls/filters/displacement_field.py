@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, extents
+from vtk_mls.filters import cutting, extents, gathering
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 
@@ -27,7 +27,9 @@ class MLSDisplacementField(DeformingFilter):
 
     No data of an input image is used, and just one cell of it is asked for. Pieces of the output
     are made independently and are, put together, the whole to the bit. Another input is brought up
-    to date in RequestInformation, for its bounds.
+    to date in RequestInformation, for its bounds. On several processes each takes its piece of it,
+    and the bounds are those of all pieces. (A block of composite data has the bounds that it has on
+    the process.)
 
     Properties
     ----------
@@ -41,6 +43,7 @@ class MLSDisplacementField(DeformingFilter):
     def __init__(self):
         super().__init__()
         self._sample_dimensions = (32, 32, 32)
+        self._known_boxes = None  # what port 0 was when processes shared their boxes, and these
 
     def SetSampleDimensions(self, *dimensions):
         """Numbers of points (nx, ny, nz) over the bounds of an input that is not an image."""
@@ -57,16 +60,21 @@ class MLSDisplacementField(DeformingFilter):
             Lattice.of_information(inInfo[0].GetInformationObject(0)).announce(info)
             return 1
         try:
-            self._sampled_lattice(self._update_input(0)).announce(info)
+            if self._is_shared():
+                self._share_boxes()
+            self._sampled_lattice(self._boxes(lambda: self._update_input(0))).announce(info)
         except (TypeError, ValueError):
             Lattice((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        info = inInfo[0].GetInformationObject(0)
-        if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
+        info, dataset = inInfo[0].GetInformationObject(0), vtkDataSet.GetData(inInfo[0])
+        if isinstance(dataset, vtkImageData):
             lattice = Lattice.of_information(info)
             ask_for_extent(info, extents.first_cell(lattice))
+        elif dataset is not None and self._is_shared():
+            self._share_boxes(outInfo.GetInformationObject(0))
+            gathering.ask_for_share(info)
         else:
             ask_for_all(info)
         return super().RequestUpdateExtent(request, inInfo, outInfo)
@@ -83,7 +91,7 @@ class MLSDisplacementField(DeformingFilter):
             if whole.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
-            whole = self._sampled_lattice(dataset)
+            whole = self._sampled_lattice(self._boxes(lambda: dataset))
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
         if target.is_empty:
@@ -104,12 +112,44 @@ class MLSDisplacementField(DeformingFilter):
         if deformation.cuts:
             cutting.add_void(output.GetPointData(), field.opening)
 
-    def _sampled_lattice(self, dataset):
-        """SampleDimensions points over the bounds of a dataset."""
-        if dataset.GetNumberOfPoints() == 0:
+    def _share_boxes(self, info=None):
+        """Tell all processes the bounds of the input's pieces; to be called like `_collect`."""
+        state = self._upstream([(0, 0)], info)
+        if self._known_boxes is not None and self._known_boxes[0] == state:
+            return
+
+        def box():
+            return _box(self._update_input(0, time=state[-1], ask=gathering.ask_for_share))
+
+        try:
+            boxes = gathering.made_on_all(box)
+        except ValueError as error:
+            boxes = error
+        self._known_boxes = state, boxes
+
+    def _boxes(self, make_dataset):
+        """Bounds of the input, or of its pieces on all processes; None where there is no point."""
+        if not self._is_shared():
+            return [_box(make_dataset())]
+        boxes = self._known_boxes[1]
+        if isinstance(boxes, ValueError):
+            raise boxes
+        return boxes
+
+    def _is_shared(self):
+        """Whether the input is in pieces on processes.
+
+        A block is not: processes can have different numbers of them.
+        """
+        return gathering.is_parallel() and not self.is_among_blocks()
+
+    def _sampled_lattice(self, boxes):
+        """SampleDimensions points over all boxes."""
+        boxes = [box for box in boxes if box is not None]
+        if not boxes:
             raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
-        bounds = np.array(dataset.GetBounds())
-        low, size = bounds[::2], bounds[1::2] - bounds[::2]
+        low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
+        size = high - low
         try:
             wanted = Grid(self._sample_dimensions).dimensions
         except (TypeError, ValueError):
@@ -122,3 +162,9 @@ class MLSDisplacementField(DeformingFilter):
         spacing = np.where(size > 0, size / steps, 1.0)
         origin = np.where(dimensions > 1, low, low + size / 2)
         return Lattice.of_grid(Grid(dimensions, origin, spacing))
+
+
+def _box(dataset):
+    """Bounds of a dataset, None without points that are finite."""
+    bounds = dataset.GetBounds()
+    return bounds if dataset.GetNumberOfPoints() > 0 and bounds[0] <= bounds[1] else None

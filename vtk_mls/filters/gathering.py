@@ -7,8 +7,11 @@ import pickle
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
+
+from vtk_mls.filters.algorithm import ask_for_all
 
 
 def is_parallel():
@@ -36,20 +39,16 @@ def on_all(value):
     return [pickle.loads(everything[start:end]) for start, end in zip([0, *ends], ends)]
 
 
-def polydata_on_all(make):
-    """Polydata that some processes have, on all of them: every process must call this.
+def made_on_all(make):
+    """What `make` returns on each process, as `on_all` has it; if it fails on one, then on all.
 
     Parameters
     ----------
     make : callable
-        Returns this process's share, a list of vtkPolyData, equally many on every process. If it
-        fails anywhere, that is an error everywhere.
 
     Returns
     -------
-    list of vtkPolyData
-        Each with the points and cells of all processes, in the order of ranks; where all that have
-        any have exactly the same, with these once.
+    list
 
     Raises
     ------
@@ -57,15 +56,42 @@ def polydata_on_all(make):
         If `make` raised anything on a process; with its message.
     """
     try:
-        share = [_packed(polydata) for polydata in make()]
-        problem = None
+        share, problem = make(), None
     except Exception as error:  # whatever it is, the others must not wait for this process
         share, problem = None, str(error) or type(error).__name__
     answers = on_all((share, problem))
     for rank, (_, problem) in enumerate(answers):
         if problem is not None:
             raise ValueError(f"{problem} (on process {rank} of {len(answers)})")
-    return [_joined(parts) for parts in zip(*(share for share, _ in answers))]
+    return [share for share, _ in answers]
+
+
+def polydata_on_all(make):
+    """Polydata that some processes have, on all of them: every process must call this.
+
+    Parameters
+    ----------
+    make : callable
+        Returns this process's share, a list of vtkPolyData, equally many on every process; may
+        fail as that of `made_on_all`.
+
+    Returns
+    -------
+    list of vtkPolyData
+        Each with the points and cells of all processes, in the order of ranks; where all that have
+        any have exactly the same, with these once.
+    """
+    shares = made_on_all(lambda: [_packed(polydata) for polydata in make()])
+    return [_joined(parts) for parts in zip(*shares)]
+
+
+def ask_for_share(info):
+    """Request this process's piece of an input."""
+    controller = vtkMultiProcessController.GetGlobalController()
+    keys = vtkStreamingDemandDrivenPipeline
+    ask_for_all(info)
+    info.Set(keys.UPDATE_PIECE_NUMBER(), controller.GetLocalProcessId())
+    info.Set(keys.UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses())
 
 
 def _gathered(controller, own):

@@ -12,8 +12,12 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scene import DEFORMED, REST, array, grid, output_messages
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import (
+    vtkAlgorithm,
+    vtkStreamingDemandDrivenPipeline,
+    vtkTrivialProducer,
+)
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
@@ -22,6 +26,7 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.gathering import on_all
 
@@ -40,6 +45,44 @@ def tetrahedra():
     image, cells = source(), vtkDataSetTriangleFilter()
     cells.SetInputConnection(image.GetOutputPort())
     return cells
+
+
+class Corners(Algorithm):
+    """Each process's share of the corners of `source()`, moving; the last has none, or fails."""
+
+    fails = False
+
+    def __init__(self):
+        super().__init__(nInputPorts=0, outputType="vtkPolyData")
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        info, keys = outInfo.GetInformationObject(0), vtkStreamingDemandDrivenPipeline
+        info.Set(vtkAlgorithm.CAN_HANDLE_PIECE_REQUEST(), 1)
+        info.Set(keys.TIME_STEPS(), [0.0, 1.0], 2)
+        info.Set(keys.TIME_RANGE(), [0.0, 1.0], 2)
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        info, key = (
+            outInfo.GetInformationObject(0),
+            vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(),
+        )
+        time = info.Get(key) if info.Has(key) else 0.0
+        corners = np.stack(np.meshgrid((-9, 8), (-8, 8), (-7, 9)), axis=-1).reshape(-1, 3) + time
+        share = [*np.array_split(corners, max(SIZE - 1, 1)), corners[:0]][RANK]
+        vtkPolyData.GetData(outInfo).ShallowCopy(polydata(share, share))
+        if self.fails and RANK == SIZE - 1:
+            raise ValueError("no corners")
+        return 1
+
+
+def sampled(time=0):
+    """The field on the grid over `Corners` that all processes must make."""
+    box, producer = vtkImageData(), vtkTrivialProducer()
+    box.SetDimensions(18, 17, 17)
+    box.SetOrigin(time - 9, time - 8, time - 7)
+    producer.SetOutput(box)
+    return whole(MLSDisplacementField, producer, polydata())
 
 
 def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
@@ -193,9 +236,9 @@ if SIZE > 1:
     assert all(abs(a - b) <= 1 for a, b in zip(asked, expected)), (asked, made)
     sizes = on_all(int(np.prod(np.array(asked[1::2]) - asked[::2])))
     assert max(sizes) < 0.75 * 17 * 16 * 16, sizes
-sampled = pipeline(MLSDisplacementField, source(), polydata())
-update(sampled)
-assert sampled.GetInputInformation(0, 0).Get(key) == (-9, -8, -8, -7, -7, -6)
+field = pipeline(MLSDisplacementField, source(), polydata())
+update(field)
+assert field.GetInputInformation(0, 0).Get(key) == (-9, -8, -8, -7, -7, -6)
 
 # Cuts, on one process or several.
 opened = {"GradientArray": "RTData", "GenerateJacobian": True}
@@ -224,6 +267,32 @@ for cut in (None, scalpel()):
     # voxels are divided another way when they are counted from another corner
     np.testing.assert_allclose(measured, volume(alone.GetOutput()), rtol=1e-3)
 
+# The field over a mesh in pieces: all have the same grid, over the bounds of all pieces.
+alone, size = sampled(), {"SampleDimensions": (18, 17, 17)}
+cells, corners = tetrahedra(), Corners()
+check(pipeline(MLSDisplacementField, cells, mine(0, polydata()), **size), alone)
+assert sum(on_all(cells.GetOutput().GetNumberOfCells())) == 5 * 17 * 16 * 16
+field = pipeline(MLSDisplacementField, corners, mine(0, polydata()), **size)
+check(field, alone)
+assert field.UpdateTimeStep(1.0, RANK, SIZE, 0)
+alone = sampled(time=1)
+check(field, alone)
+corners.fails = True
+corners.Modified()
+with output_messages() as text:
+    done = update(field)
+assert not done
+expected = "no corners" if RANK == SIZE - 1 else f"on process {SIZE - 1} of {SIZE}"
+assert expected in text[0], text[0]
+corners.fails = False
+corners.Modified()
+check(field, alone)
+with output_messages() as text:
+    field.SetInputDataObject(0, vtkPolyData())
+    done = update(field)
+assert not done
+assert "`Input` is empty" in text[0], text[0]
+
 # Blocks, of which each process has another number, and the last none.
 blocks, wavelet, handles = vtkMultiBlockDataSet(), source(), MLSControlPoints()
 wavelet.Update()
@@ -241,6 +310,17 @@ for step in range(3):
     assert result.GetNumberOfBlocks() == blocks.GetNumberOfBlocks()
     for number in range(result.GetNumberOfBlocks()):
         np.testing.assert_array_equal(array(result.GetBlock(number), "RTData"), expected)
+
+meshes = vtkMultiBlockDataSet()
+for number in range(SIZE - 1 - RANK):
+    meshes.SetBlock(number, polydata(REST + number, REST))
+field = MLSDisplacementField()
+field.SetInputDataObject(0, meshes)
+field.SetInputConnection(1, handles.GetOutputPort())
+update(field)
+for number in range(SIZE - 1 - RANK):
+    expected = meshes.GetBlock(number).GetBounds()
+    np.testing.assert_allclose(field.GetOutputDataObject(0).GetBlock(number).GetBounds(), expected)
 
 # More processes than slices, and a grid of its own.
 thin = (0, 5, -3, 4, 2, 3)

@@ -89,5 +89,15 @@ expected = value.forward(lattice.points())
 low, high = expected.min(axis=0), expected.max(axis=0)
 np.testing.assert_allclose(bounds, np.stack([low, high], axis=1).ravel(), atol=1e-4)
 
+# The field over a mesh: the pieces of its image fit together, over the bounds of the whole mesh.
+field = simple.MLSDisplacementField(
+    Input=mesh, ControlPoints=handles, SampleDimensions=lattice.dimensions
+)
+image = data(field)
+assert image.GetDimensions() == lattice.dimensions
+assert image.GetBounds() == alone.GetOutput().GetBounds()
+expected = value.displacement_field(lattice).displacement
+np.testing.assert_array_equal(array(image, "BackwardDisplacement"), expected)
+
 folder.cleanup()
 print(f"done with {SIZE}")
