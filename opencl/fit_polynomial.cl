@@ -14,7 +14,7 @@
 #define GRAM_SIZE (FUNCTIONS * (FUNCTIONS + 1) / 2)
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING 1e-6f
-#define DOUBTFUL 0.1f
+#define DOUBTFUL 0.1f  // of its square norm left: a digit is lost, and over many functions more
 #define REFLECTIONS (FUNCTIONS > 3 ? 6 : 2)  // at most, two at a time
 #define FLAT_WEIGHTS (TWICE_ALPHA == 1 || TWICE_ALPHA == 2)  // no digits are lost
 
@@ -34,7 +34,7 @@ typedef struct {
   integer doubtful;        // lanes whose digits the elimination in the given basis loses
   int reflections;         // of the basis, in those lanes
   real mirror[REFLECTIONS][FUNCTIONS];  // their normals, length sqrt(2), or 0
-  real centre[FUNCTIONS];  // their weighted mean, less f_k
+  real centre[FUNCTIONS];  // weighted mean of the functions, less f_k
   real lower[GRAM_SIZE];   // L
   real inverse[FUNCTIONS]; // 1 / D, or 0
   real psi[FUNCTIONS];     // at v

@@ -69,10 +69,11 @@ class TestManyPoints:
 
     @pytest.mark.parametrize("kind_and_degree", [("rigid", 1), ("polynomial", 2)])
     @pytest.mark.parametrize("cuts", ["none", "half-plane"])
-    def test_find_it_one_by_one(self, cuts, kind_and_degree, device, rng, monkeypatch):
+    @pytest.mark.parametrize("alpha", [1, 3])
+    def test_find_it_one_by_one(self, alpha, cuts, kind_and_degree, device, rng, monkeypatch):
         """As GPUs do: one point per work item."""
         monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
-        self.check(1, cuts, kind_and_degree, device, rng)
+        self.check(alpha, cuts, kind_and_degree, device, rng)
 
     def check(self, alpha, cuts, kind_and_degree, device, rng):
         rest, deformed = random_handles(rng, 60, 2)
