@@ -63,6 +63,12 @@ def test_a_part_is_the_whole_to_the_bit(key, lanes, kind_and_degree, cuts, grid,
 
 
 @pytest.mark.parametrize("key", DEVICES)
+def test_a_lane_takes_more_rounds_without_its_neighbours(key, kind_and_degree, grid, rng):
+    """At alpha 3 some places are fitted again and others are not, side by side."""
+    check(deformation(*random_handles(rng, 15), kind_and_degree, key, alpha=3), grid)
+
+
+@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("hard", HARD_SETS)
 def test_hard_sets_too(key, hard, grid, rng):
     rest, deformed = HARD_SETS[hard](rng)
