@@ -2,26 +2,18 @@
 // Build constants: README.md.
 
 #include "types.cl"
+#include "sums.cl"
 
-#if !defined(VALUE) || !defined(SUM) || !defined(CAST) || !defined(TAPS) || !defined(OFFSET)
-#error "VALUE, SUM, CAST, TAPS or OFFSET is missing"
+#if !defined(VALUE) || !defined(CAST) || !defined(TAPS) || !defined(OFFSET)
+#error "VALUE, CAST, TAPS or OFFSET is missing"
 #endif
-#ifdef USE_FP64
-#pragma OPENCL EXTENSION cl_khr_fp64 : enable
-#endif
-
 #if LANES == 1
-typedef SUM sum_t;
-#define TO_SUM(w) ((SUM)(w))
 #define TO_OFFSET(i) ((OFFSET)(i))
 typedef OFFSET offset_t;
 #else
-typedef GLUE(SUM, LANES) sum_t;
-#define TO_SUM(w) GLUE(GLUE(convert_, SUM), LANES)(w)
 #define TO_OFFSET(i) GLUE(GLUE(convert_, OFFSET), LANES)(i)
 typedef GLUE(OFFSET, LANES) offset_t;
 #endif
-#define LANE_SUM(vector, l) (((SUM *)&(vector))[l])
 
 #if TAPS == 2
 #define UNROLL _Pragma("unroll")

@@ -32,7 +32,7 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
     error = voxels(got - expected, deformed)
     largest, p99 = TOLERANCE[kind_and_degree]
     assert np.percentile(error, 99) <= p99
-    assert error.max() <= largest * (2 if kind_and_degree[0] == "polynomial" else 1)
+    assert error.max() <= largest
 
 
 @pytest.mark.parametrize("size", [2, 3, 4])
@@ -189,3 +189,23 @@ def test_one_point_per_work_item(key, kind_and_degree, rng, monkeypatch):
     image = rng.normal(size=grid.shape).astype(np.float32)
     resampled = [d.resample([image], grid)[0] for d in (expected, got)]
     np.testing.assert_allclose(*resampled, rtol=0, atol=1e-3)
+
+
+def test_a_device_without_float64(key, kind_and_degree, rng, monkeypatch):
+    """Sums are taken in float32 then: enough while no few control points outweigh the others."""
+    monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
+    rest, deformed = random_handles(rng, 25)
+    v = places(rng, deformed, 300)
+    for alpha in (1, 2):
+        expected, got = (
+            deformation(rest, deformed, kind_and_degree, name, alpha=alpha)
+            for name in ("reference", key)
+        )
+        error = voxels(got.backward(v) - expected.backward(v), deformed)
+        assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1] * (1 if alpha == 1 else 50)
+        x = expected.backward(v)
+        found = got.forward(x)
+        known = ~np.isnan(found[:, 0])
+        assert known.mean() > 0.95
+        miss = voxels(expected.backward(found[known]) - x[known], deformed)
+        assert np.percentile(miss, 99) <= 1e-4 * EXTENT

@@ -63,8 +63,8 @@ def test_a_part_is_the_whole_to_the_bit(key, lanes, kind_and_degree, cuts, grid,
 
 
 @pytest.mark.parametrize("key", DEVICES)
-def test_a_lane_takes_more_rounds_without_its_neighbours(key, kind_and_degree, grid, rng):
-    """At alpha 3 some places are fitted again and others are not, side by side."""
+def test_a_large_alpha_too(key, kind_and_degree, grid, rng):
+    """Rotations are fitted again at some places and not at others, side by side."""
     check(deformation(*random_handles(rng, 15), kind_and_degree, key, alpha=3), grid)
 
 

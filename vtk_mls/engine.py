@@ -344,6 +344,8 @@ class Engine:
             constants += [("ROTATION", 1), ("SIMILARITY", int(deformation.kind == "similarity"))]
         else:
             constants += [("FUNCTIONS", MONOMIAL_COUNT[handles.degree])]
+            double = self.device.has_float64 and (alpha > 1 or handles.degree == 3)
+            constants += [("SUM", "double"), ("USE_FP64", 1)] if double else [("SUM", "float")]
         if handles not in self._uploaded:
             self._uploaded[handles] = [self.constant(table) for table in packing.tables(handles)]
         arguments = [
