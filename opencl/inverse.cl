@@ -55,19 +55,25 @@ inline vec newton_step(const mat *jacobian, vec r) {
 
 // Newton's method from a first guess in `way`; what is left next to the size of x. A step that comes
 // hardly closer, or leads through a cut, is halved, and the next one is at most twice as long: where
-// there is no inverse the search is soon over.
+// there is no inverse the search is soon over. One that is stuck at a cut may pass it from then on:
+// the place may be beyond what is hidden from x.
 inline real newton(const map_t *map, vec x, vec *way) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *way;
+  integer passing = 0;
   for (int i = 0; i < TRIALS; ++i) {
     fit_t fit;
     vec r = residual(map, x, trial, &fit);
     real distance = length3(r);
-    integer better = distance < left * fma(-DECREASE, share, (real)(1));
-    if (i > 0) better &= !is_blocked(map, x, trial);
+    integer better = distance < left * fma(-DECREASE, share, (real)(1)), stopped = 0;
+    if (i > 0) stopped = better & !passing & is_blocked(map, x, trial);
+    better &= !stopped;
     *way = vec_select(*way, trial, better);
     left = select(left, distance, better);
     share = select(share * 0.5f, least(2 * share, (real)(1)), better);
+    integer stuck = stopped & (share <= SMALLEST_SHARE);
+    passing |= stuck;
+    share = select(share, (real)(1), stuck);
     integer open = (left > close) & (share > SMALLEST_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {

@@ -71,19 +71,25 @@ def forward(deformation, points, progress=None):
 def _newton(deformation, region, x, trial):
     """v with G(v) = x, from `trial` on, all (m, 3); distance of G(v) from x (m,), in world units.
 
-    A step that does not come closer, or leads through a cut, is halved.
+    A step that does not come closer, or leads through a cut, is halved. One that is stuck at a cut
+    may pass it from then on: the place may be beyond what is hidden from x.
     """
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     left, share, way = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
+    passing = np.zeros(len(x), bool)
     for step in range(_TRIALS):
         fit = _Fit(deformation, region.handles, trial)
         rest = x - trial - fit.displacement()
         distance = np.linalg.norm(rest, axis=1)
-        closer = distance < left
+        closer, stopped = distance < left, np.zeros(len(x), bool)
         if step > 0:
-            closer &= ~_is_blocked(deformation, x, trial)
+            stopped = closer & ~passing & _is_blocked(deformation, x, trial)
+        closer &= ~stopped
         v, left = np.where(closer[:, None], trial, v), np.where(closer, distance, left)
         share = np.where(closer, 1, share / 2)
+        stuck = stopped & (share <= _SMALLEST_SHARE)
+        passing |= stuck
+        share[stuck] = 1
         moving = (left > _EXACT * region.handles.scale) & (share > _SMALLEST_SHARE)
         if not moving.any():
             break
