@@ -110,20 +110,23 @@ inline real broyden(const map_t *map, vec x, vec *way, mat *response) {
 // A sample of the map in memory: v (3), G(v) less drift (3).
 #define SAMPLE_SIZE 6
 
-// The way to the sample that the map brings nearest to x.
-inline vec way_to_nearest(const map_t *map, vec x, int count, __global const float *samples) {
+// The way to the sample that the map brings nearest to x, but farther than `*tried` (squared), which
+// becomes its distance.
+inline vec way_to_nearest(const map_t *map, vec x, int count, __global const float *samples,
+                          real *tried) {
   real nearest = FLT_MAX;
   vec way = {0, 0, 0};
   for (int i = 0; i < count; ++i, samples += SAMPLE_SIZE) {
     vec miss = vec_sub(x, (vec){samples[3], samples[4], samples[5]});
     real d2 = dot3(miss, miss);
-    integer nearer = d2 < nearest;
+    integer nearer = (d2 < nearest) & (d2 > *tried);
     if (!ANY(nearer)) continue;
     vec there = vec_sub((vec){samples[0], samples[1], samples[2]}, x);
     nearer &= !is_blocked(map, x, there);
     way = vec_select(way, there, nearer);
     nearest = select(nearest, d2, nearer);
   }
+  *tried = nearest;
   return way;
 }
 

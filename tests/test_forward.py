@@ -286,6 +286,14 @@ def test_what_folds_lose_is_counted_as_in_the_specification(cuts, kind_and_degre
     assert misses(expected, x, field).max() <= 1e-5
 
 
+@pytest.mark.parametrize("key", DEVICES)
+def test_folds_without_cuts_lose_next_to_nothing(key, rng):
+    """Far away the map moves all alike, so every place has an origin, however the map folds."""
+    rest, deformed = random_handles(rng, 60, 25)
+    x = rng.uniform(0, EXTENT, (70_000, 3))
+    assert deformation(rest, deformed, ("rigid", 1), key).forward_field(x).found.mean() >= 0.9998
+
+
 def test_turns_and_scales_come_back(device, rng):
     rotation = random_rotation(rng)
     deformed = rng.uniform(0, EXTENT, (10, 3))

@@ -27,6 +27,7 @@ _VANISHING = 1e-20
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
 _EXACT, _FOUND, _ON_PLANE = 1e-12, 1e-5, 1e-6
 _SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
+_STARTS = 4  # so many of them, one after the other
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
@@ -43,8 +44,8 @@ def jacobian(deformation, points, progress=None):
 def forward(deformation, points, progress=None):
     """v - x with G(v) = x at `points` x (m, 3), (m, 3); whether there is one (m,).
 
-    Newton's method from the map with p and q exchanged, and where that leads nowhere, from the
-    place among samples that the map brings nearest to x.
+    Newton's method from the map with p and q exchanged, and while that leads nowhere, from the
+    places among samples that the map brings nearest to x.
     """
     displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
     box = guesses.bounds(points)
@@ -58,9 +59,12 @@ def forward(deformation, points, progress=None):
             x = points[rows].astype(np.float64)
             exchanged = _Fit(deformation, region.exchanged.handles, x)
             v, left = _newton(deformation, region, x, x + exchanged.displacement())
-            (lost,) = np.nonzero(left > _FOUND * region.handles.scale)
-            if len(lost):
-                begin = _nearest_sample(deformation, region, box, x[lost])
+            tried = np.full(len(x), -1.0)
+            for _ in range(_STARTS):
+                (lost,) = np.nonzero(left > _FOUND * region.handles.scale)
+                if len(lost) == 0:
+                    break
+                begin, tried[lost] = _nearest_sample(deformation, region, box, x[lost], tried[lost])
                 again, rest = _newton(deformation, region, x[lost], begin)
                 better = rest < left[lost]
                 v[lost[better]], left[lost[better]] = again[better], rest[better]
@@ -110,8 +114,11 @@ def _is_blocked(deformation, x, v):
     return np.any(blocks, axis=0) if blocks else np.zeros(len(x), bool)
 
 
-def _nearest_sample(deformation, region, box, x):
-    """For each of `x` (m, 3) the v among samples, right side out, whose G(v) comes nearest."""
+def _nearest_sample(deformation, region, box, x, tried):
+    """For each of `x` (m, 3) the v among samples, right side out, whose G(v) comes nearest.
+
+    But not as near as `tried` (m,), or nearer; with the distance of G(v).
+    """
     handles = region.handles
     box = guesses.joined(box, guesses.bounds(handles.deformed))
     samples = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
@@ -122,10 +129,10 @@ def _nearest_sample(deformation, region, box, x):
     best, nearest = x.copy(), np.full(len(x), np.inf)
     for v, image in zip(samples, images):
         distance = np.linalg.norm(x - image, axis=1)
-        nearer = distance < nearest
+        nearer = (distance < nearest) & (distance > tried)
         nearer[nearer] = ~_is_blocked(deformation, x[nearer], v[None])
         best[nearer], nearest[nearer] = v, distance[nearer]
-    return best
+    return best, nearest
 
 
 def displacement_field(deformation, grid, progress=None):

@@ -12,6 +12,7 @@ from vtk_mls import guesses, packing
 _POINTS_PER_NODE, _LEAST_NODES, _MOST_NODES = 64, 1 << 10, 1 << 18
 # Samples of the map, where points begin that do not find their place otherwise.
 _SAMPLES = 1 << 12
+_STARTS = 4  # so many of them, one after the other
 # What may be left of G(v) = x, in local units, after the quick search and after all.
 _QUICK, _FOUND = 5e-6, 1e-5
 
@@ -22,7 +23,7 @@ class InverseSearch:
     Each place x, less drift, gets a way from it to the v with G(v) = x, in local units, and what is
     left of G(v) = x there. Many points find theirs quickly, from first guesses on a lattice over
     all of them. The others are looked for by Newton's method: from the map with p and q exchanged,
-    and if that leads nowhere, from the place among samples that the map brings nearest to x.
+    and while that leads nowhere, from the places among samples that the map brings nearest to x.
     """
 
     def __init__(self, engine, deformation, region, points, progress):
@@ -72,11 +73,15 @@ class InverseSearch:
     def _careful(self, local):
         """Ways (3, m) from places `local` (3, m); what is left (m,)."""
         ways, left = self._newton(*self._begun(local))
-        lost = np.flatnonzero(left > _FOUND)
-        if len(lost) and self._samples is not None:
-            places = np.ascontiguousarray(local[:, lost])
+        tried = np.full(len(left), -1, np.float32)
+        for _ in range(_STARTS):
+            lost = np.flatnonzero(left > _FOUND)
+            if len(lost) == 0 or self._samples is None:
+                break
+            places, distance = np.ascontiguousarray(local[:, lost]), tried[lost]
             begin = np.empty_like(places)
-            self._run("nearest_sample", places, self._samples, outputs=[begin])
+            self._run("nearest_sample", places, self._samples, [distance], [begin])
+            tried[lost] = distance
             again, rest = self._newton(places, begin)
             better = rest < left[lost]
             ways[:, lost[better]], left[lost[better]] = again[:, better], rest[better]
