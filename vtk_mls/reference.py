@@ -27,7 +27,8 @@ _VANISHING = 1e-20
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
 _EXACT, _FOUND, _ON_PLANE = 1e-12, 1e-5, 1e-6
 _SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
-_STARTS = 4  # so many of them, one after the other
+_STARTS = 4  # so many of them, one after the other, ...
+_WORTH = 0.05  # ... while they find at least this share of what is lost
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
@@ -68,6 +69,8 @@ def forward(deformation, points, progress=None):
                 again, rest = _newton(deformation, region, x[lost], begin)
                 better = rest < left[lost]
                 v[lost[better]], left[lost[better]] = again[better], rest[better]
+                if (rest <= _FOUND * region.handles.scale).mean() < _WORTH:
+                    break
             displacement[rows], found[rows] = v - x, left <= _FOUND * region.handles.scale
     return displacement, found
 

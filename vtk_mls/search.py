@@ -12,7 +12,8 @@ from vtk_mls import guesses, packing
 _POINTS_PER_NODE, _LEAST_NODES, _MOST_NODES = 64, 1 << 10, 1 << 18
 # Samples of the map, where points begin that do not find their place otherwise.
 _SAMPLES = 1 << 12
-_STARTS = 4  # so many of them, one after the other
+_STARTS = 4  # so many of them, one after the other, ...
+_WORTH = 0.05  # ... while they find at least this share of what is lost
 # What may be left of G(v) = x, in local units, after the quick search and after all.
 _QUICK, _FOUND = 5e-6, 1e-5
 
@@ -85,6 +86,8 @@ class InverseSearch:
             again, rest = self._newton(places, begin)
             better = rest < left[lost]
             ways[:, lost[better]], left[lost[better]] = again[:, better], rest[better]
+            if (rest <= _FOUND).mean() < _WORTH:
+                break
         return ways, left
 
     def _newton(self, local, ways):
