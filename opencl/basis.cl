@@ -61,9 +61,12 @@ inline void monomial_slopes(vec v, int axis, real m[MONOMIALS]) {
 #endif
 }
 
+// How many functions the set of control points can tell; three are worth a constant.
+inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->functions; }
+
 // The basis functions of given monomials (or of their differences or slopes).
 inline void combine(const map_t *map, const real m[MONOMIALS], real f[FUNCTIONS]) {
-  for (int j = 0; j < FUNCTIONS; ++j) {
+  for (int j = 0; j < functions_of(map); ++j) {
     __global const float *row = map->coefficients + j * MONOMIALS;
     real sum = row[0] * m[0];
     for (int i = 1; i < MONOMIALS; ++i) sum = fma((real)(row[i]), m[i], sum);

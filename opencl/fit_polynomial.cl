@@ -55,14 +55,15 @@ inline vec rounded(sum_vec a) {
   return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
 }
 
-inline void clear_sums(sums_t *sums) {
+inline void clear_sums(const map_t *map, sums_t *sums) {
+  const int functions = functions_of(map);
   sums->weight = 0;
   sums->u = (sum_vec){0, 0, 0};
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < functions; ++j) {
     sums->f[j] = 0;
     sums->uf[j] = (sum_vec){0, 0, 0};
   }
-  for (int i = 0; i < GRAM_SIZE; ++i) sums->gram[i] = 0;
+  for (int i = 0; i < AT(functions, 0); ++i) sums->gram[i] = 0;
 }
 
 // p - q of control point i less that of k.
@@ -73,7 +74,8 @@ inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
 }
 
 // Adds the control points from `first` on, GROUP of them or as many as there are before `stop`.
-inline void add_group(sums_t *sums, const map_t *map, int first, int stop, const fit_t *fit) {
+inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const fit_t *fit) {
+  const int functions = functions_of(map);
   sum_t w[GROUP], f[GROUP][FUNCTIONS];
   sum_vec u[GROUP];
   UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
@@ -81,11 +83,11 @@ inline void add_group(sums_t *sums, const map_t *map, int first, int stop, const
     __global const float *values = map->values + (long)i * FUNCTIONS;
     w[b] = first + b < stop ? TO_SUM(handle_weight(map, i, &fit->pivot, &fit->view)) : (sum_t)(0);
     u[b] = displacement_at(map, i, &fit->pivot);
-    UNROLL for (int j = 0; j < FUNCTIONS; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
+    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
     sums->weight += w[b];
     sums->u = sum_madd(w[b], u[b], sums->u);
   }
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < functions; ++j) {
     sum_t wf[GROUP], sum = sums->f[j];
     sum_vec uf = sums->uf[j];
     UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
@@ -103,44 +105,46 @@ inline void add_group(sums_t *sums, const map_t *map, int first, int stop, const
   }
 }
 
-inline void add_sums(sums_t *total, const sums_t *part) {
+inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
+  const int functions = functions_of(map);
   total->weight += part->weight;
   total->u = sum_add(total->u, part->u);
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < functions; ++j) {
     total->f[j] += part->f[j];
     total->uf[j] = sum_add(total->uf[j], part->uf[j]);
   }
-  for (int i = 0; i < GRAM_SIZE; ++i) total->gram[i] += part->gram[i];
+  for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
 }
 
-inline void add_handles(sums_t *sums, const map_t *map, int first, int stop, const fit_t *fit) {
-  for (; first < stop; first += GROUP) add_group(sums, map, first, stop, fit);
+inline void add_handles(const map_t *map, sums_t *sums, int first, int stop, const fit_t *fit) {
+  for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
 }
 
 inline void sum_up(const map_t *map, const fit_t *fit, sums_t *sums) {
-  clear_sums(sums);
+  clear_sums(map, sums);
 #ifdef USE_FP64
-  add_handles(sums, map, 0, map->count, fit);
+  add_handles(map, sums, 0, map->count, fit);
 #else
   int block = block_of(map);
   for (int start = 0; start < map->count; start += block) {
     sums_t part;
-    clear_sums(&part);
-    add_handles(&part, map, start, min(start + block, map->count), fit);
-    add_sums(sums, &part);
+    clear_sums(map, &part);
+    add_handles(map, &part, start, min(start + block, map->count), fit);
+    add_sums(map, sums, &part);
   }
 #endif
 }
 
 // L D L^T of the centred Gram matrix.
-inline void orthogonalise(fit_t *fit, const sums_t *sums) {
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+inline void orthogonalise(const map_t *map, fit_t *fit, const sums_t *sums) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = 0; j < functions; ++j) {
     fit->centre[j] = fit->share * sums->f[j];
     UNROLL for (int l = 0; l <= j; ++l)
       fit->lower[AT(j, l)] = fma(-fit->centre[j], sums->f[l], sums->gram[AT(j, l)]);
   }
   sum_t *g = fit->lower;
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < functions; ++j) {
     sum_t before = g[AT(j, j)];
     UNROLL for (int l = 0; l < j; ++l) {
       sum_t scaled = g[AT(j, l)];  // L_jl D_l
@@ -158,24 +162,25 @@ inline void orthogonalise(fit_t *fit, const sums_t *sums) {
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
+  const int functions = functions_of(map);
   fit_t fit;
   fit.view = view_at(map, v);
   fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   for (int l = 0; l < LANES; ++l) {
     __global const float *nearest = map->values + (long)LANE_INT(pivot->k, l) * FUNCTIONS;
-    UNROLL for (int j = 0; j < FUNCTIONS; ++j) LANE(fit.f_k[j], l) = nearest[j];
+    UNROLL for (int j = 0; j < functions; ++j) LANE(fit.f_k[j], l) = nearest[j];
   }
   sums_t sums;
   sum_up(map, &fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
   fit.share = r / fma(r, sums.weight - c, c);
   fit.mean = sum_scale(fit.share, sums.u);
-  orthogonalise(&fit, &sums);
+  orthogonalise(map, &fit, &sums);
   real m[MONOMIALS], f[FUNCTIONS];
   monomial_differences(pivot->x, v, pivot->q, m);
   combine(map, m, f);
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+  UNROLL for (int j = 0; j < functions; ++j) {
     fit.psi[j] = TO_SUM(f[j]) - fit.centre[j];
     fit.c[j] = sum_madd(-fit.centre[j], sums.u, sums.uf[j]);
     UNROLL for (int l = 0; l < j; ++l) {
@@ -188,8 +193,9 @@ inline fit_t fit_at(const map_t *map, vec v) {
 
 // G(v) - v - drift, Eq. 26.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
   sum_vec sum = fit->mean;
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j)
+  UNROLL for (int j = 0; j < functions; ++j)
     sum = sum_madd(fit->psi[j] * fit->inverse[j], fit->c[j], sum);
   return vec_add(fit->pivot.u, rounded(sum));
 }
@@ -197,15 +203,16 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
 // of each control point's residual times the change of its weight (vtk_mls/reference.py).
 inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   vec near = pivot_slope(map, pivot, &fit->view);
   // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
-  UNROLL for (int j = FUNCTIONS - 1; j >= 0; --j) {
+  UNROLL for (int j = functions - 1; j >= 0; --j) {
     t[j] = fit->inverse[j] * fit->psi[j];
     c[j] = sum_scale(fit->inverse[j], fit->c[j]);
-    UNROLL for (int l = j + 1; l < FUNCTIONS; ++l) {
+    UNROLL for (int l = j + 1; l < functions; ++l) {
       t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
       c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
     }
@@ -216,7 +223,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     monomial_slopes(fit->view.v, axis, m);
     combine(map, m, f);
     sum_vec sum = {0, 0, 0};
-    UNROLL for (int j = 0; j < FUNCTIONS; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
+    UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
     vec slope = rounded(sum);
     jacobian.a[axis] = slope.x;
     jacobian.a[3 + axis] = slope.y;
@@ -228,7 +235,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     sum_t influence = fit->share;
     sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));
-    UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
+    UNROLL for (int j = 0; j < functions; ++j) {
       sum_t f = TO_SUM(values[j] - fit->f_k[j]) - fit->centre[j];
       influence = fma(t[j], f, influence);
       residual = sum_madd(-f, c[j], residual);

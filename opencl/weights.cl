@@ -14,6 +14,7 @@ typedef struct {
   float alpha;
   int rotation_rank;              // 0: none, 1: all but the twist about a line, 2: whole
   float4 flip_axis;               // normal to the line of rank 1
+  int functions;                  // that the control points can tell, of FUNCTIONS
   __global const float *handles;  // (count, HANDLE_SIZE)
   __global const float *values;   // (count, FUNCTIONS), basis functions at the control points
   __global const float *coefficients;  // (FUNCTIONS, MONOMIALS)
@@ -24,10 +25,14 @@ typedef struct {
 
 #define MAP_PARAMETERS                                                                       \
   const int handle_count, const float alpha, const int rotation_rank, const float4 flip_axis, \
-      __global const float *restrict handles, __global const float *restrict values,         \
+      const int functions, __global const float *restrict handles,                           \
+      __global const float *restrict values,                                                 \
       __global const float *restrict coefficients CUT_PARAMETERS
-#define MAP \
-  { handle_count, alpha, rotation_rank, flip_axis, handles, values, coefficients CUTS_OF_LAUNCH }
+#define MAP                                                                          \
+  {                                                                                  \
+    handle_count, alpha, rotation_rank, flip_axis, functions, handles, values, coefficients \
+    CUTS_OF_LAUNCH                                                                   \
+  }
 
 #if !CUTS
 #define CUT_PARAMETERS

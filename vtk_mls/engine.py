@@ -353,6 +353,7 @@ class Engine:
             np.float32(alpha),
             np.int32(handles.rotation_rank),
             packing.float4(handles.flip_axis),
+            np.int32(len(handles.basis)),
             *self._uploaded[handles],
         ]
         if deformation.cuts:
