@@ -179,7 +179,7 @@ def test_points_that_are_no_numbers_are_refused(device, rng):
 
 
 def bar(along, across):
-    """Points (m, 3) of a bar of 256, bent by 90 degrees, at `along` in [0, 1] and `across` (m, 2)."""
+    """Points of a bar of 256 bent by 90 degrees, at `along` (m,) in [0, 1], `across` (m, 2)."""
     angle, radius = along * np.pi / 2, 163 - across[:, 0]
     return np.stack([radius * np.sin(angle), 163 - radius * np.cos(angle), across[:, 1]], axis=1)
 
