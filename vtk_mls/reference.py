@@ -60,12 +60,13 @@ def forward(deformation, points, progress=None):
             x = points[rows].astype(np.float64)
             exchanged = _Fit(deformation, region.exchanged.handles, x)
             v, left = _newton(deformation, region, x, x + exchanged.displacement())
-            tried = np.full(len(x), -1.0)
+            tried, samples = np.full(len(x), -1.0), None
             for _ in range(_STARTS):
                 (lost,) = np.nonzero(left > _FOUND * region.handles.scale)
                 if len(lost) == 0:
                     break
-                begin, tried[lost] = _nearest_sample(deformation, region, box, x[lost], tried[lost])
+                samples = samples or _samples(deformation, region, box)
+                begin, tried[lost] = _nearest_sample(deformation, samples, x[lost], tried[lost])
                 again, rest = _newton(deformation, region, x[lost], begin)
                 better = rest < left[lost]
                 v[lost[better]], left[lost[better]] = again[better], rest[better]
@@ -117,20 +118,24 @@ def _is_blocked(deformation, x, v):
     return np.any(blocks, axis=0) if blocks else np.zeros(len(x), bool)
 
 
-def _nearest_sample(deformation, region, box, x, tried):
-    """For each of `x` (m, 3) the v among samples, right side out, whose G(v) comes nearest.
-
-    But not as near as `tried` (m,), or nearer; with the distance of G(v).
-    """
+def _samples(deformation, region, box):
+    """Places v (m, 3) all round where the map is right side out, and their G(v) (m, 3)."""
     handles = region.handles
     box = guesses.joined(box, guesses.bounds(handles.deformed))
-    samples = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
-    samples = samples[region.holds(deformation.planes, samples)]
-    fit = _Fit(deformation, handles, samples)
+    v = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
+    v = v[region.holds(deformation.planes, v)]
+    fit = _Fit(deformation, handles, v)
     upright = np.linalg.det(fit.jacobian()) > 0
-    samples, images = samples[upright], (samples + fit.displacement())[upright]
+    return v[upright], (v + fit.displacement())[upright]
+
+
+def _nearest_sample(deformation, samples, x, tried):
+    """For each of `x` (m, 3) the v among `samples` whose G(v) comes nearest; how near (m,).
+
+    But not as near as `tried` (m,), or nearer.
+    """
     best, nearest = x.copy(), np.full(len(x), np.inf)
-    for v, image in zip(samples, images):
+    for v, image in zip(*samples):
         distance = np.linalg.norm(x - image, axis=1)
         nearer = (distance < nearest) & (distance > tried)
         nearer[nearer] = ~_is_blocked(deformation, x[nearer], v[None])
