@@ -33,7 +33,7 @@ inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
 }
 
 // G(v) - v - drift in three planes, local frame.
-__kernel void point_displacement(MAP_PARAMETERS, const long points_count,
+KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
                                  __global const float *restrict points,
                                  __global float *restrict displacement) {
   const map_t map = MAP;
@@ -44,7 +44,7 @@ __kernel void point_displacement(MAP_PARAMETERS, const long points_count,
 }
 
 // d(G - v)/dv in nine planes.
-__kernel void point_jacobian(MAP_PARAMETERS, const long points_count,
+KERNEL void point_jacobian(MAP_PARAMETERS, const long points_count,
                              __global const float *restrict points,
                              __global float *restrict jacobian) {
   const map_t map = MAP;
@@ -60,7 +60,7 @@ __kernel void point_jacobian(MAP_PARAMETERS, const long points_count,
 
 // For places x less drift the way to v with G(v) = x, from first guesses in `ways`, three planes;
 // and what is left of it next to the size of x.
-__kernel void point_inverse(MAP_PARAMETERS, const long points_count,
+KERNEL void point_inverse(MAP_PARAMETERS, const long points_count,
                             __global const float *restrict points, __global float *restrict ways,
                             __global float *restrict left) {
   const map_t map = MAP;
@@ -79,7 +79,7 @@ __kernel void point_inverse(MAP_PARAMETERS, const long points_count,
 
 // For places x less drift the way to the best of some samples of the map, in three planes. Those that
 // the map brings as near as `tried` (squared), or nearer, are left out.
-__kernel void nearest_sample(MAP_PARAMETERS, const long points_count,
+KERNEL void nearest_sample(MAP_PARAMETERS, const long points_count,
                              __global const float *restrict points, const int sample_count,
                              __global const float *restrict samples, __global float *restrict tried,
                              __global float *restrict ways) {
@@ -95,7 +95,7 @@ __kernel void nearest_sample(MAP_PARAMETERS, const long points_count,
 
 // For places x less drift v - x, world units, interleaved, from a lattice of first guesses; and what
 // is left of the way next to the size of x.
-__kernel void point_forward(MAP_PARAMETERS, const long points_count,
+KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
                             __global const float *restrict points, GUESS_PARAMETERS,
                             const float scale, const float4 drift,
                             __global float *restrict displacement, __global float *restrict left) {
@@ -144,7 +144,7 @@ __kernel void point_forward(MAP_PARAMETERS, const long points_count,
 
 // G(v) - v, world units, interleaved, for the points `first` to `stop` of a grid; with cuts also the
 // opening (cuts.cl), world units.
-__kernel void grid_displacement(MAP_PARAMETERS, LATTICE_PARAMETERS, const float scale,
+KERNEL void grid_displacement(MAP_PARAMETERS, LATTICE_PARAMETERS, const float scale,
                                 const float4 drift, __global float *restrict displacement
 #if CUTS
                                 , __global float *restrict opening
@@ -168,7 +168,7 @@ __kernel void grid_displacement(MAP_PARAMETERS, LATTICE_PARAMETERS, const float 
 }
 
 // (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
-__kernel void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *restrict jacobian) {
+KERNEL void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *restrict jacobian) {
   FIT_ON_GRID
   mat j = moved_jacobian(&map, &fit);
   for (int l = 0; l < lanes; ++l)
@@ -213,14 +213,14 @@ __kernel void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *
   STORE_KEPT(index + count, from.y)                                                \
   STORE_KEPT(index + 2 * count, from.z)
 
-__kernel void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS) {
+KERNEL void grid_source_index(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS) {
   FIT_ON_GRID
   STORE_SOURCE_INDEX
 }
 
 // The same, and what turns a gradient there: after the indices follow nine planes of dG/dv. With
 // cuts also the opening, local units times `scale`.
-__kernel void grid_source_frame(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS
+KERNEL void grid_source_frame(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS
 #if CUTS
                                 , const float scale, __global float *restrict opening
 #endif

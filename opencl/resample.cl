@@ -59,7 +59,7 @@ inline axis_t axis_at(real x, int n, int first, int count) {
 
 // `index` holds three planes of `count` indices. Of the source, `size` points along the axes, `there`
 // from `first_there` on are in `values`.
-__kernel void resample(const long count, __global const float *restrict index, const int4 size,
+KERNEL void resample(const long count, __global const float *restrict index, const int4 size,
                        const int4 first_there, const int4 there, const int components,
                        const VALUE background, __global const VALUE *restrict values,
                        __global VALUE *restrict result) {

@@ -30,6 +30,9 @@ typedef GLUE(int, LANES) integer;
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
 
+// A kernel that is vectors already: without the hint Intel's compiler takes them apart to make its own.
+#define KERNEL __kernel __attribute__((vec_type_hint(real)))
+
 // Lane l of a vector, to read or to write.
 #define LANE(vector, l) (((float *)&(vector))[l])
 #define LANE_INT(vector, l) (((int *)&(vector))[l])

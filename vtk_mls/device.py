@@ -181,7 +181,7 @@ def defect(device: Device) -> str | None:
                 return f"{other.key} is another PoCL, and two in one process disturb each other"
     try:
         cl.Program(
-            queue(device).context, "__kernel void probe(__global int *x) { *x = 1; }"
+            context(device), "__kernel void probe(__global int *x) { *x = 1; }"
         ).build()
     except cl.Error as error:
         return _complaints(error)
@@ -189,11 +189,19 @@ def defect(device: Device) -> str | None:
 
 
 @functools.cache
-def queue(device: Device):
-    """The command queue of `device`, in a context of its own."""
+def context(device: Device):
+    """The context of `device`, alone in it. It is kept: Intel's runtime does not count a queue's."""
     import pyopencl as cl
 
-    return cl.CommandQueue(cl.Context([device.handle]))
+    return cl.Context([device.handle])
+
+
+@functools.cache
+def queue(device: Device):
+    """The command queue of `device`."""
+    import pyopencl as cl
+
+    return cl.CommandQueue(context(device))
 
 
 @functools.cache
@@ -210,7 +218,7 @@ def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]
     # no warnings: they would be about the driver's choice of instructions, which is not ours
     options = ["-w", *(f"-D{name}={value}" for name, value in constants)]
     try:
-        return cl.Program(queue(device).context, source(file)).build(options=options)
+        return cl.Program(context(device), source(file)).build(options=options)
     except cl.Error as error:
         raise DeviceError(
             f"the kernels in {file} do not build on {device} with {' '.join(options)}: "

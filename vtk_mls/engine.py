@@ -53,7 +53,7 @@ class Engine:
     def __init__(self, device):
         self.NAME = str(device)
         self.device = device
-        self.queue = devices.queue(device)
+        self.context, self.queue = devices.context(device), devices.queue(device)
         self._in_place = device.kind == "cpu"  # works on the host's arrays, without copies
         self.memory = device.handle.global_mem_size // 2 // devices.sharers(device)
         self._kernels = {}
@@ -414,13 +414,13 @@ class Engine:
     def _scratch(self, size):
         """A buffer of at least `size` bytes, kept for the next call."""
         if self._kept is None or self._kept.size < size:
-            self._kept = cl.Buffer(self.queue.context, cl.mem_flags.READ_WRITE, size)
+            self._kept = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
         return self._kept
 
     def constant(self, array):
         """`array` on the device, to read as long as the buffer is kept."""
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-        return cl.Buffer(self.queue.context, flags, hostbuf=array)
+        return cl.Buffer(self.context, flags, hostbuf=array)
 
     def _read(self, array):
         """A context manager: `array` on the device, to read."""
@@ -464,7 +464,7 @@ class _Shared:
         elif there:
             access |= flags.COPY_HOST_PTR
         host = {"hostbuf": array} if there or engine._in_place else {"size": array.nbytes}
-        self.buffer = cl.Buffer(engine.queue.context, access, **host)
+        self.buffer = cl.Buffer(engine.context, access, **host)
 
     def __enter__(self):
         return self.buffer
