@@ -4,29 +4,32 @@
 # make lint     check style only
 # make clean    remove what these commands made
 #
+# OPENCL=pocl takes a smaller OpenCL for the CPU than OPENCL=cpu does, and OPENCL=opencl none.
+#
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
 .PHONY: demo test bench lint clean
 PYTHON ?= python3
+OPENCL ?= cpu
 PY := .venv/bin/python
 
-demo: .venv/demo.stamp
-	@bash .ci/drivers $(PY)
+demo: .venv/demo-$(OPENCL).stamp
+	@bash .ci/drivers
 	@$(PY) -m vtk_mls demo demo-output
 
-test: .venv/test.stamp
-	@bash .ci/drivers $(PY)
+test: .venv/test-$(OPENCL).stamp
+	@bash .ci/drivers
 	@bash tests/paraview/install.sh
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m pytest
 
-lint: .venv/test.stamp
+lint: .venv/test-$(OPENCL).stamp
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 
-bench: .venv/bench.stamp
+bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
@@ -39,9 +42,6 @@ clean:
 	$(PYTHON) -m venv --clear .venv
 	@touch $@
 
-.venv/demo.stamp: EXTRAS = pocl,demo
-.venv/test.stamp: EXTRAS = test
-.venv/bench.stamp: EXTRAS = bench
-.venv/%.stamp: pyproject.toml .venv/made.stamp
-	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[$(EXTRAS)]'
+.venv/%-$(OPENCL).stamp: pyproject.toml .venv/made.stamp
+	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[$*,$(OPENCL)]'
 	@touch $@

@@ -3,6 +3,8 @@
 // All x are less drift, and local. The map's displacement d(v) = G(v) - v is small next to v, so
 // what is searched is the way with way + d(x + way) = 0: no digits are lost in v - x.
 
+#include "map.cl"
+
 #define TRIALS 32
 #define SMALLEST_SHARE 0.03f
 #define DECREASE 0.1f            // of what a step promises, at least

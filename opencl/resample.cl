@@ -60,9 +60,9 @@ inline axis_t axis_at(real x, int n, int first, int count) {
 // `index` holds three planes of `count` indices. Of the source, `size` points along the axes, `there`
 // from `first_there` on are in `values`.
 KERNEL void resample(const long count, __global const float *restrict index, const int4 size,
-                       const int4 first_there, const int4 there, const int components,
-                       const VALUE background, __global const VALUE *restrict values,
-                       __global VALUE *restrict result) {
+                     const int4 first_there, const int4 there, const int components,
+                     const VALUE background, __global const VALUE *restrict values,
+                     __global VALUE *restrict result) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   int lanes = (int)min((long)LANES, count - first);

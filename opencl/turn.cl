@@ -5,7 +5,7 @@
 // J^T n (Eq. 29) in place of each of `count` vectors n, interleaved; of length 1 (or 0) if
 // `normalise`. `source` is what `grid_source_frame` stores: after three planes nine of J = dG/dv.
 KERNEL void turn(const long count, __global const float *restrict source, const int normalise,
-                   __global float *restrict vectors) {
+                 __global float *restrict vectors) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   int lanes = (int)min((long)LANES, count - first);

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import DEVICES
 from vtk_fixtures import (
     DEFORMED,
     FAST,
@@ -184,6 +185,28 @@ def test_doctor_says_what_is_wrong():
     assert "wrong: no OpenCL device `77:0`" in out
 
 
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_doctor_shows_what_devices_have_proven(tmp_path):
+    folder = str(tmp_path)
+    status, out, _ = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
+    assert status == 0
+    assert f"-> {DEVICES[0]} " in out
+    assert "computes right with" in out
+    assert "million points/s" in out
+    assert f"verdict kept in {folder}" in out
+    assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
+    assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
+
+
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_an_environment_for_paraview_has_no_vtk_and_is_not_wrong():
+    code = WITHOUT.format(names=["vtkmodules", "vtk"])
+    status, out, err = run("doctor", code=code, VTK_MLS_DEVICE="")
+    assert (status, err) == (0, "")
+    assert "wrong" not in out
+    assert "VTK        not installed: ParaView brings its own" in out
+
+
 WITHOUT = """
 import sys
 for name in {names}:
@@ -199,7 +222,7 @@ def test_without_vtk_and_opencl(files):
     assert (status, err) == (1, "")
     assert "VTK        not installed" in out
     assert "pip install 'vtk-mls[vtk]'" in out
-    assert "pip install 'vtk-mls[pocl]'" in out
+    assert "pip install 'vtk-mls[cpu]'" in out
     status, out, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code)
     assert (status, out) == (1, "")
     assert err == "vtk-mls: VTK is not installed: pip install 'vtk-mls[vtk]'\n"

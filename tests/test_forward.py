@@ -53,7 +53,7 @@ def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, devic
 
 
 @pytest.mark.skipif(
-    not DEVICES, reason="no OpenCL device: install one with `pip install pyopencl[pocl]`"
+    not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
 )
 class TestManyPoints:
     """Enough for a lattice of first guesses."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
 
-from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Surface, device, engine
+from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Surface, device, dispatch, engine
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 
@@ -114,7 +114,7 @@ def test_the_specification_agrees(kind_and_degree, cuts, grid, rng):
 @pytest.mark.parametrize("key", DEVICES)
 def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
     """As on a GPU whose memory is small."""
-    chosen = engine.on(device.choose(key))
+    chosen = engine.on(dispatch.choose(key))
     d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
     image = rng.normal(size=(*grid.shape, 4))
     (expected,) = d.resample([image], grid, interpolation="cubic")

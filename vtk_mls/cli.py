@@ -50,11 +50,13 @@ def _parser():
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_deform(commands)
     info = commands.add_parser(
-        "info",
-        aliases=["doctor"],
-        help="show versions and OpenCL devices, and what is wrong",
-        description="Show versions and OpenCL devices, and what is wrong. Exit status 1 if so.",
+        "doctor",
+        aliases=["info"],
+        help="show versions, what OpenCL devices have proven, and what is wrong",
+        description="Show versions, what OpenCL devices have proven, and what is wrong. "
+        "Exit status 1 if something is.",
     )
+    info.add_argument("--retest", action="store_true", help="test the devices again")
     info.set_defaults(run=_info)
     _add_paraview(commands)
     demo = commands.add_parser(
@@ -247,7 +249,7 @@ def _update(algorithm, shows_progress):
 def _info(options):
     from vtk_mls.doctor import report
 
-    lines, problems = report()
+    lines, problems = report(options.retest)
     print("\n".join(lines))
     for problem in problems:
         print(f"wrong: {problem}")

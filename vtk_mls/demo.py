@@ -167,14 +167,13 @@ def _run(module, directory, names):
 def _engine():
     """The engine of the chosen device; without OpenCL, said loudly, the numpy reference."""
     try:
-        return engine_for()
+        engine = engine_for()
     except DeviceError as error:
         print(f"No OpenCL: {error}")
-        print(
-            "The demo goes on without it, slowly and on a coarser grid. "
-            "On Debian, `apt-get install pocl-opencl-icd` gives the CPU an OpenCL."
-        )
-        return engine_for("reference")
+        engine = engine_for("reference")
+    if engine is engine_for("reference"):
+        print("The demo goes on without OpenCL, slowly and on a coarser grid.")
+    return engine
 
 
 def _write(writer, source, file):

@@ -1,22 +1,25 @@
-"""OpenCL devices: which there are, which one is meant, and programs built for it."""
+"""OpenCL devices: which there are, their contexts, and kernels built for them."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
-import itertools
 import os
 import re
 import warnings
 from dataclasses import dataclass, field
 
+from vtk_mls import caches, drivers
+from vtk_mls.announcements import announce
 from vtk_mls.resources import resource
 
-_POCL = "Portable Computing Language"
-_INSTALL = (
-    "install an OpenCL driver: `pip install 'pyopencl[pocl]'` or, for newer processors, "
-    "`apt-get install pocl-opencl-icd` for the CPU, or the one of your GPU"
+POCL = "Portable Computing Language"
+# Processors as LLVM names them that have AVX-512; PoCL says for which one it compiles.
+_WITH_AVX512 = re.compile(
+    r"skylake-avx512|cascadelake|cooperlake|cannonlake|icelake|tigerlake|rocketlake"
+    r"|sapphirerapids|emeraldrapids|graniterapids|diamondrapids|kn[lm]|znver[4-9]"
 )
-
+_OUT_OF_MEMORY = (-4, -5, -6)  # of the device for an object, of its resources, of the host
 
 # How programs that start MPI processes tell each its number among those on its node, and how many
 # they are.
@@ -28,9 +31,16 @@ _PROCESS_VARIABLES = (
     ("SLURM_LOCALID", "SLURM_NTASKS_PER_NODE"),
 )
 
+# The process that loaded the drivers: their threads do not live on in a fork of it.
+_loaded_in = None
+
 
 class DeviceError(RuntimeError):
     """No device as asked for, or its driver refused; says what was found and what to install."""
+
+
+class OutOfDeviceMemory(DeviceError):
+    """A device had not memory enough for what was asked of it at once."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +53,12 @@ class Device:
         "platform:device", as `device` of `Deformation` takes it.
     kind : str
         "gpu", "cpu" or "accelerator".
+    version : str
+        OpenCL that it has, and what its driver adds to that.
+    driver : str
+        Versions of the driver and of its platform.
+    width : int, optional
+        Points per work item that it has proven to compute right.
     """
 
     key: str
@@ -51,14 +67,35 @@ class Device:
     kind: str
     version: str
     handle: object = field(repr=False, compare=False)
+    driver: str = ""
+    width: int | None = None
 
     @property
     def lanes(self) -> int:
         """Points per work item: the width of the vector units on a CPU, one on a GPU."""
+        return self.width or self.widths[0]
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Points per work item that may be tried, the fastest first."""
         if self.kind != "cpu":
-            return 1
-        width = self.handle.native_vector_width_float
-        return width if width in (4, 8, 16) else 4
+            return (1,)
+        native = self.handle.native_vector_width_float
+        widest = native if native in (4, 8, 16) else 4
+        if self._miscompiles_512_bits:
+            widest = min(widest, 8)
+        return tuple(width for width in (16, 8, 4, 1) if width <= widest)
+
+    @property
+    def double_lanes(self) -> int:
+        """The same for kernels that sum in double."""
+        return min(self.lanes, 4) if self._miscompiles_512_bits else self.lanes
+
+    @property
+    def _miscompiles_512_bits(self):
+        """PoCL before 5 takes some CPUs for ones without AVX-512, but has built-ins for ones with:
+        vectors of 512 bits are handed over in other registers than they are looked for in."""
+        return _pocl_version(self) < (5,) and not _WITH_AVX512.search(self.version)
 
     @property
     def has_float64(self) -> bool:
@@ -69,43 +106,15 @@ class Device:
         return f"{self.key} {self.name} ({self.kind}, {self.platform})"
 
 
+def _pocl_version(device):
+    """Version of PoCL; without it one that is later than all."""
+    found = re.search(r"PoCL (\d+)\.(\d+)", device.driver) if device.platform == POCL else None
+    return tuple(map(int, found.groups())) if found else (1000,)
+
+
 def list_devices() -> list[Device]:
     """All OpenCL devices; empty without pyopencl or a driver."""
-    return _find()[0]
-
-
-def choose(name: str | None = None) -> Device:
-    """The device meant by `name`.
-
-    Parameters
-    ----------
-    name : {"gpu", "cpu", "platform:device"}, optional
-        The first GPU, else the first CPU, if not given. MPI processes share out the GPUs of their
-        node: the first takes the first GPU, the second the second, and so on round.
-
-    Raises
-    ------
-    DeviceError
-        If there is none; it lists what there is.
-    """
-    devices, problem = _find()
-    for device in devices:
-        if name == device.key and defect(device) is None:
-            return device
-    for kind in ("gpu", "cpu") if name is None else (name,):
-        for device in _shared_out([device for device in devices if device.kind == kind]):
-            if defect(device) is None:
-                return device
-    wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
-    if devices:
-        found = "found " + "; ".join(
-            f"{device}" + (f", which does not work: {defect(device)}" if defect(device) else "")
-            for device in devices
-        )
-        if all(defect(device) for device in devices):
-            raise DeviceError(f"{wanted} that works; {found}; {_INSTALL}")
-        raise DeviceError(f'{wanted}; {found}; use one of these, or "reference"')
-    raise DeviceError(f"{wanted}: {problem}; {_INSTALL}")
+    return find()[0]
 
 
 def sharers(device: Device) -> int:
@@ -114,10 +123,10 @@ def sharers(device: Device) -> int:
     return -(-_process_on_node()[1] // max(alike, 1)) if device.kind == "gpu" else 1
 
 
-def _shared_out(devices):
-    """Devices of one kind, this process's own first. All CPU drivers drive the same CPU."""
-    first = _process_on_node()[0] % len(devices) if devices and devices[0].kind == "gpu" else 0
-    return devices[first:] + devices[:first]
+def shared_out(gpus: list[Device]) -> list[Device]:
+    """GPUs in the order in which this process should take them: its own among MPI's first."""
+    first = _process_on_node()[0] % len(gpus) if gpus else 0
+    return gpus[first:] + gpus[:first]
 
 
 def _process_on_node():
@@ -130,70 +139,112 @@ def _process_on_node():
     return 0, 1
 
 
-def _find():
-    """Devices, and why there are none."""
+def find() -> tuple[list[Device], str]:
+    """All OpenCL devices, and why there are none.
+
+    Raises
+    ------
+    DeviceError
+        In a process forked from one that has asked for them.
+    """
+    if _loaded_in not in (None, os.getpid()):
+        raise DeviceError(
+            "this process was forked from one that had used OpenCL, whose threads did not come "
+            "along: start processes afresh, with multiprocessing.set_start_method('spawn'), or "
+            'use device="reference" in them'
+        )
+    return _listed()
+
+
+@functools.cache
+def _listed():
+    global _loaded_in
     try:
-        with warnings.catch_warnings():
-            # Debian has no such package; what it does is as well done without
-            warnings.filterwarnings("ignore", "Unable to import recommended hash")
-            import pyopencl as cl
+        cl = _pyopencl()
     except ImportError as error:
         return [], f"pyopencl cannot be imported ({error})"
+    _loaded_in = os.getpid()
     try:
-        platforms = cl.get_platforms()
+        with drivers.shown():
+            platforms = cl.get_platforms()
     except cl.Error as error:
         return [], f"OpenCL has no platform ({error})"
-    kinds = {cl.device_type.GPU: "gpu", cl.device_type.CPU: "cpu"}
     devices = []
     for p, platform in enumerate(platforms):
         try:
             handles = platform.get_devices()
         except cl.Error:  # a platform without devices
             continue
-        for d, handle in enumerate(handles):
-            kind = kinds.get(handle.type & (cl.device_type.GPU | cl.device_type.CPU), "accelerator")
-            devices.append(
-                Device(
-                    f"{p}:{d}",
-                    handle.name.strip(),
-                    platform.name.strip(),
-                    kind,
-                    handle.version.strip(),
-                    handle,
-                )
-            )
+        devices += [_described(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
     return devices, "OpenCL has no device"
 
 
-@functools.cache
-def defect(device: Device) -> str | None:
-    """Why `device` cannot be used, in its driver's words, or None.
+def _pyopencl():
+    """The module, with caches that it can write.
 
-    A driver can be found and still build nothing. Of several PoCL in one process only the first
-    that works is used: they read each other's files, and the next may end the process.
+    Raises
+    ------
+    ImportError
     """
+    caches.folder()
+    # pyopencl asks for it, unless it is set, after a failure of its cache
+    os.environ.setdefault("PYOPENCL_CACHE_FAILURE_FATAL", "")
+    with warnings.catch_warnings():
+        # Debian has no such package; what it does is as well done without
+        warnings.filterwarnings("ignore", "Unable to import recommended hash")
+        import pyopencl as cl
+    if not hasattr(cl, "get_platforms"):  # a folder that an uninstalled one has left
+        raise ImportError(f"there is no pyopencl in {next(iter(cl.__path__))}: install it again")
+    return cl
+
+
+def _described(key, platform, handle):
     import pyopencl as cl
 
-    if device.platform == _POCL:
-        number = device.key.partition(":")[0]
-        for other in itertools.takewhile(lambda o: not o.key.startswith(f"{number}:"), _find()[0]):
-            if other.platform == _POCL and defect(other) is None:
-                return f"{other.key} is another PoCL, and two in one process disturb each other"
-    try:
-        cl.Program(
-            context(device), "__kernel void probe(__global int *x) { *x = 1; }"
-        ).build()
-    except cl.Error as error:
-        return _complaints(error)
-    return None
+    # a simulator calls itself all of them
+    if handle.type & cl.device_type.CPU:
+        kind = "cpu"
+    else:
+        kind = "gpu" if handle.type & cl.device_type.GPU else "accelerator"
+    return Device(
+        key,
+        handle.name.strip(),
+        platform.name.strip(),
+        kind,
+        handle.version.strip(),
+        handle,
+        f"{handle.driver_version.strip()}, {platform.version.strip()}",
+    )
 
 
 @functools.cache
 def context(device: Device):
-    """The context of `device`, alone in it. It is kept: Intel's runtime does not count a queue's."""
+    """The context of `device`, alone in it. It is kept: Intel's runtime does not count a queue's.
+
+    Raises
+    ------
+    DeviceError
+        If another PoCL has one: they read each other's files, and the second may end the process.
+    """
     import pyopencl as cl
 
-    return cl.Context([device.handle])
+    if not is_free(device):
+        raise DeviceError(
+            f"{device} cannot be used in a process that uses another PoCL already, for two of them "
+            "disturb each other"
+        )
+    _in_use.append(device)
+    with driver_errors(device):
+        return cl.Context([device.handle])
+
+
+_in_use: list[Device] = []
+
+
+def is_free(device: Device) -> bool:
+    """Whether this process uses no other PoCL, if the device is one of PoCL's."""
+    platforms = {d.key.partition(":")[0] for d in (*_in_use, device) if d.platform == POCL}
+    return device.platform != POCL or len(platforms) == 1
 
 
 @functools.cache
@@ -201,29 +252,68 @@ def queue(device: Device):
     """The command queue of `device`."""
     import pyopencl as cl
 
-    return cl.CommandQueue(context(device))
+    with driver_errors(device):
+        return cl.CommandQueue(context(device))
+
+
+@contextlib.contextmanager
+def driver_errors(device: Device):
+    """Turns what a driver complains of into a sentence.
+
+    Raises
+    ------
+    OutOfDeviceMemory, DeviceError
+    """
+    import pyopencl as cl
+
+    try:
+        yield
+    except cl.Error as error:
+        # pyopencl raises some with a mere text
+        code = getattr(error.args[0], "code", int)() if error.args else 0
+        if code in _OUT_OF_MEMORY:
+            raise OutOfDeviceMemory(f"{device} has not memory enough: {error}") from error
+        raise DeviceError(
+            f"the driver of {device} refuses: {error}; try another `device`"
+        ) from error
 
 
 @functools.cache
-def program(device: Device, file: str, constants: tuple[tuple[str, object], ...]):
-    """The program `opencl/file`, built once for `device` with -D `constants`.
+def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
+    """The kernel `name` of opencl/`name`.cl, built once for `device` with -D `constants`.
 
     Raises
     ------
     DeviceError
         With the compiler's own words.
     """
+    announce("Building OpenCL kernels", logged=False)
+    # no warnings: they would be about the driver's choice of instructions, which is not ours
+    options = ["-w", *(f"-D{constant}={value}" for constant, value in constants)]
+    text = source(f"{name}.cl")
+    try:
+        return _built(device, name, text, options)
+    except DeviceError:
+        raise
+    except Exception:
+        # What a driver or pyopencl keeps of earlier builds may be broken, by a process that ended
+        # half way: a text of its own has a place of its own there.
+        try:
+            return _built(device, name, f"{text}\n// built anew\n", options)
+        except Exception as error:
+            raise DeviceError(
+                f"the kernel {name} does not build on {device} with {' '.join(options)}: "
+                + _complaints(error)
+            ) from error
+
+
+def _built(device, name, text, options):
     import pyopencl as cl
 
-    # no warnings: they would be about the driver's choice of instructions, which is not ours
-    options = ["-w", *(f"-D{name}={value}" for name, value in constants)]
-    try:
-        return cl.Program(context(device), source(file)).build(options=options)
-    except cl.Error as error:
-        raise DeviceError(
-            f"the kernels in {file} do not build on {device} with {' '.join(options)}: "
-            + _complaints(error)
-        ) from error
+    with warnings.catch_warnings():
+        # a compiler's praise of itself, and caches: of pyopencl's that fail, the next build tells
+        warnings.simplefilter("ignore")
+        return cl.Kernel(cl.Program(context(device), text).build(options=options), name)
 
 
 def _complaints(error) -> str:

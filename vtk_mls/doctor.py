@@ -1,4 +1,4 @@
-"""What `vtk-mls info` says: versions, devices, and what is wrong."""
+"""What `vtk-mls doctor` says: versions, what each device has proven, and what is wrong."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ import platform
 
 import numpy as np
 
-from vtk_mls import DeviceError, __version__, device, installation
+from vtk_mls import DeviceError, __version__, device, dispatch, drivers, installation, proof
 from vtk_mls.resources import resource
 
 
-def report():
+def report(retest=False):
     """What is installed and found.
+
+    Parameters
+    ----------
+    retest : bool, optional
+        Test the devices although there are verdicts on them.
 
     Returns
     -------
@@ -30,24 +35,28 @@ def report():
         f"pyopencl   {_version('pyopencl', problems)}",
         f"ParaView   {_paraview(problems)}",
         f"plugin     {_plugin(problems)}",
-        *_devices(problems),
+        *_devices(problems, retest),
     ]
     return lines, problems
 
 
 def _version(module, problems):
     package = module.partition(".")[0]
-    extra = "vtk" if module.startswith("vtk") else "pocl"
+    extra = "vtk" if module.startswith("vtk") else "cpu"
     try:
         found = importlib.import_module(module)
     except ImportError as error:
         missing = isinstance(error, ModuleNotFoundError) and error.name in (module, package)
+        if missing and extra == "vtk":  # as it should be in an environment for ParaView
+            return (
+                "not installed: ParaView brings its own, the filters in Python and `vtk-mls "
+                "deform` need it (pip install 'vtk-mls[vtk]')"
+            )
         state = "not installed" if missing else f"cannot be imported: {error}"
-        need = "the filters and `vtk-mls deform` need it" if extra == "vtk" else "OpenCL needs it"
         name = "VTK" if extra == "vtk" else "pyopencl"
-        problems.append(f"{name} is {state}; {need}: pip install 'vtk-mls[{extra}]'")
+        problems.append(f"{name} is {state}: pip install 'vtk-mls[{extra}]'")
         return state
-    return found.vtkVersion.GetVTKVersion() if extra == "vtk" else found.VERSION_TEXT
+    return found.vtkVersion.GetVTKVersion() if extra == "vtk" else found.__version__
 
 
 def _paraview(problems):
@@ -77,23 +86,40 @@ def _plugin(problems):
         return "missing"
 
 
-def _devices(problems):
-    """A line for each device, the one that would be used with an arrow."""
+def _devices(problems, retest):
+    """What each device has proven, the one that would be used with an arrow."""
     wanted = os.environ.get("VTK_MLS_DEVICE") or None
-    chosen = None
-    if wanted != "reference":
-        try:
-            chosen = device.choose(wanted)
-        except DeviceError as error:
-            problems.append(str(error))
-    found = device.list_devices()
-    lines = ["OpenCL devices" if found else "OpenCL devices: none"]
-    for each in found:
-        mark = "->" if each == chosen else "  "
-        lines.append(f"  {mark} {each}, {each.version}")
-        defect = device.defect(each)
-        if defect:
-            lines.append(f"       does not work: {defect}")
+    lines, found, chosen = [], [], None
+    try:
+        found = device.list_devices()
+        verdicts = proof.verdicts(found, retest)
+        if wanted != "reference":
+            chosen = dispatch.choose(wanted)
+            if chosen is None:
+                problems.append(
+                    f"no OpenCL device computes right, numpy does it, slowly: {drivers.advice()}"
+                )
+    except DeviceError as error:
+        problems.append(str(error))
+    lines.append("OpenCL devices" if found else "OpenCL devices: none")
+    for each, verdict in zip(found, verdicts if found else ()):
+        mark = "->" if chosen is not None and each.key == chosen.key else "  "
+        lines.append(f"  {mark} {each}, {each.version}, driver {each.driver}")
+        lines += [f"       {line}" for line in _verdict(each, verdict)]
+    if not any(drivers.is_fastest(each.platform) for each in found):
+        lines.append(f"faster on this processor: {drivers.advice()}")
     if wanted is not None:
         lines.append(f"VTK_MLS_DEVICE is {wanted}")
     return lines
+
+
+def _verdict(each, verdict):
+    if verdict.lanes:
+        how = "computes right" if verdict.proven else "not tested, for no Python could be started"
+        speed = f", {verdict.speed / 1e6:.0f} million points/s" if verdict.speed else ""
+        yield f"{how} with {verdict.lanes} points per work item{speed}"
+    else:
+        yield "is not used"
+    yield from verdict.failures
+    kept = proof.place(each)
+    yield f"verdict kept in {kept}" if kept and kept.exists() else "verdict not kept"

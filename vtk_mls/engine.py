@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import threading
-import warnings
 import weakref
 from contextlib import ExitStack
 
@@ -20,6 +19,8 @@ from vtk_mls.search import InverseSearch
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
+# Bytes of device memory with which it is no use to begin again.
+_LEAST_MEMORY = 1 << 20
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 18
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
@@ -36,6 +37,25 @@ _SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
 def on(device):
     """The engine on `device`, made once."""
     return Engine(device)
+
+
+def _question(method):
+    """Driver errors of a question as sentences; where memory is short, again in smaller pieces."""
+
+    @functools.wraps(method)
+    def ask(self, *arguments, **options):
+        with self._lock:
+            while True:
+                try:
+                    with devices.driver_errors(self.device):
+                        return method(self, *arguments, **options)
+                except devices.OutOfDeviceMemory:
+                    if self.memory < _LEAST_MEMORY:
+                        raise
+                    self._kept = None
+                    self.memory //= 4
+
+    return ask
 
 
 class Engine:
@@ -63,6 +83,7 @@ class Engine:
 
     # The questions
 
+    @_question
     def backward(self, deformation, points, progress=None):
         """G(v) (m, 3) float64 at `points` v (m, 3) float64, world coordinates."""
         result = np.empty_like(points)
@@ -72,6 +93,7 @@ class Engine:
             result[where] = points[where] + handles.drift + handles.scale * planes.T
         return result
 
+    @_question
     def jacobian(self, deformation, points, progress=None):
         """dG_i/dv_j (m, 3, 3) float64 at `points` v (m, 3)."""
         result = np.empty((len(points), 3, 3))
@@ -79,6 +101,7 @@ class Engine:
             result[where] = np.eye(3) + planes.T.reshape(-1, 3, 3)
         return result
 
+    @_question
     def forward(self, deformation, points, progress=None):
         """v - x with G(v) = x at `points` x (m, 3), (m, 3) float32; whether there is one (m,)."""
         displacement = np.empty((len(points), 3), np.float32)
@@ -93,6 +116,7 @@ class Engine:
                     displacement[where], found[where] = search.forward(points[where])
         return displacement, found
 
+    @_question
     def displacement_field(self, deformation, grid, progress=None):
         """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
         displacement = np.empty((grid.size, 3), dtype=np.float32)
@@ -118,6 +142,7 @@ class Engine:
         opening = opening.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), opening
 
+    @_question
     def jacobian_field(self, deformation, grid, progress=None):
         """(dG/dv)^T (nz, ny, nx, 3, 3) float32 at the points v of `grid`."""
         result = np.empty((grid.size, 9), dtype=np.float32)
@@ -128,6 +153,7 @@ class Engine:
                         self._launch_grid("grid_jacobian", deformation, region, grid, part, out)
         return result.reshape(*grid.shape, 3, 3)
 
+    @_question
     def resample(
         self, deformation, arrays, source, target, methods, background, continued, progress=None
     ):
@@ -155,6 +181,7 @@ class Engine:
                         self._sample(rest, array, source, method, background, rows)
         return results
 
+    @_question
     def turned(
         self, deformation, vectors, source, target, method, continued, normalise, progress=None
     ):
@@ -187,10 +214,9 @@ class Engine:
                     self._sample(rest, vectors, source, method, 0.0, rows)
                 with self._exchanged(rows) as moved:
                     self._launch(
-                        "turn.cl",
-                        (("LANES", self.device.lanes),),
                         "turn",
-                        -(-count // self.device.lanes),
+                        (("LANES", self.device.lanes),),
+                        count,
                         np.int64(count),
                         planes,
                         np.int32(normalise),
@@ -199,6 +225,7 @@ class Engine:
         opening = opening.reshape(target.shape) if deformation.cuts else None
         return result.reshape(*target.shape, 3), opening
 
+    @_question
     def source_bounds(self, deformation, source, target, continued, progress=None):
         """Lowest and highest index (2, 3) of `source.whole` that points of `target` come from."""
         bounds = interpolation.NO_BOUNDS
@@ -229,10 +256,9 @@ class Engine:
             constants.append(("USE_FP64", 1))
         with self._read(np.ascontiguousarray(points)) as x, self._written(local) as out:
             self._launch(
-                "points.cl",
-                tuple(constants),
                 "local_points",
-                -(-len(points) // self.device.lanes),
+                tuple(constants),
+                len(points),
                 np.int64(len(points)),
                 x,
                 packing.float4(centre),
@@ -321,16 +347,14 @@ class Engine:
 
     def _launch_map(self, name, deformation, region, grid, count, *arguments):
         constants, shared = self._map(deformation, region, grid)
-        self._launch("map.cl", constants, name, -(-count // self.device.lanes), *shared, *arguments)
+        self._launch(name, constants, count, *shared, *arguments)
 
-    def _launch(self, file, constants, name, items, *arguments):
-        kernel = self._kernels.get((file, constants, name))
+    def _launch(self, name, constants, count, *arguments):
+        """Launch a kernel for `count` points."""
+        kernel = self._kernels.get((name, constants))
         if kernel is None:
-            program = devices.program(self.device, file, constants)
-            with warnings.catch_warnings():
-                # where the name is known from a build with other constants and so other arguments
-                warnings.filterwarnings("ignore", "Overwriting existing generated code")
-                kernel = self._kernels[file, constants, name] = cl.Kernel(program, name)
+            kernel = self._kernels[name, constants] = devices.kernel(self.device, name, constants)
+        items = -(-count // dict(constants)["LANES"])
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.queue, (-(-items // local) * local,), (local,), *arguments)
 
@@ -339,13 +363,14 @@ class Engine:
         handles, alpha = region.handles, deformation.alpha
         rotation = deformation.kind in ROTATION_KINDS
         twice = int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0
-        constants = [("LANES", self.device.lanes), ("TWICE_ALPHA", twice)]
+        constants = [("TWICE_ALPHA", twice)]
         if rotation:
+            constants += [("LANES", self.device.lanes)]
             constants += [("ROTATION", 1), ("SIMILARITY", int(deformation.kind == "similarity"))]
         else:
             constants += [("FUNCTIONS", MONOMIAL_COUNT[handles.degree])]
             double = self.device.has_float64 and (alpha > 1 or handles.degree == 3)
-            constants += [("SUM", "double"), ("USE_FP64", 1)] if double else [("SUM", "float")]
+            constants += self._sums(double)
         if handles not in self._uploaded:
             self._uploaded[handles] = [self.constant(table) for table in packing.tables(handles)]
         arguments = [
@@ -370,6 +395,12 @@ class Engine:
             ]
         return tuple(constants), arguments
 
+    def _sums(self, double):
+        """Build constants of kernels that sum in double or in float."""
+        if double:
+            return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
+        return [("LANES", self.device.lanes), ("SUM", "float")]
+
     def _can_sample(self, dtype):
         return dtype.name in _C_TYPES and (
             dtype.name in _SUMMED_IN_FLOAT or self.device.has_float64
@@ -380,23 +411,20 @@ class Engine:
         index, first, stop, values, there = part
         count = stop - first
         in_float = array.dtype.name in _SUMMED_IN_FLOAT
-        value, total = _C_TYPES[array.dtype.name], "float" if in_float else "double"
+        value = _C_TYPES[array.dtype.name]
         cast = f"convert_{value}_sat_rte" if array.dtype.kind in "iu" else f"convert_{value}"
         constants = (
-            *(("LANES", self.device.lanes), ("VALUE", value), ("SUM", total)),
-            *(("CAST", cast), ("TAPS", _TAPS[method])),
+            *self._sums(double=not in_float),
+            *(("VALUE", value), ("CAST", cast), ("TAPS", _TAPS[method])),
             ("OFFSET", "int" if array.size < 2**31 else "long"),
         )
-        if not in_float:
-            constants += (("USE_FP64", 1),)
         components = int(np.prod(array.shape[3:]))
         fill = interpolation.cast(np.float64(background), array.dtype)
         with self._written(result[first:stop]) as out:
             self._launch(
-                "resample.cl",
-                constants,
                 "resample",
-                -(-count // self.device.lanes),
+                constants,
+                count,
                 np.int64(count),
                 index,
                 *(

@@ -35,9 +35,13 @@ try:
     from paraview import simple
     simple.LoadPlugin(sys.argv[1], ns=globals())
     found["plugin"] = "MLSDeform" in globals()
-    from vtk_mls import DeviceError, device
+    from vtk_mls import DeviceError, dispatch
     try:
-        found["device"] = str(device.choose())
+        device = dispatch.choose()
+        if device is None:
+            found["problem"] = "no OpenCL device computes right, numpy does it, slowly"
+        else:
+            found["device"] = str(device)
     except DeviceError as error:
         found["problem"] = str(error)
 except Exception as error:

@@ -19,6 +19,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 
 from vtk_mls import Aborted, DeviceError
+from vtk_mls.announcements import heard_by
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -38,6 +39,10 @@ class Algorithm(VTKPythonAlgorithmBase):
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def ProcessRequest(self, request, inInfo, outInfo):
+        with heard_by(self._show, self._warn):
+            return self._process(request, inInfo, outInfo)
+
+    def _process(self, request, inInfo, outInfo):
         if request.Has(vtkDemandDrivenPipeline.REQUEST_INFORMATION()) and _has_composite(inInfo):
             self._blocks_since = self.GetExecutive().GetPipelineMTime()
             return 1
@@ -113,10 +118,24 @@ class Algorithm(VTKPythonAlgorithmBase):
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
 
         def report(fraction):
+            if self.GetProgressText():
+                self.SetProgressText(None)
             self.UpdateProgress(fraction)
             return check_abort()
 
         return report
+
+    def _show(self, sentence):
+        """Show beside the progress bar what is done just now."""
+        self.SetProgressText(sentence)
+        self.UpdateProgress(self.GetProgress() % 1)
+
+    def _warn(self, sentence):
+        text = f"{type(self).__name__}: {sentence}"
+        if self.HasObserver("WarningEvent"):
+            self.InvokeEvent("WarningEvent", text)
+        else:
+            vtkOutputWindow.GetInstance().DisplayWarningText(f"Warning: {text}\n")
 
     def _empty_what_is_out_of_date(self, out_info):
         for info in _each(out_info):

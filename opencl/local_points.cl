@@ -13,8 +13,8 @@
 // (x - centre) / scale in three planes. The centre comes in two parts, so that its digits are all
 // there; coordinates that are not finite come out as NaN.
 KERNEL void local_points(const long count, __global const COORDINATE *restrict points,
-                       const float4 centre, const float4 centre_rest, const COORDINATE density,
-                       __global float *restrict planes) {
+                     const float4 centre, const float4 centre_rest, const COORDINATE density,
+                     __global float *restrict planes) {
   long first = (long)get_global_id(0) * LANES;
   long stop = min(first + LANES, count);
   for (long i = first; i < stop; ++i) {

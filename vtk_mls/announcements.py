@@ -1,0 +1,35 @@
+"""Sentences about what takes a while or is not as it should be, to whoever listens."""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import logging
+
+_log = logging.getLogger("vtk_mls")
+_listeners = contextvars.ContextVar("listeners", default=(None, None))
+
+
+@contextlib.contextmanager
+def heard_by(progress, warning):
+    """Meanwhile hand announcements to `progress(sentence)`, warnings to `warning(sentence)`."""
+    token = _listeners.set((progress, warning))
+    try:
+        yield
+    finally:
+        _listeners.reset(token)
+
+
+def announce(sentence, *, logged=True):
+    """Say what is done now; on the terminal, too, if it is `logged`."""
+    if logged:
+        _log.warning(sentence)  # the level from which on Python shows it by itself
+    progress, _ = _listeners.get()
+    if progress is not None:
+        progress(sentence)
+
+
+def warn(sentence):
+    """Say what is not as it should be: to who listens, else on the terminal."""
+    _, warning = _listeners.get()
+    (warning or _log.warning)(sentence)
