@@ -1,5 +1,6 @@
 # make demo     deform a real volume in four ways: .vti files and a picture in demo-output/
 # make test     check style and run all tests
+# make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
 # make bench    measure against other programs (LARGE=1: also 256^3)
 # make lint     check style only
 # make clean    remove what these commands made
@@ -9,7 +10,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo test bench lint clean
+.PHONY: demo test drivers bench lint clean
 PYTHON ?= python3
 OPENCL ?= cpu
 PY := .venv/bin/python
@@ -29,11 +30,14 @@ lint: .venv/test-$(OPENCL).stamp
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 
+drivers:
+	@PYTHON=$(PYTHON) bash tests/drivers/run.sh
+
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
-	rm -rf .venv .cache .pytest_cache .ruff_cache build demo-output dist
+	rm -rf .venv .venv-oclgrind .cache .pytest_cache .ruff_cache build demo-output dist
 
 .venv/made.stamp:
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \

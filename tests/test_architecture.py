@@ -34,7 +34,7 @@ ALLOWED = {
     "doctor": {
         *{"", "device", "dispatch", "drivers", "installation", "numpy", "proof", "resources"},
     },
-    "drivers": set(),
+    "drivers": {"intel_runtime"},
     "engine": {
         *{"cut_tables", "device", "handles", "interpolation", "packing", "search"},
         *{"numpy", "pyopencl"},
@@ -47,6 +47,7 @@ ALLOWED = {
     "handle_files": {"numpy"},
     "handles": {"numpy"},
     "installation": {"resources"},
+    "intel_runtime": {"caches"},
     "interpolation": {"numpy"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
     "io": {"filters", "handle_files", "image_files", "vtkmodules"},

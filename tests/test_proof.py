@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from pathlib import Path
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import announcements, caches, device, dispatch, drivers, proof, records
+from vtk_mls import announcements, caches, device, dispatch, drivers, intel_runtime, proof, records
 from vtk_mls.proof import MARK
 
 HANDLE = types.SimpleNamespace(native_vector_width_float=16)
@@ -108,7 +109,7 @@ def test_a_driver_that_fails_at_every_width(child, monkeypatch):
     (verdict,), sentences = announced(proof.verdicts, [FAKE])
     assert verdict.lanes == 0
     assert len(verdict.failures) == 4
-    assert sentences[-1] == f"{FAKE} is not used: it fails at every width"
+    assert sentences[-1].startswith(f"{FAKE} is not used, for it fails at every width")
     child("")
     monkeypatch.setattr(proof, "_known", {})
     assert proof.verdicts([FAKE]) == [verdict]  # not tried again and again
@@ -318,6 +319,31 @@ def test_an_interrupt_ends_the_children(tmp_path):
     assert not list(tmp_path.glob("vtk_mls-*"))  # what children had is gone
 
 
+def test_intels_driver_is_given_a_path_without_spaces(fresh, monkeypatch):
+    folder = fresh / "with space" / "lib"
+    folder.mkdir(parents=True)
+    driver, needed, other = (
+        folder / name for name in ("libintelocl.so", "libtbb.so", "libother.so")
+    )
+    for file in (driver, needed, other):
+        file.write_text(file.name)
+    installed = {"intel-opencl-rt": [driver], "tbb": [needed]}
+    monkeypatch.setattr(intel_runtime, "_files", lambda package: installed.get(package, []))
+    found = intel_runtime.library()
+    assert found.is_relative_to(fresh / "cache")
+    assert {file.name for file in found.parent.iterdir()} == {driver.name, needed.name, "driver"}
+    assert os.path.samefile(found, driver)
+    assert intel_runtime.library() == found
+    monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(OSError("another disk")))
+    shutil.rmtree(found.parent)
+    assert intel_runtime.library().read_text() == "libintelocl.so"
+    driver.rename(fresh / driver.name)  # the environment is gone, and there is another
+    installed["intel-opencl-rt"] = [fresh / driver.name]
+    assert intel_runtime.library() == fresh / driver.name
+    intel_runtime._forget_what_is_gone(found.parent.parent)
+    assert not found.parent.exists()
+
+
 def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch):
     vendors, elsewhere = tmp_path / "vendors", tmp_path / "libgpu.so"
     vendors.mkdir()
@@ -329,7 +355,7 @@ def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch)
     monkeypatch.delenv("OCL_ICD_VENDORS", raising=False)
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
     library = tmp_path / "lib" / "libintelocl.so"
-    monkeypatch.setattr(drivers, "_intel_runtime", lambda: library)
+    monkeypatch.setattr(drivers.intel_runtime, "library", lambda: library)
 
     def shown():
         with drivers.shown():

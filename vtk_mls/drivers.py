@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import os
 import platform
 import sys
 import tempfile
 from pathlib import Path
 
-# Intel's runtime for CPUs: its wheel, and in it the driver. The .icd in the wheel, which should
-# lead the loader there, holds a path of the machine that built it.
-_PACKAGE = "intel-opencl-rt"
-_LIBRARIES = ("libintelocl.so", "intelocl64.dll")
+from vtk_mls import intel_runtime
 
 
 @contextlib.contextmanager
@@ -22,7 +18,7 @@ def shown():
 
     Whoever has set `OCL_ICD_VENDORS` gets just that.
     """
-    library = _intel_runtime()
+    library = intel_runtime.library()
     if library is None or "OCL_ICD_VENDORS" in os.environ:
         yield
     elif sys.platform == "win32":
@@ -57,21 +53,11 @@ def _is_x86():
     return platform.machine().lower() in ("x86_64", "amd64") and sys.platform != "darwin"
 
 
-def _intel_runtime():
-    """Path of the driver in Intel's wheel, or None."""
-    try:
-        files = importlib.metadata.files(_PACKAGE) or ()
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    for file in files:
-        if file.name in _LIBRARIES:
-            library = Path(file.locate()).resolve()
-            return library if library.exists() else None
-    return None
-
-
 def _fill(folder, library):
-    """Put .icd files in `folder`: the system's, and one for `library` unless they have it."""
+    """Put .icd files in `folder`: the system's, and one for `library` unless they have it.
+
+    The one in Intel's wheel holds a path of the machine that built it.
+    """
     usual = os.environ.get("OPENCL_VENDOR_PATH") or "/etc/OpenCL/vendors"
     found = {}
     for place in (Path(usual), Path(sys.prefix, "etc/OpenCL/vendors")):

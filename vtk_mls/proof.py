@@ -250,7 +250,10 @@ class _Contest:
         for failure in self.failures:
             warn(f"{device}: {failure}")
         if not self.widths:
-            warn(f"{device} is not used: it fails at every width")
+            warn(
+                f"{device} is not used, for it fails at every width; "
+                "`vtk-mls doctor --retest` tries again"
+            )
         return Verdict(self.widths[0] if self.widths else 0, tuple(self.failures), self.speed)
 
 

@@ -1,0 +1,124 @@
+"""The kernels as GPUs get them, one point per work item, held against the specification.
+
+    check_kernels.py PLATFORM [STEP ...]    on the first device of a platform; some of the steps
+
+Says each step with its error, the bound for it, and the time, and ends with status 1 if one is
+wrong. A simulator that keeps a log (`OCLGRIND_LOG`) must not have complained.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, device, reference
+from vtk_mls.engine import Engine
+
+EXTENT = 40.0
+GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
+CUTS = {
+    "no cut": [],
+    "plane": [Plane((20, 20, 20), (0.2, 1, 0.1))],
+    "half-plane": [HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))],
+    "surface": [Surface.polygon([(8, 9, 20), (33, 10, 21), (31, 32, 20), (9, 30, 19)])],
+}
+KINDS = {"affine": 1.0, "rigid": 1.0, "similarity": 1.3, "polynomial": 1.0}  # and their alpha
+
+
+def steps(engine):
+    """Names and functions that give the errors, next to the extent or to 1."""
+    rng = np.random.default_rng(1)
+    deformed = rng.uniform(0, EXTENT, (12, 3))
+    rest = deformed + rng.normal(0, 1.5, (12, 3))
+    points = np.concatenate([rng.uniform(0, EXTENT, (30, 3)), deformed[:3]])
+    image = np.sin(GRID.points() @ [0.1, 0.07, 0.05]).reshape(GRID.shape)
+    types = (np.float32, np.float64, np.uint8) if engine.device.has_float64 else (np.float32,)
+    images = [(image * (100 if type_ is np.uint8 else 1)).astype(type_) for type_ in types]
+    vectors = rng.normal(size=(*GRID.shape, 3)).astype(np.float32)
+
+    def over(kind, cut):
+        return Deformation(
+            rest, deformed, kind, alpha=KINDS[kind], cuts=CUTS[cut], device="reference"
+        )
+
+    def difference(question, d, *arguments):
+        got = getattr(engine, question)(d, *arguments)
+        expected = getattr(reference, question)(d, *arguments)
+        if isinstance(got, np.ndarray):
+            got, expected = [got], [expected]
+        return np.concatenate(
+            [
+                np.abs(np.asarray(a, float) - b).ravel()
+                for a, b in zip(got, expected)
+                if a is not None
+            ]
+        )
+
+    def inverse(d):
+        places = d.backward(points[~d.void(points)])
+        displacement, found = engine.forward(d, places)
+        back = d.backward((places + displacement)[found])
+        return [np.abs(back - places[found]).max() / EXTENT, 1 - found.mean()]
+
+    for kind in KINDS:
+        for cut in CUTS:
+            d = over(kind, cut)
+            yield (
+                f"{kind}, {cut}: points",
+                lambda d=d: difference("backward", d, points) / EXTENT,
+            )
+            if cut in ("no cut", "half-plane"):
+                yield f"{kind}, {cut}: slopes", lambda d=d: difference("jacobian", d, points)
+                yield (
+                    f"{kind}, {cut}: grid",
+                    lambda d=d: difference("displacement_field", d, GRID) / EXTENT,
+                )
+                yield f"{kind}, {cut}: inverse", lambda d=d: inverse(d)
+    d = over("rigid", "half-plane")
+    for method in ("nearest", "linear", "cubic"):
+        question = (images, GRID, GRID, [method] * len(images), -1.0, False)
+        yield (
+            f"images, {method}",
+            lambda question=question: difference("resample", d, *question) / 100,
+        )
+    yield (
+        "vectors that turn",
+        lambda: difference("turned", d, vectors, GRID, GRID, "linear", False, False) / 5,
+    )
+    yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
+
+
+def main(platform, *wanted):
+    found = [each for each in device.list_devices() if each.platform == platform]
+    if not found:
+        print(f"no device of the platform {platform}: {device.list_devices()}")
+        return 1
+    engine = Engine(dataclasses.replace(found[0], width=1))
+    print(f"{found[0]}, {found[0].driver}")
+    wrong = 0
+    for name, errors in steps(engine):
+        if wanted and name not in wanted:
+            continue
+        start = time.monotonic()
+        # next to a cut, and at half of the distance between voxels, rounding decides
+        error = np.percentile(errors(), 90 if "nearest" in name else 97)
+        right = error <= 1e-4
+        wrong += not right
+        seconds = time.monotonic() - start
+        print(
+            f"{'ok   ' if right else 'WRONG'} {name:40s} {error:8.1e} {seconds:6.1f} s", flush=True
+        )
+    log = os.environ.get("OCLGRIND_LOG")
+    if log and Path(log).exists() and (complaints := Path(log).read_text().strip()):
+        print(complaints[:3000])
+        wrong += 1
+    return wrong > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
