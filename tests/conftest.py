@@ -24,15 +24,18 @@ TOLERANCE = {
 KINDS_AND_DEGREES = list(TOLERANCE)
 
 
-def _usable_devices():
-    """Keys of the devices that compute right; of several PoCL a process can use one only."""
-    devices = list_devices()
-    sound = [d for d, verdict in zip(devices, proof.verdicts(devices)) if verdict.lanes]
+def _sound_devices():
+    """Devices that compute right, the fastest first; a process can use one PoCL only."""
+    found = list_devices()
+    verdicts = dict(zip(found, proof.verdicts(found)))
+    sound = sorted((d for d in found if verdicts[d].lanes), key=lambda d: -verdicts[d].speed)
     pocl = next((d.key.partition(":")[0] for d in sound if d.platform == POCL), None)
-    return [d.key for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]
+    return [d for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]
 
 
-DEVICES = _usable_devices()
+# Keys of the devices that are tested thoroughly, the fastest of each kind, and of the others.
+DEVICES = list({d.kind: d.key for d in reversed(_sound_devices())}.values())
+OTHER_DEVICES = [d.key for d in _sound_devices() if d.key not in DEVICES]
 
 
 @pytest.fixture(params=KINDS_AND_DEGREES, ids=lambda k: f"{k[0]}{k[1]}")

@@ -2,7 +2,17 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES, EXTENT, HARD_SETS, TOLERANCE, deformation, places, random_handles
+from conftest import (
+    DEVICES,
+    EXTENT,
+    HARD_SETS,
+    OTHER_DEVICES,
+    TOLERANCE,
+    deformation,
+    places,
+    random_handles,
+)
+from drivers import check_kernels
 
 from vtk_mls import Deformation, Grid, HalfPlane, device, dispatch, engine
 
@@ -209,3 +219,12 @@ def test_a_device_without_float64(key, kind_and_degree, rng, monkeypatch):
         assert known.mean() > 0.95
         miss = voxels(expected.backward(found[known]) - x[known], deformed)
         assert np.percentile(miss, 99) <= 1e-4 * EXTENT
+
+
+@pytest.mark.skipif(not OTHER_DEVICES, reason="no second OpenCL device of a kind")
+@pytest.mark.parametrize("key", OTHER_DEVICES or [None])
+def test_every_other_device(key):
+    """Each kernel, kind and cut once, with as many points per work item as the device has proven."""
+    other = engine.Engine(dispatch.choose(key))
+    for name, errors in check_kernels.steps(other):
+        assert check_kernels.worst(name, errors()) <= check_kernels.BOUND, name

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import hashlib
 import json
 import os
 import platform
@@ -126,10 +127,11 @@ def _processor():
     return [line for line in lines if line.startswith(("model name", "flags", "Features"))][:2]
 
 
+@functools.cache
 def _kernels():
-    """The text of all kernels, and of the test."""
-    files = sorted(resource("opencl").glob("*.cl"))
-    return [file.read_bytes() for file in [*files, Path(__file__).with_name("self_test.py")]]
+    """What tells the text of all kernels, and of the test, from others."""
+    files = [*sorted(resource("opencl").glob("*.cl")), Path(__file__).with_name("self_test.py")]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def described(device: devices.Device) -> list[str]:
