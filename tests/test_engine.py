@@ -224,7 +224,7 @@ def test_a_device_without_float64(key, kind_and_degree, rng, monkeypatch):
 @pytest.mark.skipif(not OTHER_DEVICES, reason="no second OpenCL device of a kind")
 @pytest.mark.parametrize("key", OTHER_DEVICES or [None])
 def test_every_other_device(key):
-    """Each kernel, kind and cut once, with as many points per work item as the device has proven."""
+    """Each kernel, kind and cut once, at the width that the device has proven."""
     other = engine.Engine(dispatch.choose(key))
     for name, errors in check_kernels.steps(other):
         assert check_kernels.worst(name, errors()) <= check_kernels.BOUND, name
