@@ -29,7 +29,7 @@ ALLOWED = {
     "demo_picture": {"numpy", "vtkmodules"},
     "demo_scene": {"", "demo_picture", "demo_volumes", "filters", "numpy", "vtkmodules"},
     "demo_volumes": set(),
-    "device": {"announcements", "caches", "drivers", "pyopencl", "resources"},
+    "device": {"announcements", "caches", "drivers", "numpy", "pyopencl", "resources"},
     "dispatch": {"announcements", "device", "drivers", "engine", "proof", "reference"},
     "doctor": {
         *{"", "device", "dispatch", "drivers", "installation", "numpy", "proof", "resources"},

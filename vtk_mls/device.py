@@ -189,7 +189,9 @@ def _pyopencl():
     caches.folder()
     # pyopencl asks for it, unless it is set, after a failure of its cache
     os.environ.setdefault("PYOPENCL_CACHE_FAILURE_FATAL", "")
-    with warnings.catch_warnings():
+    import numpy  # noqa: F401  first, for it brings no loader
+
+    with warnings.catch_warnings(), drivers.own_loader():
         # Debian has no such package; what it does is as well done without
         warnings.filterwarnings("ignore", "Unable to import recommended hash")
         import pyopencl as cl

@@ -35,6 +35,24 @@ def shown():
                 yield
 
 
+@contextlib.contextmanager
+def own_loader():
+    """Extension modules that are imported meanwhile use the OpenCL loader that they bring.
+
+    Some programs have another in the process before: Debian's ParaView has, by MPI's hwloc, which
+    has asked it for drivers already, and it looks for them once.
+    """
+    flags = getattr(os, "RTLD_DEEPBIND", 0)
+    before = sys.getdlopenflags() if flags else 0
+    if flags:
+        sys.setdlopenflags(before | flags)
+    try:
+        yield
+    finally:
+        if flags:
+            sys.setdlopenflags(before)
+
+
 def advice() -> str:
     """What to install for OpenCL on this machine's CPU."""
     if sys.platform == "darwin":
