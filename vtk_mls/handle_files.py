@@ -19,6 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.replacing import replacing
+
 _COLUMNS = ["px", "py", "pz", "qx", "qy", "qz"]
 _KEPT, _TURNED = (1.0, 1.0, 1.0), (-1.0, -1.0, 1.0)
 _TO_LPS = {"LPS": _KEPT, "1": _KEPT, "RAS": _TURNED, "0": _TURNED}
@@ -74,7 +76,7 @@ def write(path, rest, deformed, weights=None):
     path = Path(path)
     _, store = _format(path, "write control points to")
     rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
         store(file, rest, deformed, weights)
 
 

@@ -6,11 +6,17 @@ World coordinates are those of the file, whichever anatomical convention it foll
 
 from __future__ import annotations
 
+import errno
+import gzip
+import os
+import sys
+
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkIOImage import vtkMetaImageReader, vtkNIFTIImageReader, vtkNIFTIImageWriter
 from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
@@ -32,11 +38,29 @@ def read(reader, path):
     return reader.GetOutputDataObject(0)
 
 
-def write(writer, image, path):
+def write(writer, dataset, path):
     """Write a file with a writer of VTK's."""
-    writer.SetInputData(image)
+    writer.SetInputData(dataset)
     writer.SetFileName(str(path))
     writer.Write()
+    code = writer.GetErrorCode()
+    if code == vtkErrorCode.OutOfDiskSpaceError:
+        raise _disk_full()
+    if code:
+        raise OSError(vtkErrorCode.GetStringFromErrorCode(code))
+
+
+def check_size(path, size):
+    """Raise OSError if a file has not the bytes that it must have.
+
+    For writers of VTK's that do not notice it when the disk is full.
+    """
+    if path.stat().st_size != size:
+        raise _disk_full()
+
+
+def _disk_full():
+    return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _place(image, origin, steps):
@@ -120,9 +144,9 @@ def _write_meta(image, path):
     with path.open("wb") as file:
         file.write(text.encode())
         if local:
-            data.tofile(file)
+            file.write(data)
     if not local:
-        data.tofile(path.with_suffix(".raw"))
+        path.with_suffix(".raw").write_bytes(data)
 
 
 def _text(numbers):
@@ -181,6 +205,22 @@ def _write_nifti(image, path):
     if is_rotation and np.linalg.det(grid.direction) > 0:
         writer.SetQFormMatrix(vtk_matrix)
     write(writer, copy, path)
+    _check_nifti(path, arrays.to_numpy(copy.GetPointData().GetScalars()).nbytes)
+
+
+def _check_nifti(path, size):
+    """Raise OSError if a file without an end was left by VTK's writer of `size` bytes of values."""
+    is_packed = path.suffix.lower() == ".gz"
+    with (gzip.open if is_packed else open)(path, "rb") as file:
+        header = int.from_bytes(file.read(4), sys.byteorder)
+    size += header + 4  # no extensions
+    if not is_packed:
+        check_size(path, size)
+        return
+    with path.open("rb") as file:
+        file.seek(-4, os.SEEK_END)
+        if int.from_bytes(file.read(), "little") != size % 2**32:
+            raise _disk_full()
 
 
 def _the_array(image, path):

@@ -23,6 +23,7 @@ from vtkmodules.vtkIOXML import (
 
 from vtk_mls import handle_files, image_files
 from vtk_mls.filters.handle_lists import fill_polydata
+from vtk_mls.replacing import check_replaceable, replacing
 
 
 def read_dataset(path):
@@ -65,7 +66,8 @@ def write_dataset(dataset, path):
         Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
         matrix; MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz) with the active scalars, or the
         only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy (.vtk) with everything,
-        .stl or .ply with the shape of polydata.
+        .stl or .ply with the shape of polydata. A file that is there is replaced when the new one
+        is complete.
 
     Raises
     ------
@@ -73,20 +75,19 @@ def write_dataset(dataset, path):
         Naming the file.
     """
     path = check_writable(path, dataset)
-    with _failures(path):
-        _writers(dataset)[_suffix(path)](dataset, path)
+    with replacing(path) as new, _failures(path):
+        _writers(dataset)[_suffix(path)](dataset, new)
 
 
 def check_writable(path, dataset):
-    """`path` as a Path, if there is a format for it and such a dataset, and its folder is there.
+    """`path` as a Path, if there is a format for it and such a dataset, and room for a file.
 
     The dataset may be one of another grid: what counts is its type.
     """
     path = Path(path)
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
     _choose(_writers(dataset), path, f"write {thing} to")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
+    check_replaceable(path)
     return path
 
 
@@ -190,7 +191,7 @@ def _writers(dataset):
     found = {".vtk": _write_with(vtkDataSetWriter)}
     for name, writers in _MESH_WRITERS.items():
         if dataset.IsA(name):
-            found |= {suffix: _write_with(kind) for suffix, kind in writers.items()}
+            found |= writers
     return found
 
 
@@ -202,6 +203,17 @@ def _write_with(kind):
         image_files.write(writer, dataset, path)
 
     return write
+
+
+def _write_ply(polydata, path):
+    image_files.write(vtkPLYWriter(), polydata, path)
+    with path.open("rb") as file:
+        header = file.read(4096).partition(b"end_header\n")[0]
+    of_vertex = 4 * header.count(b"property float") + header.count(b"property uchar")
+    faces = polydata.GetPolys()
+    size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()
+    size += faces.GetNumberOfCells() + 4 * faces.GetNumberOfConnectivityIds()
+    image_files.check_size(path, size)
 
 
 def _read_with(kind):
@@ -228,13 +240,13 @@ _MESH_READERS = {
     ".obj": _read_with(vtkOBJReader),
 }
 _MESH_WRITERS = {
-    "vtkUnstructuredGrid": {".vtu": vtkXMLUnstructuredGridWriter},
+    "vtkUnstructuredGrid": {".vtu": _write_with(vtkXMLUnstructuredGridWriter)},
     "vtkPolyData": {
-        ".vtp": vtkXMLPolyDataWriter,
-        ".stl": vtkSTLWriter,
-        ".ply": vtkPLYWriter,
+        ".vtp": _write_with(vtkXMLPolyDataWriter),
+        ".stl": _write_with(vtkSTLWriter),
+        ".ply": _write_ply,
     },
-    "vtkStructuredGrid": {".vts": vtkXMLStructuredGridWriter},
+    "vtkStructuredGrid": {".vts": _write_with(vtkXMLStructuredGridWriter)},
 }
 _HANDLE_READERS = {
     **dict.fromkeys(handle_files.FORMATS, _read_handles),
