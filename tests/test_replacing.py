@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_io import MESHES, TYPES, image_with
 from vtk_fixtures import add_array, make_image, messages  # noqa: F401
-from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
 from vtk_mls import handle_files, io
 from vtk_mls.replacing import remove_remains, replacing
@@ -96,6 +96,18 @@ def test_a_whole_ply_file_counts_as_whole(tmp_path):
     for _ in range(2):
         io.write_dataset(sphere, tmp_path / "x.ply")
         sphere.GetPointData().Initialize()
+
+
+def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
+    polygon = vtkRegularPolygonSource()
+    polygon.SetNumberOfSides(300)
+    polygon.Update()
+    with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 corners"):
+        io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+    polygon.SetNumberOfSides(255)
+    polygon.Update()
+    io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+    assert io.read_dataset(tmp_path / "x.ply").GetNumberOfCells() == 1
 
 
 def test_links_and_permissions_stay(tmp_path):

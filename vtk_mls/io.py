@@ -206,6 +206,9 @@ def _write_with(kind):
 
 
 def _write_ply(polydata, path):
+    corners = polydata.GetPolys().GetMaxCellSize()
+    if corners > 255:
+        raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
     image_files.write(vtkPLYWriter(), polydata, path)
     with path.open("rb") as file:
         header = file.read(4096).partition(b"end_header\n")[0]
