@@ -14,7 +14,10 @@ ALLOWED = {
     "__main__": {"cli"},
     "arguments": {"cuts", "numpy"},
     "arrays": {"grid", "numpy", "vtkmodules"},
-    "cli": {"", "demo", "doctor", "filters", "installation", "io", "resources", "vtkmodules"},
+    "cli": {
+        *{"", "demo", "doctor", "filters", "installation", "io", "resources", "supervision"},
+        *{"vtkmodules"},
+    },
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy"},
     "deformation": {
@@ -53,6 +56,7 @@ ALLOWED = {
     "regions": {"handles", "numpy"},
     "replacing": set(),
     "resources": set(),
+    "supervision": {"replacing"},
     "search": {"guesses", "numpy", "packing"},
 }
 
