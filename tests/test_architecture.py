@@ -47,7 +47,10 @@ ALLOWED = {
     "installation": {"resources"},
     "interpolation": {"numpy"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
-    "io": {"filters", "handle_files", "image_files", "replacing", "vtkmodules"},
+    "io": {
+        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
+        *{"validity", "vtkmodules"},
+    },
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
     "paraview_gui": {"filters", "handle_files", "numpy", "paraview"},
@@ -57,6 +60,7 @@ ALLOWED = {
     "replacing": set(),
     "resources": set(),
     "supervision": {"replacing"},
+    "validity": {"arrays", "numpy", "vtkmodules"},
     "search": {"guesses", "numpy", "packing"},
 }
 

@@ -49,7 +49,7 @@ def _run(arguments):
         message = str(error)
     except MemoryError:
         message = "there is not enough memory"
-    print(f"vtk-mls: {message}", file=sys.stderr)
+    print(f"vtk-mls: {' '.join(message.split())}", file=sys.stderr)
     return 1
 
 
@@ -178,8 +178,6 @@ def _add_deform(commands):
 
 
 def _deform(options):
-    from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
-
     from vtk_mls import HalfPlane, Plane, io
     from vtk_mls.filters import MLSDeform
 
@@ -204,9 +202,8 @@ def _deform(options):
     for text in options.cut_half_plane:
         deform.AddCut(HalfPlane(*_vectors("--cut-half-plane", text, 3)))
     for path in options.cut_surface:
-        producer = vtkTrivialProducer()
-        producer.SetOutput(_read(io.read_surface, path))
-        deform.AddInputConnection(2, producer.GetOutputPort())
+        for cut in _read(io.read_cuts, path):
+            deform.AddCut(cut)
     for name in options.label:
         deform.AddLabelArray(name)
     with step("deform", options.input):

@@ -66,6 +66,8 @@ def _disk_full():
 def _place(image, origin, steps):
     """Put an image's first point at `origin`, its axes along the columns `steps` (3, 3)."""
     spacing = np.linalg.norm(steps, axis=0)
+    if not (np.isfinite(spacing) & (spacing > 0)).all():
+        raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
     direction = tuple((steps / spacing).ravel().tolist())
     Lattice(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
 
@@ -112,7 +114,9 @@ def _read_meta(path):
     rows = header.get("TransformMatrix") or header.get("Rotation") or header.get("Orientation")
     if rows and image.GetNumberOfPoints() > 0:
         rows = np.array(rows.split(), dtype=float)
-        count = int(header["NDims"])
+        count = int(header.get("NDims", 3))
+        if not 1 <= count <= 3 or len(rows) != count**2:
+            raise ValueError(f"its direction must have {count} x {count} numbers, got {len(rows)}")
         direction = np.eye(3)
         direction[:count, :count] = rows.reshape(count, count).T
         _place(image, image.GetOrigin(), direction * image.GetSpacing())
@@ -177,13 +181,16 @@ def _read_nifti(path):
         matrix = np.reshape([matrix.GetElement(i, j) for i in range(4) for j in range(4)], (4, 4))
         _place(image, matrix[:3, 3].tolist(), matrix[:3, :3] * image.GetSpacing())
     slope, intercept = reader.GetRescaleSlope(), reader.GetRescaleIntercept()
-    if slope not in (0, 1) or (slope and intercept):
+    is_scaled = slope not in (0, 1) or (slope and intercept)
+    if is_scaled and not np.isfinite([slope, intercept]).all():
+        raise ValueError(f"its scaling must be finite, got {slope} and {intercept}")
+    if is_scaled:
         raw = image.GetPointData().GetScalars()
         small = raw.GetDataTypeSize() < 4 or raw.GetDataType() == VTK_FLOAT
         dtype, vtk_type = ("f4", VTK_FLOAT) if small else ("f8", VTK_DOUBLE)
-        scaled = arrays.from_numpy(
-            (arrays.to_numpy(raw) * slope + intercept).astype(dtype), vtk_type
-        )
+        with np.errstate(over="ignore"):
+            values = (arrays.to_numpy(raw) * slope + intercept).astype(dtype)
+        scaled = arrays.from_numpy(values, vtk_type)
         scaled.SetName(raw.GetName())
         image.GetPointData().SetScalars(scaled)
     return image

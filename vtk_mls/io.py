@@ -21,9 +21,13 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import handle_files, image_files
+from vtk_mls import arguments, arrays, handle_files, image_files, validity
+from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 from vtk_mls.replacing import check_replaceable, replacing
+
+_WEIGHT = "Weight"
+_LONGEST = 200  # characters of what others say in an error
 
 
 def read_dataset(path):
@@ -49,11 +53,7 @@ def read_dataset(path):
     """
     path = _existing(path)
     read = _choose({**image_files.READERS, **_MESH_READERS}, path, "read an image or a mesh from")
-    with _failures(path):
-        dataset = read(path)
-    if not isinstance(dataset, vtkDataSet) or dataset.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` holds no image and no mesh")
-    return dataset
+    return _read(read, path, vtkDataSet, "no image and no mesh")
 
 
 def write_dataset(dataset, path):
@@ -75,7 +75,7 @@ def write_dataset(dataset, path):
         Naming the file.
     """
     path = check_writable(path, dataset)
-    with replacing(path) as new, _failures(path):
+    with replacing(path) as new, _failures(new):
         _writers(dataset)[_suffix(path)](dataset, new)
 
 
@@ -111,10 +111,13 @@ def read_control_points(path):
     """
     path = _existing(path)
     read = _choose(_HANDLE_READERS, path, "read control points from")
+    polydata = _read(read, path, vtkPolyData, "no control points")
     with _failures(path):
-        polydata = read(path)
-    if not isinstance(polydata, vtkPolyData) or polydata.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` holds no control points")
+        weight = _WEIGHT if polydata.GetPointData().HasArray(_WEIGHT) else None
+        rest, deformed, weights = arrays.control_points(polydata, "Displacement", weight)
+        arguments.points("rest", rest)
+        arguments.points("deformed", deformed)
+        arguments.positive_weights(weights, len(rest))
     return polydata
 
 
@@ -137,13 +140,44 @@ def read_surface(path):
     """
     path = _existing(path)
     read = _choose(_SURFACE_READERS, path, "read a surface from")
-    with _failures(path):
-        polydata = read(path)
-    if not isinstance(polydata, vtkPolyData) or not (
-        polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()
-    ):
+    polydata = _read(read, path, vtkPolyData, "no surface")
+    if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
         raise ValueError(f"`{path}` holds no surface")
     return polydata
+
+
+def read_cuts(path):
+    """Read the surface of cuts.
+
+    Parameters
+    ----------
+    path : path
+        As of `read_surface`.
+
+    Returns
+    -------
+    list of Surface
+        One for each connected surface.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    surface = read_surface(path)
+    with _failures(path):
+        return surfaces(surface)
+
+
+def _read(read, path, kind, nothing):
+    """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
+    with _failures(path):
+        dataset = read(path)
+    if not isinstance(dataset, kind) or dataset.GetNumberOfPoints() == 0:
+        raise ValueError(f"`{path}` holds {nothing}")
+    with _failures(path):
+        validity.check(dataset)
+    return dataset
 
 
 def _suffix(path):
@@ -169,19 +203,40 @@ def _existing(path):
 
 @contextmanager
 def _failures(path):
-    """What VTK reports as an error becomes one."""
+    """What goes wrong, also what VTK only reports, becomes a ValueError that names the file."""
     usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         yield
+    except MemoryError:
+        raise ValueError(f"`{path}` needs more memory than there is") from None
+    except (ArithmeticError, ValueError) as error:
+        if f"`{path}`" in str(error):
+            raise
+        raise ValueError(f"`{path}` cannot be used: {_sentence(str(error))}") from error
     finally:
         vtkOutputWindow.SetInstance(usual)
         vtkLogger.SetStderrVerbosity(verbosity)
-    error = re.search(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", window.GetOutput())
-    if error:
-        raise ValueError(f"`{path}`: VTK says: {error[1].strip()}")
+    errors = _reported(window.GetOutput())
+    if errors:
+        raise ValueError(f"`{path}`: VTK says: {_sentence(errors[0])}")
+
+
+def _reported(text):
+    """Errors in what VTK has printed, those that say a reason first."""
+    if isinstance(text, bytes):  # it quotes a file that is no text
+        text = text.decode(errors="replace")
+    found = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
+    return sorted(found, key=lambda error: "returned failure for request" in error)
+
+
+def _sentence(text):
+    """The beginning of a text on one line, without what is not for reading."""
+    text = re.sub(r" \(0x[0-9a-f]+\)", "", " ".join(text.split()))
+    text = "".join(each if each.isprintable() else "?" for each in text)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _writers(dataset):

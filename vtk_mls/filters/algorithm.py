@@ -24,11 +24,11 @@ from vtk_mls import Aborted, DeviceError
 class Algorithm(VTKPythonAlgorithmBase):
     """Base of the filters.
 
-    An execution that raises ValueError, TypeError or DeviceError ends as a failed one of VTK's
-    own does: one ErrorEvent (or, without an observer, one message in the output window) with the
-    exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is empty,
-    also if upstream failed to make data, and counts as not generated, so that every later Update
-    tries again. After an abort it is the same without an error.
+    An execution that raises ValueError, TypeError, MemoryError or DeviceError ends as a failed one
+    of VTK's own does: one ErrorEvent (or, without an observer, one message in the output window)
+    with the exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is
+    empty, also if upstream failed to make data, and counts as not generated, so that every later
+    Update tries again. After an abort it is the same without an error.
 
     For a composite input VTK runs the filter on one block after the other. RequestInformation is
     then asked about blocks only.
@@ -51,9 +51,9 @@ class Algorithm(VTKPythonAlgorithmBase):
         except Aborted:
             self._discard(outInfo)
             return 1
-        except (DeviceError, TypeError, ValueError) as error:
+        except (DeviceError, MemoryError, TypeError, ValueError) as error:
             self._discard(outInfo)
-            self._report(str(error))
+            self._report(str(error) or "there is not enough memory")
             return 0
         except BaseException:
             self._discard(outInfo)
