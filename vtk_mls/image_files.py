@@ -111,6 +111,9 @@ def _read_meta(path):
             header[key.strip()] = value.strip()
             if key.strip() == "ElementDataFile":
                 break
+    for key in ("Offset", "Position", "Origin", "ElementSpacing"):  # VTK takes bad ones for 0
+        if not np.isfinite(np.array(header.get(key, "").split(), dtype=float)).all():
+            raise ValueError(f"its {key} must be finite numbers")
     rows = header.get("TransformMatrix") or header.get("Rotation") or header.get("Orientation")
     if rows and image.GetNumberOfPoints() > 0:
         rows = np.array(rows.split(), dtype=float)

@@ -20,6 +20,7 @@ import sys
 from contextlib import contextmanager, suppress
 
 IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
+_SECONDS, _BYTES_PER_SECOND = 120, 200_000
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 _VERBS = {"read": "read", "deform": "deformed", "write": "written"}
 
@@ -84,7 +85,8 @@ def supervise(work):
 def step(doing, path):
     """Say what is being done, "read", "deform" or "write", with which file.
 
-    What libraries print while a broken file makes them crash is not shown.
+    What libraries print while a broken file makes them crash is not shown, and reading that goes on
+    and on ends.
     """
     _note(doing, str(path))
     if _journal is None or doing != "read":
@@ -93,13 +95,22 @@ def step(doing, path):
     shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     sys.stderr.flush()
     os.dup2(nowhere, 2)
+    signal.setitimer(signal.ITIMER_PROF, _processor_time(path))
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
         sys.stderr.flush()
         os.dup2(shown, 2)
         os.close(shown)
         os.close(nowhere)
+
+
+def _processor_time(path):
+    """Seconds of computing that are many times enough to read a file."""
+    with suppress(OSError):
+        return _SECONDS + os.path.getsize(path) / _BYTES_PER_SECOND
+    return _SECONDS
 
 
 def _become_worker(entries, supervisor, signals):
@@ -152,6 +163,8 @@ def _obituary(doing, path, name):
     """A sentence about a worker that the signal `name` has killed."""
     if name == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"
+    elif name == "SIGPROF":
+        reason = "VTK's reader does not come to an end; the file is broken"
     elif doing == "read":
         reason = f"VTK's reader crashed ({name}); the file is broken, or too large for the memory"
     else:

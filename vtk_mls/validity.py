@@ -70,7 +70,10 @@ def _check_points(mesh):
 
 def _dimensions(grid):
     first, last = grid.GetExtent()[::2], grid.GetExtent()[1::2]
-    return tuple(end - start + 1 for start, end in zip(first, last))
+    dimensions = tuple(end - start + 1 for start, end in zip(first, last))
+    if min(dimensions) < 1:
+        raise ValueError(f"its dimensions must be positive, got {dimensions}")
+    return dimensions
 
 
 def _check_grid(grid):
