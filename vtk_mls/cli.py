@@ -36,11 +36,16 @@ def main(arguments=None):
 
 
 def _run(arguments):
+    import warnings
+
     from vtk_mls import Aborted, DeviceError
 
     options = _parser().parse_args(arguments)
     try:
-        return options.run(options)
+        with warnings.catch_warnings():
+            # numpy's remarks about values that are not finite, in files or for want of digits
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return options.run(options)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("vtkmodules", "vtk"):
             raise
