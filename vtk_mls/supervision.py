@@ -20,7 +20,7 @@ import sys
 from contextlib import contextmanager, suppress
 
 IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
-_SECONDS, _BYTES_PER_SECOND = 120, 200_000
+_SECONDS, _BYTES_PER_SECOND = 60, 200_000
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 _VERBS = {"read": "read", "deform": "deformed", "write": "written"}
 
@@ -119,9 +119,8 @@ def _become_worker(entries, supervisor, signals):
     _die_with(supervisor)
     for each in signals:
         signal.signal(each, signal.SIG_DFL)
-    if (
-        signal.SIGINT in signals
-    ):  # is for the supervisor; unlike SIG_IGN, children do not inherit it
+    if signal.SIGINT in signals:
+        # it is for the supervisor; SIG_IGN would be inherited by programs that are started
         signal.signal(signal.SIGINT, lambda number, frame: None)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
 
