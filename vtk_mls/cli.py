@@ -238,7 +238,7 @@ def _vectors(option, text, count):
     except ValueError:
         values = []
     if len(values) != 3 * count:
-        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text}`")
+        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text:.60}`")
     return [values[start : start + 3] for start in range(0, 3 * count, 3)]
 
 
