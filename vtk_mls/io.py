@@ -1,4 +1,8 @@
-"""Images, meshes, control points and surfaces from files, and datasets to files."""
+"""Images, meshes, control points and surfaces from files, and datasets to files.
+
+A broken file raises an error, unless it makes VTK's reader crash: that ends the process. The
+command survives it (see `supervision`); a program that must, reads in a process of its own too.
+"""
 
 from __future__ import annotations
 
