@@ -197,9 +197,15 @@ def test_bad_nrrd(tmp_path, change, sentence):
 
 def test_bad_text_in_nrrd(tmp_path):
     header = NRRD.replace("encoding: raw", "encoding: ascii")
-    (tmp_path / "x.nrrd").write_text(header + "\n1 2\n3 400000\n")
-    with pytest.raises(ValueError, match=r"x\.nrrd` is no NRRD volume.*400000 (out of|too large)"):
-        io.read_dataset(tmp_path / "x.nrrd")
+    for text, sentence in (
+        ("1 2\n3 400000", "values must be from -32768 to 32767, got 400000"),
+        ("1 2\n3 " + 30 * "9", "too large"),
+        ("1 2\n3 4.5", "invalid literal"),
+        ("1 2\n3", "expected 4 values, got 3"),
+    ):
+        (tmp_path / "x.nrrd").write_text(f"{header}\n{text}\n")
+        with pytest.raises(ValueError, match=rf"x\.nrrd` is no NRRD volume.*{sentence}"):
+            io.read_dataset(tmp_path / "x.nrrd")
 
 
 @pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])

@@ -117,7 +117,7 @@ def _decoded(fields, data, count):
     data = b"".join(data.split(b"\n", lines)[lines:])
     encoding = fields["encoding"].lower()
     if encoding in ("txt", "text", "ascii"):
-        values = np.array(data.split(), dtype=dtype)
+        values = _from_text(data.split(), dtype)
     elif encoding in ("raw", "gz", "gzip", "bz2", "bzip2"):
         skip, size = int(fields.get("byte skip", 0)), count * dtype.itemsize
         if encoding != "raw":  # no more than is wanted: a few bytes can become gigabytes
@@ -135,6 +135,16 @@ def _decoded(fields, data, count):
     if len(values) < count:
         raise ValueError(f"expected {count} values, got {len(values)}")
     return values[:count]
+
+
+def _from_text(words, dtype):
+    if dtype.kind == "f" or dtype == np.uint64:
+        return np.array(words, dtype=dtype)
+    values, limits = np.array(words, dtype=np.int64), np.iinfo(dtype)
+    wrong = values[(values < limits.min) | (values > limits.max)]
+    if len(wrong):
+        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {wrong[0]}")
+    return values.astype(dtype)
 
 
 def _unpacked(encoding, data, size):
