@@ -66,7 +66,7 @@ def read(path):
     except KeyError as error:
         raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
     except (EOFError, OSError, OverflowError, ValueError, zlib.error) as error:
-        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error}") from None
+        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
     if other:
         values = np.moveaxis(values, len(sizes) - 1 - other[0], -1)
     return np.ascontiguousarray(values), origin, np.transpose(steps)
