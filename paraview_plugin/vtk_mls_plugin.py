@@ -24,6 +24,9 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "vtk_mls":
         raise
+# A folder vtk_mls beside the user's script, a clone, is found as a package without a file.
+if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
+    sys.modules.pop("vtk_mls", None)
     _above = Path(__file__).resolve().parents[1]
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls

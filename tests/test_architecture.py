@@ -16,7 +16,10 @@ ALLOWED = {
     "arguments": {"cuts", "numpy"},
     "arrays": {"grid", "numpy", "vtkmodules"},
     "caches": set(),
-    "cli": {"", "demo", "doctor", "filters", "installation", "io", "resources", "vtkmodules"},
+    "cli": {
+        *{"", "demo", "doctor", "filters", "installation", "io", "resources", "supervision"},
+        *{"vtkmodules"},
+    },
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy"},
     "deformation": {
@@ -44,13 +47,16 @@ ALLOWED = {
     "gradients": {"interpolation", "numpy"},
     "grid": {"numpy"},
     "guesses": {"numpy"},
-    "handle_files": {"numpy"},
+    "handle_files": {"numpy", "replacing"},
     "handles": {"numpy"},
     "installation": {"resources"},
     "intel_runtime": {"caches"},
     "interpolation": {"numpy"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
-    "io": {"filters", "handle_files", "image_files", "vtkmodules"},
+    "io": {
+        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
+        *{"validity", "vtkmodules"},
+    },
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
     "paraview_gui": {"filters", "handle_files", "numpy", "paraview"},
@@ -59,8 +65,11 @@ ALLOWED = {
     "records": {"caches"},
     "reference": {"guesses", "handles", "interpolation", "numpy"},
     "regions": {"handles", "numpy"},
+    "replacing": set(),
     "resources": set(),
     "self_test": {"", "device", "engine", "numpy", "proof", "reference"},
+    "supervision": {"replacing"},
+    "validity": {"arrays", "numpy", "vtkmodules"},
     "search": {"guesses", "numpy", "packing"},
 }
 

@@ -158,6 +158,17 @@ def test_errors_are_one_sentence(files, capsys, change, sentence):
     assert not Path("out.vti").exists()
 
 
+@pytest.mark.parametrize("options", [["--interpolation=cubic"], ["--gradient=values"]])
+def test_values_that_are_not_finite_are_no_matter_for_warnings(files, options):
+    image = io.read_dataset("in.vti")
+    values_of(image, "values").flat[::5] = np.inf
+    values_of(image, "values").flat[::7] = -np.inf
+    io.write_dataset(image, "in.vti")
+    arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference", *options]
+    status, _, err = run(*arguments)
+    assert (status, err) == (0, "")
+
+
 def test_as_a_process(files):
     arguments = ["deform", "in.vti", "handles.csv", "out.nii.gz", "--device", "reference"]
     status, out, err = run(*arguments)

@@ -15,7 +15,12 @@ from vtk_fixtures import (
 )
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+    vtkPolyData,
+)
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -267,6 +272,22 @@ def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # n
     assert "no_such_method" in capfd.readouterr().err
     monkeypatch.undo()
     assert update(scene.deforming).GetNumberOfPoints() == 120
+
+
+def test_blocks_of_one_execution_report_once(messages):  # noqa: F811
+    scene, blocks = Scene(MLSDeform), vtkMultiBlockDataSet()
+    for number, cells in enumerate((1, 2, 3)):
+        source = vtkRTAnalyticSource()
+        source.SetWholeExtent(0, cells, 0, 4, 0, 3)
+        blocks.SetBlock(number, update(source))
+    scene.deforming.SetInputDataObject(0, blocks)
+    for alpha in (-1, -2):
+        scene.deforming.SetAlpha(alpha)
+        scene.deforming.Update()
+        messages.assert_one(f"^ERROR: MLSDeform: `alpha` must be .*{alpha}")
+        assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    scene.deforming.SetAlpha(1)
+    assert update(scene.deforming).GetNumberOfPoints() == 180
 
 
 def test_downstream_sees_the_failure(messages):  # noqa: F811

@@ -65,23 +65,43 @@ def test_markups_leave_out_what_is_not_placed(tmp_path):
     assert handle_files.read(path)[0].tolist() == [[-1, -2, 3]]
 
 
+def _markups(positions, system="LPS"):
+    points = [{"id": "1", "position": position} for position in positions]
+    return json.dumps({"markups": [{"coordinateSystem": system, "controlPoints": points}]})
+
+
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
         ("x.csv", "a,b\n", r"x\.csv` holds no control points"),
         ("x.csv", "1,2,3\n", r"x\.csv`, line 1: expected numbers px,py,pz"),
+        ("x.csv", 10**6 * "1,", r"x\.csv`, line 1: expected numbers .*1,\.\.\.` of 2000000 char"),
         ("x.fcsv", "# nothing\n", r"x\.fcsv` holds no control points"),
         ("x.fcsv", "a,1,2\n", r"x\.fcsv` has a place that is not three numbers"),
         ("x.fcsv", "# CoordinateSystem = IJK\na,1,2,3\n", r"has the coordinate system IJK"),
         ("x.mrk.json", "{", r"x\.mrk\.json` is no list of markups"),
         ("x.mrk.json", "{}", r"x\.mrk\.json` is no list of markups"),
         ("x.json", "{}", r"must end in one of .*\.mrk\.json"),
+        ("x.csv", "1,2,3,4,5,inf\n", r"x\.csv` has a coordinate that is not a finite number"),
+        ("x.csv", "1,2,3,4,5,6,-1\n", r"x\.csv` has a weight that is not a positive number"),
+        ("x.csv", "9" * 200_000, r"x\.csv`, line 1: field larger than field limit"),
+        ("x.csv", "1,\udcff", r"x\.csv` is no text in UTF-8: its byte 2 is 255"),
+        ("x.fcsv", "a,1,2,\udcff", r"x\.fcsv` is no text in UTF-8"),
+        ("x.fcsv", "a,1,2,nan", r"x\.fcsv` has a coordinate that is not a finite number"),
+        ("x.mrk.json", "[" * 100_000, r"x\.mrk\.json` is no list of markups: it is nested too"),
+        ("x.mrk.json", '"\udcff"', r"x\.mrk\.json` is no text in UTF-8"),
+        ("x.mrk.json", _markups([[1, 2]]), r"x\.mrk\.json` has a place that is not three numbers"),
+        ("x.mrk.json", _markups([[1, 2, {}]]), r"x\.mrk\.json` has a place that is not three"),
+        ("x.mrk.json", _markups([[1, 2, 10**400]]), r"x\.mrk\.json` has a place that is not thr"),
+        ("x.mrk.json", _markups([[1, 2, 3]], ["LPS"]), r"has the coordinate system \['LPS'\]; it"),
+        ("x.mrk.json", _markups([[1, 2, 3]], 20 * "LPS"), r"the coordinate system LPSLPS.{14}; it"),
     ],
 )
 def test_bad_files(tmp_path, name, text, sentence):
-    (tmp_path / name).write_text(text)
-    with pytest.raises(ValueError, match=sentence):
+    (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+    with pytest.raises(ValueError, match=sentence) as caught:
         handle_files.read(tmp_path / name)
+    assert len(str(caught.value)) < len(str(tmp_path)) + 200
 
 
 def test_a_file_that_is_not_there(tmp_path):

@@ -4,6 +4,7 @@ import bz2
 import gzip
 import re
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -175,6 +176,16 @@ def test_nrrd_components_and_spacings(tmp_path):
         (("sizes: 2 2 1", "sizes: 2 2 2"), "expected 8 values, got 4"),
         (("encoding: raw", "encoding: gzip"), "incorrect header check"),
         (("(0,0,4)", "none"), "three axes in space"),
+        (("(0,0,4)", "(0,4)"), "three axes in space"),
+        (("(0,0,4)", ""), "three axes in space"),
+        (("(0,0,4)", "(0,0,4) none"), "three axes in space"),
+        (("(5,6,7)", "(5,6)"), "three axes in space"),
+        (("sizes: 2 2 1", "sizes: 2 -2 1"), "its sizes must be positive, got `2 -2 1`"),
+        (("endian: little", "endian: middle"), "the endian `middle` is not known"),
+        (("endian: little", "line skip: 99999999999"), "expected 4 values, got 0"),
+        (("encoding: raw", "encoding: bz2"), "Invalid data stream"),
+        (("encoding: raw", "encoding: ascii"), "invalid literal"),
+        (("encoding: raw", "data file: y.raw\nencoding: raw"), "there is no data file `.*y.raw`"),
         (("NRRD", "nrrd"), "does not begin with NRRD"),
     ],
 )
@@ -182,6 +193,59 @@ def test_bad_nrrd(tmp_path, change, sentence):
     (tmp_path / "x.nrrd").write_bytes(NRRD.replace(*change).encode() + b"\n" + NRRD_DATA)
     with pytest.raises(ValueError, match=rf"x\.nrrd` is no NRRD volume.*: .*{sentence}"):
         io.read_dataset(tmp_path / "x.nrrd")
+
+
+def test_bad_text_in_nrrd(tmp_path):
+    header = NRRD.replace("encoding: raw", "encoding: ascii")
+    for text, sentence in (
+        ("1 2\n3 400000", "values must be from -32768 to 32767, got 400000"),
+        ("1 2\n3 " + 30 * "9", "too large"),
+        ("1 2\n3 4.5", "invalid literal"),
+        ("1 2\n3", "expected 4 values, got 3"),
+        ("1 2\n3 " + 9999 * "x", "invalid literal"),
+    ):
+        (tmp_path / "x.nrrd").write_text(f"{header}\n{text}\n")
+        with pytest.raises(ValueError, match=rf"x\.nrrd` is no NRRD volume.*{sentence}") as error:
+            io.read_dataset(tmp_path / "x.nrrd")
+        assert len(str(error.value)) < len(str(tmp_path)) + 250
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_no_more_is_unpacked_than_the_volume_needs(tmp_path, pack):
+    name = "gzip" if pack is gzip.compress else "bz2"
+    header = NRRD.replace("encoding: raw", f"encoding: {name}").replace("type: short", "type: int8")
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + b"\n" + pack(bytes(200_000_000)))
+    tracemalloc.start()
+    assert scalars(io.read_dataset(tmp_path / "x.nrrd")).tolist() == [0, 0, 0, 0]
+    assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    tracemalloc.stop()
+
+
+def test_directions_that_are_none(tmp_path):
+    for place in ("(0,nan,0)", "(0,0,0)", "(0,1e400,0)"):
+        (tmp_path / "x.nrrd").write_bytes(
+            NRRD.replace("(0,2,0)", place).encode() + b"\n" + NRRD_DATA
+        )
+        with pytest.raises(ValueError, match=r"x\.nrrd` cannot be used: its steps between voxels"):
+            io.read_dataset(tmp_path / "x.nrrd")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("TransformMatrix = 1.0", "TransformMatrix = nan", "its steps between voxels"),
+        ("TransformMatrix = 1.0", "TransformMatrix = 1.0 0.0", "3 x 3 numbers, got 10"),
+        ("Offset = 0.5", "Offset = inf", "its Offset must be finite"),
+        ("Offset = 0.5", "Offset = left", "could not convert .*left"),
+        ("ElementSpacing = 0.9", "ElementSpacing = 0", "its steps between voxels"),
+    ],
+)
+def test_bad_metaimage(tmp_path, old, new, sentence):
+    path = tmp_path / "x.mha"
+    io.write_dataset(image_with(np.arange(24), TYPES["short"]), path)
+    path.write_bytes(path.read_bytes().replace(old.encode(), new.encode()))
+    with pytest.raises(ValueError, match=rf"x\.mha` cannot be used: .*{sentence}"):
+        io.read_dataset(path)
 
 
 def _nifti(path):
@@ -289,6 +353,108 @@ def test_every_writing_error_names_the_file(tmp_path):
         io.write_dataset(image, tmp_path / "x.vti")
 
 
+def _tetrahedron(corners="0 1 2 3", kind=10, size=4, values="5"):
+    return (
+        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+        f"0 0 0  1 0 0  0 1 0  0 0 1\nCELLS 1 {size + 1}\n{size} {corners}\nCELL_TYPES 1\n{kind}\n"
+        f"CELL_DATA 1\nSCALARS a float\nLOOKUP_TABLE default\n{values}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"corners": "0 1 2 9"}, "corners among 4 points, got corners from 0 to 9"),
+        ({"corners": "0 1 2 -1"}, "corners among 4 points, got corners from -1 to 2"),
+        ({"corners": "0 1 2", "size": 3}, "a vtkTetra has 4 points, got one with 3"),
+        ({"kind": 12}, "a vtkHexahedron has 8 points, got one with 4"),
+        ({"kind": 71, "corners": "0 1 2", "size": 3}, "a vtkLagrangeTetra has 4 points, got"),
+        ({"kind": 200}, "type 200|type: 200"),
+    ],
+)
+def test_meshes_that_would_crash_a_filter(tmp_path, change, sentence):
+    path = tmp_path / "x.vtk"
+    path.write_text(_tetrahedron())
+    assert io.read_dataset(path).GetNumberOfCells() == 1
+    path.write_text(_tetrahedron(**change))
+    with pytest.raises(ValueError, match=rf"x\.vtk`.*{sentence}"):
+        io.read_dataset(path)
+
+
+def test_polydata_that_would_crash_a_filter(tmp_path):
+    path = tmp_path / "x.vtk"
+    for kind in ("VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS"):
+        path.write_text(
+            "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
+            f"0 0 0  1 0 0  0 1 0\n{kind} 1 4\n3 0 1 3\n"
+        )
+        with pytest.raises(ValueError, match=r"x\.vtk` cannot be used: .*among 3 points.*0 to 3"):
+            io.read_dataset(path)
+
+
+def test_arrays_and_axes_of_another_length(tmp_path):
+    path = tmp_path / "x.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//2\n")
+    io.read_dataset(path)
+    path.write_text(path.read_text().replace("3//2", "3//3"))
+    with pytest.raises(ValueError, match=r"x\.obj` cannot be used: array `.*` must have 3 tuples"):
+        io.read_dataset(path)
+    axes = "X_COORDINATES 2 float\n0 1\nY_COORDINATES 2 float\n0 1\n"
+    (tmp_path / "x.vtk").write_text(
+        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET RECTILINEAR_GRID\n"
+        f"DIMENSIONS 2 2 2\n{axes}"
+    )
+    with pytest.raises(ValueError, match=r"x\.vtk` cannot be used: .* \(2, 2, 2\) coordinates"):
+        io.read_dataset(tmp_path / "x.vtk")
+
+
+def test_a_legacy_file_that_is_no_text(tmp_path):
+    path = tmp_path / "x.vtk"
+    path.write_bytes(_tetrahedron().encode().replace(b"CELLS", b"\xff\xfe\x01"))
+    with pytest.raises(ValueError, match=r"x\.vtk`: VTK says: .*\ufffd\ufffd\?"):
+        io.read_dataset(path)
+    path.write_bytes(b"# vtk DataFile Version 3.0\n\xff\xfe\nASCII\nDATASET \xff\xfe\x01\n")
+    with pytest.raises(ValueError, match=r"x\.vtk` holds no image and no mesh"):
+        io.read_dataset(path)
+
+
+def test_what_vtk_says_is_one_short_line(tmp_path):
+    path = tmp_path / "x.vtk"
+    path.write_text(_tetrahedron().replace("CELLS", 500 * "x"))
+    with pytest.raises(ValueError, match=r"x\.vtk`: VTK says") as caught:
+        io.read_dataset(path)
+    assert len(str(caught.value)) < len(str(path)) + 240
+    (tmp_path / "x.vti").write_text("<VTKFile type='ImageData'><ImageData")
+    with pytest.raises(ValueError, match=r"x\.vti`: VTK says: (?!.*0x).*[Pp]ars"):
+        io.read_dataset(tmp_path / "x.vti")
+
+
+def test_control_points_that_cannot_be_used(tmp_path):
+    path = tmp_path / "x.vtp"
+    _write_handles(path, vtkXMLPolyDataWriter())
+    text = path.read_text()
+    path.write_text(text.replace("Displacement", "Moved"))
+    with pytest.raises(ValueError, match=r"x\.vtp` cannot be used: .* `Displacement`.*`Moved`"):
+        io.read_control_points(path)
+    polydata = io.read_dataset(path)
+    add_array(polydata.GetPointData(), "Displacement", [(np.nan, 0, 0)])
+    io.write_dataset(polydata, path)
+    with pytest.raises(ValueError, match=r"x\.vtp` cannot be used: `deformed` must be finite"):
+        io.read_control_points(path)
+
+
+def test_cuts_are_the_connected_surfaces(tmp_path):
+    path = tmp_path / "x.stl"
+    facet = "facet normal 1 0 0\nouter loop\nvertex {0} 0 0\nvertex {0} 1 0\nvertex {0} 0 1\n"
+    facets = [facet.format(x) + "endloop\nendfacet\n" for x in (0, 5)]
+    path.write_text(f"solid cut\n{''.join(facets)}endsolid cut\n")
+    assert [cut.points[0, 0] for cut in io.read_cuts(path)] == [0, 5]
+    path.write_text(f"solid cut\n{facets[0].replace('1 0 0', '1 nan 0')}endsolid cut\n")
+    path.write_text(path.read_text().replace("vertex 0 1 0", "vertex 0 0 2"))
+    with pytest.raises(ValueError, match=r"x\.stl` cannot be used: `Cuts` has no"):
+        io.read_cuts(path)
+
+
 def _write_handles(path, writer):
     points, polydata = vtkPoints(), vtkPolyData()
     points.InsertNextPoint(1, 2, 3)
@@ -342,6 +508,8 @@ def test_weights_from_text(tmp_path):
         ("0,0,0,1,0,0\n1,1,1,1,1,1,1\n", r"x\.csv`, line 2: expected numbers"),
         ("0,0,0,1,0,0\n1,1,x,1,1,1\n", r"x\.csv`, line 2: expected numbers.*got `1,1,x,1,1,1`"),
         ("px,py\nqx,qy\n0,0,0,1,0,0\n", r"x\.csv`, line 2: expected numbers"),
+        ("0,0,0,1,0,nan\n", r"x\.csv` has a coordinate that is not a finite number"),
+        ("0,0,0,1,0,0,0\n", r"x\.csv` has a weight that is not a positive number"),
     ],
 )
 def test_bad_handles(tmp_path, text, sentence):

@@ -96,6 +96,34 @@ def test_wheel_in_a_fresh_environment(distributions, tmp_path):
     assert (python.parent / "vtk-mls").is_file()
 
 
+# The head of the plugin file, in a Python without site-packages that is told of a stand-in for
+# ParaView only; beside the "script" is a clone.
+PLUGIN = """
+import sys
+import types
+
+sys.path.insert(0, {folder!r})
+if {early}:
+    import vtk_mls
+for name in ("paraview", "paraview.util", "paraview.util.vtkAlgorithm"):
+    sys.modules[name] = types.ModuleType(name)
+    vars(sys.modules[name]).update(smhint=None, smproperty=None, smproxy=None)
+head = open({plugin!r}).read().partition("from vtk_mls import")[0]
+names = {{"__file__": {plugin!r}}}
+exec(compile(head, {plugin!r}, "exec"), names)
+print(names["vtk_mls"].__version__, names["vtk_mls"].__file__)
+"""
+
+
+@pytest.mark.parametrize("early", [False, True], ids=["", "imported before"])
+def test_the_plugin_takes_its_own_package_beside_a_clone(tmp_path, early):
+    (tmp_path / "vtk_mls" / "vtk_mls").mkdir(parents=True)
+    plugin = str(PROJECT / "paraview_plugin" / "vtk_mls_plugin.py")
+    code = PLUGIN.format(folder=str(tmp_path), plugin=plugin, early=early)
+    output = _run(sys.executable, "-I", "-S", "-c", code, cwd=tmp_path)
+    assert output.split() == [vtk_mls.__version__, str(PROJECT / "vtk_mls" / "__init__.py")]
+
+
 def test_changelog_has_this_version():
     versions = re.findall(r"^## (\S+)", (PROJECT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert vtk_mls.__version__ in versions

@@ -1,17 +1,21 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
-from vtk_mls.arguments import VOID_VALUES
-from vtk_mls.cuts import HalfPlane, Plane, Surface
-from vtk_mls.deformation import (
-    Aborted,
-    Deformation,
-    DisplacementField,
-    ForwardField,
-)
-from vtk_mls.device import DeviceError
-from vtk_mls.grid import Grid
-from vtk_mls.handles import KINDS
-from vtk_mls.interpolation import INTERPOLATIONS
+from importlib import import_module
+
+TYPE_CHECKING = False  # as type checkers understand it
+if TYPE_CHECKING:
+    from vtk_mls.arguments import VOID_VALUES
+    from vtk_mls.cuts import HalfPlane, Plane, Surface
+    from vtk_mls.deformation import (
+        Aborted,
+        Deformation,
+        DisplacementField,
+        ForwardField,
+    )
+    from vtk_mls.device import DeviceError
+    from vtk_mls.grid import Grid
+    from vtk_mls.handles import KINDS
+    from vtk_mls.interpolation import INTERPOLATIONS
 
 __all__ = [
     "INTERPOLATIONS",
@@ -28,3 +32,31 @@ __all__ = [
     "Surface",
 ]
 __version__ = "0.1.0"
+
+# Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
+# numpy is loaded.
+_MODULES = {
+    "INTERPOLATIONS": "interpolation",
+    "KINDS": "handles",
+    "VOID_VALUES": "arguments",
+    "Aborted": "deformation",
+    "Deformation": "deformation",
+    "DeviceError": "device",
+    "DisplacementField": "deformation",
+    "ForwardField": "deformation",
+    "Grid": "grid",
+    "HalfPlane": "cuts",
+    "Plane": "cuts",
+    "Surface": "cuts",
+}
+
+
+def __getattr__(name):
+    if name not in _MODULES:
+        raise AttributeError(f"module `vtk_mls` has no attribute `{name}`")
+    globals()[name] = getattr(import_module(f"vtk_mls.{_MODULES[name]}"), name)
+    return globals()[name]
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -2,6 +2,10 @@
 
 import sys
 
-from vtk_mls.cli import main
+try:
+    from vtk_mls.cli import main
 
-sys.exit(main())
+    status = main()
+except KeyboardInterrupt:
+    status = 130
+sys.exit(status)

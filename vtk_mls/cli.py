@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import os
-import subprocess
 import sys
 
-from vtk_mls import INTERPOLATIONS, KINDS, Aborted, DeviceError, HalfPlane, Plane, __version__
-from vtk_mls.resources import resource
+from vtk_mls import __version__
+from vtk_mls.supervision import IS_POSSIBLE, step, supervise
 
 _BAR = 40  # characters
 
@@ -19,30 +17,50 @@ def main(arguments=None):
     Parameters
     ----------
     arguments : list of str, optional
-        Instead of those of the process.
+        Instead of those of the process; all is done in this process then, and what makes VTK
+        crash ends it.
 
     Returns
     -------
     int
-        Exit status: 0, or 1 after one sentence on stderr.
+        Exit status: 0, 1 after one sentence on stderr, or 130 after Ctrl-C.
     """
+    try:
+        # ParaView is a process of its own, and Ctrl-C is for it too
+        if arguments is None and IS_POSSIBLE and sys.argv[1:2] != ["paraview"]:
+            return supervise(lambda: _run(None))
+        return _run(arguments)
+    except KeyboardInterrupt:
+        print(file=sys.stderr)
+        return 130
+
+
+def _run(arguments):
+    import warnings
+
+    from vtk_mls import Aborted, DeviceError
+
     options = _parser().parse_args(arguments)
     try:
-        return options.run(options)
+        with warnings.catch_warnings():
+            # numpy's remarks about values that are not finite, in files or for want of digits
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return options.run(options)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("vtkmodules", "vtk"):
             raise
         message = "VTK is not installed: pip install 'vtk-mls[vtk]'"
     except (Aborted, DeviceError, OSError, ValueError) as error:
         message = str(error)
-    except KeyboardInterrupt:
-        print(file=sys.stderr)
-        return 130
-    print(f"vtk-mls: {message}", file=sys.stderr)
+    except MemoryError:
+        message = "there is not enough memory"
+    print(f"vtk-mls: {' '.join(message.split())}", file=sys.stderr)
     return 1
 
 
 def _parser():
+    import argparse
+
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
     )
@@ -91,6 +109,8 @@ def _add_paraview(commands):
 
 
 def _add_deform(commands):
+    from vtk_mls import INTERPOLATIONS, KINDS
+
     deform = commands.add_parser(
         "deform",
         help="deform an image or a mesh file",
@@ -165,18 +185,16 @@ def _add_deform(commands):
 
 
 def _deform(options):
-    from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
-
-    from vtk_mls import io
+    from vtk_mls import HalfPlane, Plane, io
     from vtk_mls.filters import MLSDeform
 
     deform = MLSDeform()
-    dataset = io.read_dataset(options.input)
+    dataset = _read(io.read_dataset, options.input)
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # what becomes of a mesh depends on cuts
         io.check_writable(options.output, dataset)
     deform.SetInputData(0, dataset)
-    deform.SetInputData(1, io.read_control_points(options.handles))
+    deform.SetInputData(1, _read(io.read_control_points, options.handles))
     deform.SetKind(options.kind)
     deform.SetAlpha(options.alpha)
     deform.SetDegree(options.degree)
@@ -191,14 +209,15 @@ def _deform(options):
     for text in options.cut_half_plane:
         deform.AddCut(HalfPlane(*_vectors("--cut-half-plane", text, 3)))
     for path in options.cut_surface:
-        producer = vtkTrivialProducer()
-        producer.SetOutput(io.read_surface(path))
-        deform.AddInputConnection(2, producer.GetOutputPort())
+        for cut in _read(io.read_cuts, path):
+            deform.AddCut(cut)
     for name in options.label:
         deform.AddLabelArray(name)
-    _update(deform, options.progress or sys.stderr.isatty())
+    with step("deform", options.input):
+        _update(deform, options.progress or sys.stderr.isatty())
     output = deform.GetOutput()
-    io.write_dataset(output, options.output)
+    with step("write", options.output):
+        io.write_dataset(output, options.output)
     if is_image:
         size = " x ".join(str(n) for n in output.GetDimensions())
         print(f"{options.output}: {size} points, {options.kind}")
@@ -209,6 +228,11 @@ def _deform(options):
     return 0
 
 
+def _read(read, path):
+    with step("read", path):
+        return read(path)
+
+
 def _vectors(option, text, count):
     """`count` vectors of three numbers from an option."""
     try:
@@ -216,7 +240,7 @@ def _vectors(option, text, count):
     except ValueError:
         values = []
     if len(values) != 3 * count:
-        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text}`")
+        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text:.60}`")
     return [values[start : start + 3] for start in range(0, 3 * count, 3)]
 
 
@@ -257,6 +281,8 @@ def _info(options):
 
 
 def _paraview(options):
+    import subprocess
+
     from vtk_mls import installation
 
     found = installation.find(options.paraview)
@@ -278,6 +304,8 @@ def _paraview(options):
 
 
 def _plugin_path(options):
+    from vtk_mls.resources import resource
+
     print(resource("paraview_plugin"))
     return 0
 

@@ -19,6 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.replacing import replacing
+
 _COLUMNS = ["px", "py", "pz", "qx", "qy", "qz"]
 _KEPT, _TURNED = (1.0, 1.0, 1.0), (-1.0, -1.0, 1.0)
 _TO_LPS = {"LPS": _KEPT, "1": _KEPT, "RAS": _TURNED, "0": _TURNED}
@@ -74,7 +76,7 @@ def write(path, rest, deformed, weights=None):
     path = Path(path)
     _, store = _format(path, "write control points to")
     rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
         store(file, rest, deformed, weights)
 
 
@@ -82,10 +84,19 @@ def _parsed(path):
     parse, _ = _format(path, "read control points from")
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
-    found = parse(path)
-    if len(found[0]) == 0:
+    try:
+        rest, deformed, weights = parse(path)
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"
+        ) from None
+    if len(rest) == 0:
         raise ValueError(f"`{path}` holds no control points")
-    return found
+    if not (np.isfinite(rest).all() and np.isfinite(deformed).all()):
+        raise ValueError(f"`{path}` has a coordinate that is not a finite number")
+    if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
+        raise ValueError(f"`{path}` has a weight that is not a positive number")
+    return rest, deformed, weights
 
 
 def _format(path, purpose):
@@ -99,7 +110,7 @@ def _read_table(path):
     rows, order, seen = [], None, False
     with path.open(newline="", encoding="utf-8-sig") as file:
         lines = csv.reader(line.partition("#")[0] for line in file)
-        for row in lines:
+        for row in _rows(path, lines):
             if not any(cell.strip() for cell in row):
                 continue
             numbers = _numbers(row)
@@ -112,7 +123,8 @@ def _read_table(path):
             if len(numbers) not in (6, 7) or (rows and len(numbers) != len(rows[0])):
                 raise ValueError(
                     f"`{path}`, line {lines.line_num}: expected numbers "
-                    f"px,py,pz,qx,qy,qz[,weight], as many in each line, got `{','.join(row)}`"
+                    "px,py,pz,qx,qy,qz[,weight], as many in each line, got "
+                    + _shortened(",".join(row))
                 )
             rows.append(numbers)
     table = np.reshape(rows, (len(rows), -1 if rows else 6)).astype(float)
@@ -122,12 +134,24 @@ def _read_table(path):
     return rest, deformed, table[:, 6] if table.shape[1] == 7 else None
 
 
+def _rows(path, lines):
+    try:
+        yield from lines
+    except csv.Error as error:
+        raise ValueError(f"`{path}`, line {lines.line_num}: {error}") from None
+
+
 def _paraview_columns(header):
     """Where in a table by ParaView the columns are, or None."""
     names = [re.sub(r"[:_](?=\d$)", "", name.strip()) for name in header]
     wanted = [f"{name}{axis}" for name in ("Points", "Displacement") for axis in range(3)]
     wanted += ["Weight"] * ("Weight" in names)
     return [names.index(name) for name in wanted] if set(wanted) <= set(names) else None
+
+
+def _shortened(text):
+    """A text in backticks, or its beginning and how long it is."""
+    return f"`{text}`" if len(text) <= 60 else f"`{text[:60]}...` of {len(text)} characters"
 
 
 def _numbers(row):
@@ -173,8 +197,12 @@ def _read_markups(path):
             if each.get("positionStatus", "defined") == "defined"
         ]
         system = markups.get("coordinateSystem", "LPS")
+    except UnicodeDecodeError:
+        raise
+    except RecursionError:
+        raise ValueError(f"`{path}` is no list of markups: it is nested too deeply") from None
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise ValueError(f"`{path}` is no list of markups: {error!r}") from error
+        raise ValueError(f"`{path}` is no list of markups: {error!r:.80}") from error
     return _places(path, points, system)
 
 
@@ -189,11 +217,13 @@ def _write_markups(file, rest, deformed, weights):
 
 def _places(path, rows, system):
     """Control points at rest at the places that markups say."""
-    if system not in _TO_LPS:
-        raise ValueError(f"`{path}` has the coordinate system {system}; it must be LPS or RAS")
+    if str(system) not in _TO_LPS:
+        raise ValueError(
+            f"`{path}` has the coordinate system {system!s:.20}; it must be LPS or RAS"
+        )
     try:
-        places = np.array(rows, dtype=float).reshape(len(rows), 3) * _TO_LPS[system]
-    except (TypeError, ValueError):
+        places = np.array(rows, dtype=float).reshape(len(rows), 3) * _TO_LPS[str(system)]
+    except (OverflowError, TypeError, ValueError):
         raise ValueError(f"`{path}` has a place that is not three numbers") from None
     return places, places, None
 

@@ -6,11 +6,17 @@ World coordinates are those of the file, whichever anatomical convention it foll
 
 from __future__ import annotations
 
+import errno
+import gzip
+import os
+import sys
+
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkIOImage import vtkMetaImageReader, vtkNIFTIImageReader, vtkNIFTIImageWriter
 from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
@@ -32,16 +38,36 @@ def read(reader, path):
     return reader.GetOutputDataObject(0)
 
 
-def write(writer, image, path):
+def write(writer, dataset, path):
     """Write a file with a writer of VTK's."""
-    writer.SetInputData(image)
+    writer.SetInputData(dataset)
     writer.SetFileName(str(path))
     writer.Write()
+    code = writer.GetErrorCode()
+    if code == vtkErrorCode.OutOfDiskSpaceError:
+        raise _disk_full()
+    if code:
+        raise OSError(vtkErrorCode.GetStringFromErrorCode(code))
+
+
+def check_size(path, size):
+    """Raise OSError if a file has not the bytes that it must have.
+
+    For writers of VTK's that do not notice it when the disk is full.
+    """
+    if path.stat().st_size != size:
+        raise _disk_full()
+
+
+def _disk_full():
+    return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _place(image, origin, steps):
     """Put an image's first point at `origin`, its axes along the columns `steps` (3, 3)."""
     spacing = np.linalg.norm(steps, axis=0)
+    if not (np.isfinite(spacing) & (spacing > 0)).all():
+        raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
     direction = tuple((steps / spacing).ravel().tolist())
     Lattice(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
 
@@ -85,10 +111,15 @@ def _read_meta(path):
             header[key.strip()] = value.strip()
             if key.strip() == "ElementDataFile":
                 break
+    for key in ("Offset", "Position", "Origin", "ElementSpacing"):  # VTK takes bad ones for 0
+        if not np.isfinite(np.array(header.get(key, "").split(), dtype=float)).all():
+            raise ValueError(f"its {key} must be finite numbers")
     rows = header.get("TransformMatrix") or header.get("Rotation") or header.get("Orientation")
     if rows and image.GetNumberOfPoints() > 0:
         rows = np.array(rows.split(), dtype=float)
-        count = int(header["NDims"])
+        count = int(header.get("NDims", 3))
+        if not 1 <= count <= 3 or len(rows) != count**2:
+            raise ValueError(f"its direction must have {count} x {count} numbers, got {len(rows)}")
         direction = np.eye(3)
         direction[:count, :count] = rows.reshape(count, count).T
         _place(image, image.GetOrigin(), direction * image.GetSpacing())
@@ -120,9 +151,9 @@ def _write_meta(image, path):
     with path.open("wb") as file:
         file.write(text.encode())
         if local:
-            data.tofile(file)
+            file.write(data)
     if not local:
-        data.tofile(path.with_suffix(".raw"))
+        path.with_suffix(".raw").write_bytes(data)
 
 
 def _text(numbers):
@@ -153,13 +184,16 @@ def _read_nifti(path):
         matrix = np.reshape([matrix.GetElement(i, j) for i in range(4) for j in range(4)], (4, 4))
         _place(image, matrix[:3, 3].tolist(), matrix[:3, :3] * image.GetSpacing())
     slope, intercept = reader.GetRescaleSlope(), reader.GetRescaleIntercept()
-    if slope not in (0, 1) or (slope and intercept):
+    is_scaled = slope not in (0, 1) or (slope and intercept)
+    if is_scaled and not np.isfinite([slope, intercept]).all():
+        raise ValueError(f"its scaling must be finite, got {slope} and {intercept}")
+    if is_scaled:
         raw = image.GetPointData().GetScalars()
         small = raw.GetDataTypeSize() < 4 or raw.GetDataType() == VTK_FLOAT
         dtype, vtk_type = ("f4", VTK_FLOAT) if small else ("f8", VTK_DOUBLE)
-        scaled = arrays.from_numpy(
-            (arrays.to_numpy(raw) * slope + intercept).astype(dtype), vtk_type
-        )
+        with np.errstate(over="ignore"):
+            values = (arrays.to_numpy(raw) * slope + intercept).astype(dtype)
+        scaled = arrays.from_numpy(values, vtk_type)
         scaled.SetName(raw.GetName())
         image.GetPointData().SetScalars(scaled)
     return image
@@ -181,6 +215,22 @@ def _write_nifti(image, path):
     if is_rotation and np.linalg.det(grid.direction) > 0:
         writer.SetQFormMatrix(vtk_matrix)
     write(writer, copy, path)
+    _check_nifti(path, arrays.to_numpy(copy.GetPointData().GetScalars()).nbytes)
+
+
+def _check_nifti(path, size):
+    """Raise OSError if a file without an end was left by VTK's writer of `size` bytes of values."""
+    is_packed = path.suffix.lower() == ".gz"
+    with (gzip.open if is_packed else open)(path, "rb") as file:
+        header = int.from_bytes(file.read(4), sys.byteorder)
+    size += header + 4  # no extensions
+    if not is_packed:
+        check_size(path, size)
+        return
+    with path.open("rb") as file:
+        file.seek(-4, os.SEEK_END)
+        if int.from_bytes(file.read(), "little") != size % 2**32:
+            raise _disk_full()
 
 
 def _the_array(image, path):

@@ -1,4 +1,8 @@
-"""Images, meshes, control points and surfaces from files, and datasets to files."""
+"""Images, meshes, control points and surfaces from files, and datasets to files.
+
+A broken file raises an error, unless it makes VTK's reader crash: that ends the process. The
+command survives it (see `supervision`); a program that must, reads in a process of its own too.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +25,13 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import handle_files, image_files
+from vtk_mls import arguments, arrays, handle_files, image_files, validity
+from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
+from vtk_mls.replacing import check_replaceable, replacing
+
+_WEIGHT = "Weight"
+_LONGEST = 200  # characters of what others say in an error
 
 
 def read_dataset(path):
@@ -48,11 +57,7 @@ def read_dataset(path):
     """
     path = _existing(path)
     read = _choose({**image_files.READERS, **_MESH_READERS}, path, "read an image or a mesh from")
-    with _failures(path):
-        dataset = read(path)
-    if not isinstance(dataset, vtkDataSet) or dataset.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` holds no image and no mesh")
-    return dataset
+    return _read(read, path, vtkDataSet, "no image and no mesh")
 
 
 def write_dataset(dataset, path):
@@ -65,7 +70,8 @@ def write_dataset(dataset, path):
         Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
         matrix; MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz) with the active scalars, or the
         only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy (.vtk) with everything,
-        .stl or .ply with the shape of polydata.
+        .stl or .ply with the shape of polydata. A file that is there is replaced when the new one
+        is complete.
 
     Raises
     ------
@@ -73,20 +79,19 @@ def write_dataset(dataset, path):
         Naming the file.
     """
     path = check_writable(path, dataset)
-    with _failures(path):
-        _writers(dataset)[_suffix(path)](dataset, path)
+    with replacing(path) as new, _failures(new):
+        _writers(dataset)[_suffix(path)](dataset, new)
 
 
 def check_writable(path, dataset):
-    """`path` as a Path, if there is a format for it and such a dataset, and its folder is there.
+    """`path` as a Path, if there is a format for it and such a dataset, and room for a file.
 
     The dataset may be one of another grid: what counts is its type.
     """
     path = Path(path)
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
     _choose(_writers(dataset), path, f"write {thing} to")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
+    check_replaceable(path)
     return path
 
 
@@ -110,10 +115,13 @@ def read_control_points(path):
     """
     path = _existing(path)
     read = _choose(_HANDLE_READERS, path, "read control points from")
+    polydata = _read(read, path, vtkPolyData, "no control points")
     with _failures(path):
-        polydata = read(path)
-    if not isinstance(polydata, vtkPolyData) or polydata.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` holds no control points")
+        weight = _WEIGHT if polydata.GetPointData().HasArray(_WEIGHT) else None
+        rest, deformed, weights = arrays.control_points(polydata, "Displacement", weight)
+        arguments.points("rest", rest)
+        arguments.points("deformed", deformed)
+        arguments.positive_weights(weights, len(rest))
     return polydata
 
 
@@ -136,13 +144,44 @@ def read_surface(path):
     """
     path = _existing(path)
     read = _choose(_SURFACE_READERS, path, "read a surface from")
-    with _failures(path):
-        polydata = read(path)
-    if not isinstance(polydata, vtkPolyData) or not (
-        polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()
-    ):
+    polydata = _read(read, path, vtkPolyData, "no surface")
+    if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
         raise ValueError(f"`{path}` holds no surface")
     return polydata
+
+
+def read_cuts(path):
+    """Read the surface of cuts.
+
+    Parameters
+    ----------
+    path : path
+        As of `read_surface`.
+
+    Returns
+    -------
+    list of Surface
+        One for each connected surface.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    surface = read_surface(path)
+    with _failures(path):
+        return surfaces(surface)
+
+
+def _read(read, path, kind, nothing):
+    """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
+    with _failures(path):
+        dataset = read(path)
+    if not isinstance(dataset, kind) or dataset.GetNumberOfPoints() < 1:
+        raise ValueError(f"`{path}` holds {nothing}")
+    with _failures(path):
+        validity.check(dataset)
+    return dataset
 
 
 def _suffix(path):
@@ -168,19 +207,41 @@ def _existing(path):
 
 @contextmanager
 def _failures(path):
-    """What VTK reports as an error becomes one."""
+    """What goes wrong, also what VTK only reports, becomes a ValueError that names the file."""
     usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         yield
+    except MemoryError:
+        raise ValueError(f"`{path}` needs more memory than there is") from None
+    except (ArithmeticError, ValueError) as error:
+        if f"`{path}`" in str(error):
+            raise
+        raise ValueError(f"`{path}` cannot be used: {_sentence(str(error))}") from error
     finally:
         vtkOutputWindow.SetInstance(usual)
         vtkLogger.SetStderrVerbosity(verbosity)
-    error = re.search(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", window.GetOutput())
-    if error:
-        raise ValueError(f"`{path}`: VTK says: {error[1].strip()}")
+    errors = _reported(window.GetOutput())
+    if errors:
+        raise ValueError(f"`{path}`: VTK says: {_sentence(errors[0])}")
+
+
+def _reported(text):
+    """Errors in what VTK has printed, those that say a reason first."""
+    if isinstance(text, bytes):  # it quotes a file that is no text
+        text = text.decode(errors="replace")
+    found = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
+    found = [error for error in found if "did not create output" not in error]  # is seen anyway
+    return sorted(found, key=lambda error: "returned failure for request" in error)
+
+
+def _sentence(text):
+    """The beginning of a text on one line, without what is not for reading."""
+    text = re.sub(r" \(0x[0-9a-f]+\)", "", " ".join(text.split()))
+    text = "".join(each if each.isprintable() else "?" for each in text)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _writers(dataset):
@@ -190,7 +251,7 @@ def _writers(dataset):
     found = {".vtk": _write_with(vtkDataSetWriter)}
     for name, writers in _MESH_WRITERS.items():
         if dataset.IsA(name):
-            found |= {suffix: _write_with(kind) for suffix, kind in writers.items()}
+            found |= writers
     return found
 
 
@@ -202,6 +263,20 @@ def _write_with(kind):
         image_files.write(writer, dataset, path)
 
     return write
+
+
+def _write_ply(polydata, path):
+    corners = polydata.GetPolys().GetMaxCellSize()
+    if corners > 255:
+        raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
+    image_files.write(vtkPLYWriter(), polydata, path)
+    with path.open("rb") as file:
+        header = file.read(4096).partition(b"end_header\n")[0]
+    of_vertex = 4 * header.count(b"property float") + header.count(b"property uchar")
+    faces = polydata.GetPolys()
+    size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()
+    size += faces.GetNumberOfCells() + 4 * faces.GetNumberOfConnectivityIds()
+    image_files.check_size(path, size)
 
 
 def _read_with(kind):
@@ -228,13 +303,13 @@ _MESH_READERS = {
     ".obj": _read_with(vtkOBJReader),
 }
 _MESH_WRITERS = {
-    "vtkUnstructuredGrid": {".vtu": vtkXMLUnstructuredGridWriter},
+    "vtkUnstructuredGrid": {".vtu": _write_with(vtkXMLUnstructuredGridWriter)},
     "vtkPolyData": {
-        ".vtp": vtkXMLPolyDataWriter,
-        ".stl": vtkSTLWriter,
-        ".ply": vtkPLYWriter,
+        ".vtp": _write_with(vtkXMLPolyDataWriter),
+        ".stl": _write_with(vtkSTLWriter),
+        ".ply": _write_ply,
     },
-    "vtkStructuredGrid": {".vts": vtkXMLStructuredGridWriter},
+    "vtkStructuredGrid": {".vts": _write_with(vtkXMLStructuredGridWriter)},
 }
 _HANDLE_READERS = {
     **dict.fromkeys(handle_files.FORMATS, _read_handles),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bz2
+import io
+import math
 import re
 import zlib
 
@@ -20,6 +22,7 @@ _TYPES = {
     "f4": ("float",),
     "f8": ("double",),
 }
+_ORDERS = {"little": "<", "big": ">"}
 _DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
 
 
@@ -48,22 +51,25 @@ def read(path):
     try:
         fields, data = _split(content)
         sizes = [int(size) for size in fields["sizes"].split()]
+        if min(sizes, default=0) < 1:
+            raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
         axes = _axes(fields, len(sizes))
-        if "data file" in fields:
-            data = (path.parent / fields["data file"]).read_bytes()
-        values = _decoded(fields, data, int(np.prod(sizes))).reshape(sizes[::-1])
         origin = _vector(fields["space origin"]) if "space origin" in fields else np.zeros(3)
         other = [i for i, step in enumerate(axes) if step is None]
-        steps = np.transpose([step for step in axes if step is not None])
-        if steps.shape != (3, 3) or len(origin) != 3 or len(other) > 1:
+        steps = [step for step in axes if step is not None]
+        shapes = {step.shape for step in [origin, *steps]}
+        if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
             raise ValueError("it must have three axes in space and at most one of components")
+        if "data file" in fields:
+            data = _data_file(path.parent / fields["data file"])
+        values = _decoded(fields, data, math.prod(sizes)).reshape(sizes[::-1])
     except KeyError as error:
         raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
-    except (EOFError, ValueError, zlib.error) as error:
-        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error}") from None
+    except (EOFError, OSError, OverflowError, ValueError, zlib.error) as error:
+        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
     if other:
         values = np.moveaxis(values, len(sizes) - 1 - other[0], -1)
-    return np.ascontiguousarray(values), origin, steps
+    return np.ascontiguousarray(values), origin, np.transpose(steps)
 
 
 def _split(content):
@@ -78,6 +84,12 @@ def _split(content):
         if colon and not line.startswith("#"):
             fields[key.strip().lower().replace("datafile", "data file")] = value.strip()
     return fields, content[end.end() :] if end else b""
+
+
+def _data_file(path):
+    if not path.is_file():
+        raise ValueError(f"there is no data file `{path}`")
+    return path.read_bytes()
 
 
 def _axes(fields, count):
@@ -101,21 +113,21 @@ def _decoded(fields, data, count):
     if fields["type"] not in _DTYPES:
         raise ValueError(f"values of type `{fields['type']}` are not known")
     dtype = np.dtype(_DTYPES[fields["type"]])
-    for _ in range(int(fields.get("line skip", 0))):
-        data = data.partition(b"\n")[2]
+    lines = min(max(int(fields.get("line skip", 0)), 0), len(data))
+    data = b"".join(data.split(b"\n", lines)[lines:])
     encoding = fields["encoding"].lower()
     if encoding in ("txt", "text", "ascii"):
-        values = np.array(data.split(), dtype=dtype)
+        values = _from_text(data.split(), dtype)
     elif encoding in ("raw", "gz", "gzip", "bz2", "bzip2"):
-        if encoding.startswith("g"):
-            data = zlib.decompress(data, wbits=47)
-        elif encoding.startswith("b"):
-            data = bz2.decompress(data)
-        skip = int(fields.get("byte skip", 0))
-        data = data[-count * dtype.itemsize :] if skip == -1 else data[skip:]
-        order = {"little": "<", "big": ">"}[fields.get("endian", "little")]
+        skip, size = int(fields.get("byte skip", 0)), count * dtype.itemsize
+        if encoding != "raw":  # no more than is wanted: a few bytes can become gigabytes
+            data = _unpacked(encoding, data, size + skip if skip >= 0 else -1)
+        data = data[-size:] if skip == -1 else data[skip : skip + size]
+        order = fields.get("endian", "little")
+        if order not in _ORDERS:
+            raise ValueError(f"the endian `{order}` is not known")
         values = np.frombuffer(
-            data[: len(data) // dtype.itemsize * dtype.itemsize], order + dtype.str[1:]
+            data[: len(data) // dtype.itemsize * dtype.itemsize], _ORDERS[order] + dtype.str[1:]
         )
         values = values.astype(dtype)
     else:
@@ -123,6 +135,24 @@ def _decoded(fields, data, count):
     if len(values) < count:
         raise ValueError(f"expected {count} values, got {len(values)}")
     return values[:count]
+
+
+def _from_text(words, dtype):
+    if dtype.kind == "f" or dtype == np.uint64:
+        return np.array(words, dtype=dtype)
+    values, limits = np.array(words, dtype=np.int64), np.iinfo(dtype)
+    wrong = values[(values < limits.min) | (values > limits.max)]
+    if len(wrong):
+        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {wrong[0]}")
+    return values.astype(dtype)
+
+
+def _unpacked(encoding, data, size):
+    """The first `size` bytes, or all if it is negative."""
+    if encoding.startswith("b"):
+        with bz2.open(io.BytesIO(data)) as file:
+            return file.read(size)
+    return zlib.decompressobj(wbits=47).decompress(data, max(size, 0))
 
 
 def _vector(text):

@@ -25,17 +25,20 @@ from vtk_mls.announcements import heard_by
 class Algorithm(VTKPythonAlgorithmBase):
     """Base of the filters.
 
-    An execution that raises ValueError, TypeError or DeviceError ends as a failed one of VTK's
-    own does: one ErrorEvent (or, without an observer, one message in the output window) with the
-    exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is empty,
-    also if upstream failed to make data, and counts as not generated, so that every later Update
-    tries again. After an abort it is the same without an error.
+    An execution that raises ValueError, TypeError, MemoryError or DeviceError ends as a failed one
+    of VTK's own does: one ErrorEvent (or, without an observer, one message in the output window)
+    with the exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is
+    empty, also if upstream failed to make data, and counts as not generated, so that every later
+    Update tries again. After an abort it is the same without an error.
 
     For a composite input VTK runs the filter on one block after the other. RequestInformation is
-    then asked about blocks only.
+    then asked about blocks only. Blocks that fail are empty; the first of them reports its error
+    for all. VTK does not hear of it: Update is 1 then, and it does not try again before something
+    changes. A script that must know observes ErrorEvent.
     """
 
     _muffled = None
+    _has_reported = False  # since VTK began with the blocks of a composite input
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def ProcessRequest(self, request, inInfo, outInfo):
@@ -48,6 +51,8 @@ class Algorithm(VTKPythonAlgorithmBase):
             return 1
         if request.Has(vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT()):
             self._empty_what_is_out_of_date(outInfo)
+            if _has_composite(inInfo):
+                self._has_reported = False
         if not request.Has(vtkDemandDrivenPipeline.REQUEST_DATA()):
             return super().ProcessRequest(request, inInfo, outInfo)
         self._unmuffle()
@@ -56,9 +61,9 @@ class Algorithm(VTKPythonAlgorithmBase):
         except Aborted:
             self._discard(outInfo)
             return 1
-        except (DeviceError, TypeError, ValueError) as error:
+        except (DeviceError, MemoryError, TypeError, ValueError) as error:
             self._discard(outInfo)
-            self._report(str(error))
+            self._report(str(error) or "there is not enough memory")
             return 0
         except BaseException:
             self._discard(outInfo)
@@ -151,6 +156,10 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
             return
+        if self._has_reported and self.is_among_blocks():
+            self._muffle()
+            return
+        self._has_reported = True
         text = f"{type(self).__name__}: {sentence}"
         if self.HasObserver("ErrorEvent"):
             self.InvokeEvent("ErrorEvent", text)

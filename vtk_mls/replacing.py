@@ -1,0 +1,92 @@
+"""Files that are there as a whole or not at all.
+
+A new file is made in a folder of its own beside the old one, and takes its place when it is
+complete and on the disk. Whatever ends the writing before, a full disk, an error or a killed
+process, leaves the old file as it was. A format of two files (.mhd and .raw) has its header
+replaced last; only a process killed between these two renamings leaves new data under an old
+header.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def replacing(path):
+    """A path to write to, whose file replaces the one at `path` when the block has ended well.
+
+    Files that are written beside it replace those beside `path`. Links stay, and lead to the new
+    file; it has the old one's permissions.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming `path`, also where the block's own error names the path that it was given.
+    """
+    target = check_replaceable(path)
+    try:
+        folder = Path(tempfile.mkdtemp(prefix=_prefix(os.getpid()), dir=target.parent))
+    except OSError as error:
+        raise _failure(path, error) from error
+    new = folder / target.name
+    try:
+        yield new
+        _put_in_place(folder, target)
+    except OSError as error:
+        raise _failure(path, error) from error
+    except ValueError as error:
+        raise ValueError(str(error).replace(str(new), str(path))) from error
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_replaceable(path):
+    """The file that `path` leads to, if it is or can become one.
+
+    Raises
+    ------
+    OSError
+        Naming the file.
+    """
+    target = Path(os.path.realpath(path))
+    if not target.parent.is_dir():
+        raise FileNotFoundError(
+            f"there is no folder `{Path(path).parent}` to write `{target.name}` in"
+        )
+    if target.exists() and not target.is_file():
+        raise FileExistsError(f"`{path}` cannot be written: it is no ordinary file")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise PermissionError(f"`{path}` cannot be written: no file can be made in its folder")
+    return target
+
+
+def remove_remains(path, process):
+    """Remove what the killed `process` (its id) has left beside the file at `path`."""
+    for folder in Path(os.path.realpath(path)).parent.glob(f"{_prefix(process)}*"):
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _failure(path, error):
+    return OSError(f"`{path}` could not be written: {error.strerror or error}")
+
+
+def _prefix(process):
+    return f".vtk-mls-{process}-"
+
+
+def _put_in_place(folder, target):
+    """Move the files in `folder` beside and over `target`, the one of its name last."""
+    files = sorted(folder.iterdir(), key=lambda file: file.name == target.name)
+    for file in files:
+        with file.open("r+b") as written:
+            os.fsync(written.fileno())  # some file systems find out here that they are full
+        old = target.with_name(file.name)
+        if old.is_file():
+            shutil.copymode(old, file)
+    for file in files:
+        file.replace(target.with_name(file.name))
