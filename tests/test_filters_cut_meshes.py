@@ -14,9 +14,11 @@ from mesh_fixtures import (
     as_grid,
     cells,
     count,
+    decorated,
     deforming,
     linear,
     places_of,
+    set_places,
     sizes,
     sphere,
     split,
@@ -36,6 +38,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TETRA,
     vtkCellArray,
     vtkDataSetAttributes,
+    vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersCore import (
@@ -97,6 +100,36 @@ def test_what_is_not_cut_stays_in_one_piece(cut, parts, kind):
 def test_tetrahedra_stay_tetrahedra():
     output, _ = split(cells(VTK_TETRA), [CUTS["plane"], CUTS["polygon"]])
     assert (arrays.cell_types(output) == VTK_TETRA).all()
+
+
+def tetrahedron():
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    mesh.InsertNextCell(VTK_TETRA, 4, [0, 1, 2, 3])
+    return decorated(mesh)
+
+
+@pytest.mark.parametrize(
+    ("normal", "height", "above"),
+    [
+        ((0, 0, 1), 0.7, 0.3**3),  # a corner off, in either direction
+        ((0, 0, -1), -0.7, 1 - 0.3**3),
+        ((1, 1, 1), 0.5, 1 - 0.5**3),
+        ((1, 0, 0), 0.01, 0.99**3),
+    ],
+)
+def test_a_corner_is_taken_off_a_single_tetrahedron(normal, height, above):
+    plane = Plane(np.array(normal) * height / np.dot(normal, normal), normal)
+    output, shift = split(tetrahedron(), [plane])
+    assert (arrays.cell_types(output) == VTK_TETRA).all()
+    volumes, x = sizes(output), places_of(output)
+    assert (volumes > 0).all()
+    assert np.isclose(volumes.sum(), 1 / 6)
+    connectivity = output.GetCells().GetConnectivityArray()
+    assert connectivity.GetDataTypeSize() == output.GetCells().GetOffsetsArray().GetDataTypeSize()
+    corners = arrays.to_numpy(connectivity).reshape(-1, 4)
+    is_above = plane.height((x + shift)[corners].mean(axis=1)) > 0
+    assert np.isclose(6 * volumes[is_above].sum(), above)
 
 
 @pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from vtk_mls import arrays
@@ -153,7 +153,7 @@ def fill_polydata(polydata, rest, deformed, weights):
     points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
     polydata.SetPoints(points)
     vertices = vtkCellArray()
-    vertices.SetData(_ids(len(rest) + 1), _ids(len(rest)))
+    vertices.SetData(arrays.ids(np.arange(len(rest) + 1)), arrays.ids(np.arange(len(rest))))
     polydata.SetVerts(vertices)
     arrays.add(polydata.GetPointData(), "Displacement", deformed - rest)
     polydata.GetPointData().SetActiveVectors("Displacement")
@@ -173,7 +173,3 @@ def numbers_of(name, values, row):
 def _rows(points):
     points = points.tolist() if isinstance(points, np.ndarray) else points
     return [tuple(point) for point in points]
-
-
-def _ids(count):
-    return arrays.from_numpy(np.arange(count, dtype=np.int64), VTK_ID_TYPE)

@@ -13,7 +13,7 @@ one. With the keys as coordinates VTK's merging of points does the rest.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLY_LINE,
@@ -347,10 +347,7 @@ def _cell_array(corners, starts, chosen):
     sizes = np.diff(starts)
     offsets = np.concatenate([[0], np.cumsum(sizes[chosen])])
     cells = vtkCellArray()
-    cells.SetData(
-        arrays.from_numpy(offsets, VTK_ID_TYPE),
-        arrays.from_numpy(corners[np.repeat(chosen, sizes)], VTK_ID_TYPE),
-    )
+    cells.SetData(arrays.ids(offsets), arrays.ids(corners[np.repeat(chosen, sizes)]))
     return cells
 
 
