@@ -31,6 +31,7 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
     VTK_TETRA,
     vtkCellArray,
     vtkMultiBlockDataSet,
@@ -46,6 +47,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import Plane
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
 
 def test_points_go_where_the_value_says(any_mesh, device):  # noqa: F811
@@ -341,3 +343,33 @@ def test_abort_leaves_nothing_and_progress_rises():
     filter_.SetAbortExecute(0)
     filter_.Modified()
     assert update(filter_).GetNumberOfPoints() > 0
+
+
+@pytest.mark.parametrize("far", [1e30, 1e300])
+@pytest.mark.parametrize("cut", [None, *CUTS])
+def test_a_far_point_does_not_empty_a_mesh(far, cut):
+    def moved(spoil):
+        mesh = cells(VTK_HEXAHEDRON, 3)
+        x = places_of(mesh).copy()
+        x[0] = spoil or x[0]
+        set_places(mesh, x)
+        output = update(deforming(mesh, control_points(), cut=CUTS.get(cut)))
+        return places_of(output), array_of(output, "NoInverse")
+
+    clean, spoilt = moved(None), moved((far, 0, 0))
+    # all points are where they were, but for those of pieces of the cell that has it
+    distance = np.abs(clean[0][:, None] - spoilt[0]).max(axis=2).min(axis=1)
+    assert (distance > 1e-5).sum() <= (1 if cut is None else 16)
+    assert (spoilt[1] > 0).sum() <= (clean[1] > 0).sum() + 8
+
+
+@pytest.mark.parametrize("make", [lambda: cells(VTK_HEXAHEDRON, 2), make_image])
+def test_control_points_that_are_no_places_get_a_sentence(make, messages):  # noqa: F811
+    """As ParaView lays them over an input that has no bounds yet."""
+    for far, sentence in ((1e299, "`RestPoints` must be places"), (1e12, "where the data are")):
+        for filter_ in (MLSDeform(), MLSDisplacementField()):
+            filter_.SetInputData(0, make())
+            filter_.SetRestPoints([(far, far, far), (-far, -far, -far)])
+            filter_.SetDeformedPoints([(far, far, 0), (-far, -far, -far)])
+            assert filter_.GetExecutive().Update() == 0
+            messages.assert_one(sentence)

@@ -11,6 +11,10 @@ from vtk_mls.cuts import HalfPlane, Plane, Surface
 
 # What the void that a cut opens can hold: nothing, or material as if each side went on.
 VOID_VALUES = ("background", "continued")
+# Coordinates of control points, in world units: float32 ends at 3.4e38.
+LARGEST = 1e37
+# Distances of cuts, as a share of the extent of control points.
+FARTHEST = 1e10
 
 
 def places(value, name="points"):
@@ -36,6 +40,19 @@ def points(name, value):
     if not np.isfinite(array).all():
         bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
+    return array
+
+
+def control_points(name, value):
+    """As `points`, but within what float32 holds: displacements are float32."""
+    array = points(name, value)
+    far = np.abs(array).max(axis=1, initial=0) > LARGEST
+    if far.any():
+        row = int(np.flatnonzero(far)[0])
+        raise ValueError(
+            f"`{name}` must be within {LARGEST:g}, for displacements are float32, "
+            f"got {array[row].tolist()} in row {row}"
+        )
     return array
 
 
@@ -67,6 +84,22 @@ def cut_shapes(value):
         if not isinstance(cut, (Plane, HalfPlane, Surface)):
             raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {cut!r:.60}")
     return cuts
+
+
+def check_reach(cuts, regions):
+    """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
+    for handles in (region.handles for region in regions):
+        for cut in cuts:
+            if isinstance(cut, Plane):
+                distance = abs(cut.height(handles.centre)) / handles.scale
+            else:
+                places = cut.points if isinstance(cut, Surface) else cut.point
+                distance = np.abs(handles.local(places)).max()
+            if not distance <= FARTHEST:
+                raise ValueError(
+                    f"`cuts` must be within {FARTHEST:g} times the extent of the control points, "
+                    f"{handles.scale:g}, got {cut!r:.200}"
+                )
 
 
 def number(name, value):

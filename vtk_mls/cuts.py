@@ -284,7 +284,8 @@ def _distance_of_segments(v, g, a, b):
     dd1, dd2 = np.sum(d1 * d1, axis=1), np.sum(d2 * d2)
     c, f, e = np.sum(d1 * r, axis=1), r @ d2, d1 @ d2
     det = dd1 * dd2 - e * e
-    s = np.clip(np.where(det > 1e-30, (e * f - c * dd2) / np.where(det > 1e-30, det, 1), 0), 0, 1)
+    apart = det > 1e-15 * dd1 * dd2  # else parallel
+    s = np.clip(np.where(apart, (e * f - c * dd2) / np.where(apart, det, 1), 0), 0, 1)
     t = np.clip((e * s + f) / dd2, 0, 1)
     s = np.clip(np.where(dd1 > 0, (e * t - c) / np.where(dd1 > 0, dd1, 1), 0), 0, 1)
     t = np.clip((e * s + f) / dd2, 0, 1)
@@ -303,10 +304,11 @@ def _vector(name, value):
 
 def _direction(name, value):
     vector = _vector(name, value)
-    length = np.linalg.norm(vector)
-    if length == 0:
+    largest = np.abs(vector).max()
+    if largest == 0:
         raise ValueError(f"`{name}` must not be zero, got {value!r}")
-    return vector / length
+    vector = vector / largest  # its square may be 0 or infinite
+    return vector / np.linalg.norm(vector)
 
 
 def _set(cut, **values):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
@@ -14,6 +15,17 @@ from vtk_mls.grid import Grid
 from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.regions import Region, divided
+
+
+def _quiet(question):
+    """A method whose answers may be NaN or infinite, without numpy's warnings of that."""
+
+    @functools.wraps(question)
+    def asked(*arguments, **keywords):
+        with np.errstate(all="ignore"):
+            return question(*arguments, **keywords)
+
+    return asked
 
 
 class Aborted(RuntimeError):
@@ -55,7 +67,7 @@ class ForwardField:
     ----------
     displacement : (m, 3) float32, world units
         v - x for the place v with G(v) = x. Where there is none it leads to the best place that was
-        found; NaN for points that are not finite.
+        found, or is 0; NaN for points that are not finite.
     found : (m,) bool
         False where there is no inverse: the map folds, or what is at x was pushed through a cut.
     """
@@ -130,8 +142,8 @@ class Deformation:
     regions: tuple[Region, ...] = field(init=False)
 
     def __post_init__(self):
-        rest = arguments.points("rest", self.rest)
-        deformed = arguments.points("deformed", self.deformed)
+        rest = arguments.control_points("rest", self.rest)
+        deformed = arguments.control_points("deformed", self.deformed)
         if len(rest) == 0:
             raise ValueError("`rest` is empty; a deformation needs at least one control point")
         if rest.shape != deformed.shape:
@@ -167,6 +179,7 @@ class Deformation:
             "regions": divided(planes, rest, deformed, weights, fitted_degree),
         }.items():
             object.__setattr__(self, name, value)
+        arguments.check_reach(cuts, self.regions)
 
     def __repr__(self):
         degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
@@ -185,6 +198,7 @@ class Deformation:
         """The cuts that one can go round."""
         return [cut for cut in self.cuts if not isinstance(cut, Plane)]
 
+    @_quiet
     def backward(self, points, progress=None):
         """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
 
@@ -204,6 +218,7 @@ class Deformation:
         """
         return self._engine.backward(self, arguments.points("points", points), _checked(progress))
 
+    @_quiet
     def forward(self, points, progress=None):
         """Where the material at `points` goes: the true inverse of `backward`.
 
@@ -218,9 +233,10 @@ class Deformation:
         Returns
         -------
         (m, 3) float64, world coordinates
-            v with G(v) = x to 1e-5 of the extent of the control points. NaN where there is none:
-            where the map folds, or what is at x was pushed through a cut, or x is not finite.
-            Where it folds there can be several, and one of them is returned.
+            v with G(v) = x to 1e-5 of the extent of the control points, or of the distance from
+            them where that is larger. NaN where there is none: where the map folds, or what is at x
+            was pushed through a cut, or x is not finite, or so far away that the device's float32
+            cannot tell. Where it folds there can be several, and one of them is returned.
 
         Raises
         ------
@@ -232,6 +248,7 @@ class Deformation:
         v[~found] = np.nan
         return v
 
+    @_quiet
     def forward_field(self, points, progress=None):
         """Where the material at `points` goes, as displacements, and where that is nowhere.
 
@@ -256,8 +273,14 @@ class Deformation:
         """
         points = arguments.places(points)
         displacement, found = self._engine.forward(self, points, _checked(progress))
-        return ForwardField(displacement.astype(np.float32, copy=False), found)
+        displacement = displacement.astype(np.float32, copy=False)
+        lost = np.flatnonzero(~found)
+        lost = lost[np.isfinite(points[lost]).all(axis=1)]
+        # too far away for the device's float32
+        displacement[lost[~np.isfinite(displacement[lost]).all(axis=1)]] = 0
+        return ForwardField(displacement, found)
 
+    @_quiet
     def jacobian(self, points, progress=None):
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
@@ -275,6 +298,7 @@ class Deformation:
         """
         return self._engine.jacobian(self, arguments.points("points", points), _checked(progress))
 
+    @_quiet
     def opening(self, points, progress=None):
         """How far `points` are from being void.
 
@@ -301,6 +325,7 @@ class Deformation:
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
         return self.opening(points, progress) < 0
 
+    @_quiet
     def displacement_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
@@ -321,6 +346,7 @@ class Deformation:
         displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
         return DisplacementField(displacement, grid, opening)
 
+    @_quiet
     def resample(
         self,
         arrays,
@@ -385,6 +411,7 @@ class Deformation:
             _checked(progress),
         )
 
+    @_quiet
     def source_bounds(self, source, target, void_values="background", progress=None):
         """Which part of `source` the points of `target` take their material from.
 
@@ -405,6 +432,7 @@ class Deformation:
         )
         return low.astype(np.float64), high.astype(np.float64)
 
+    @_quiet
     def jacobian_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
@@ -423,6 +451,7 @@ class Deformation:
         grid = _grid(dimensions, origin, spacing, direction)
         return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
 
+    @_quiet
     def turned(
         self,
         vectors,
@@ -453,6 +482,7 @@ class Deformation:
             vectors, source, target, interpolation, normalise, void_values, progress
         )[0]
 
+    @_quiet
     def pushed(
         self,
         vectors,
@@ -481,6 +511,7 @@ class Deformation:
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
         return gradients.pushed(moved, self.jacobian_field(target, progress=second))
 
+    @_quiet
     def corrected_gradient(
         self,
         array,
@@ -554,6 +585,7 @@ class Deformation:
             _checked(progress),
         )
 
+    @_quiet
     def fitted_grid(self, source):
         """The grid on the lattice of `source` that holds all of the deformed volume.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (
@@ -38,6 +39,10 @@ class Algorithm(VTKPythonAlgorithmBase):
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def ProcessRequest(self, request, inInfo, outInfo):
+        with np.errstate(all="ignore"):  # points may be NaN or far away
+            return self._process(request, inInfo, outInfo)
+
+    def _process(self, request, inInfo, outInfo):
         if request.Has(vtkDemandDrivenPipeline.REQUEST_INFORMATION()) and _has_composite(inInfo):
             self._blocks_since = self.GetExecutive().GetPipelineMTime()
             return 1

@@ -296,6 +296,7 @@ class MLSDeform(DeformingFilter):
             output.ShallowCopy(mesh)
             return []
         deformation = self._requested_deformation(inInfo)
+        self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self._splits_cells else None
         return warping.Warp(self, deformation, mesh, output, splits).tasks()
 
@@ -307,6 +308,7 @@ class MLSDeform(DeformingFilter):
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
         whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
+        self._check_reach(deformation, whole_source.grid.corners())
         whole = self._output_lattice(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)

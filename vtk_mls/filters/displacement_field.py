@@ -92,6 +92,7 @@ class MLSDisplacementField(DeformingFilter):
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
             whole = self._sampled_lattice(self._boxes(lambda: dataset))
+        self._check_reach(deformation, whole.grid.corners())
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
         if target.is_empty:

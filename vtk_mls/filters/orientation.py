@@ -48,7 +48,7 @@ def inverted(grid, before, after):
         for tetrahedron in tetrahedra:
             a, b, c, d = (corners[first + corner] for corner in tetrahedron)
             for total, x in zip(volumes, (before, after)):
-                area = np.cross(x[b] - x[a], x[c] - x[a])
-                total += np.sum(area * (x[d] - x[a]), axis=1, dtype=np.float64)
-        count += np.count_nonzero(volumes[0] * volumes[1] < 0)
+                ab, ac, ad = (x[end].astype(np.float64) - x[a] for end in (b, c, d))
+                total += np.sum(np.cross(ab, ac) * ad, axis=1)
+        count += np.count_nonzero(np.sign(volumes[0]) * np.sign(volumes[1]) < 0)
     return count

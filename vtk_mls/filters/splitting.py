@@ -82,8 +82,7 @@ def split(mesh, cuts):
         Normal of the cut, to the side on which the cells of the point are; 0 for points on no cut.
     """
     grid = _unstructured(mesh)
-    x = _places(grid)[np.isfinite(_places(grid)).all(axis=1)]
-    extent = np.ptp(x, axis=0).max() if len(x) > 1 else 1.0
+    extent = _extent(_places(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
@@ -143,6 +142,15 @@ def _unstructured(mesh):
         grid.GetPointData().RemoveArray(ids.GetName())
     grid.GetPointData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS)  # clipping drops them
     return grid
+
+
+def _extent(places):
+    """Size of a mesh, though some of its points (n, 3) be nowhere or far away from all others."""
+    x = places[np.isfinite(places).all(axis=1)]
+    if len(x) < 2:
+        return 1.0
+    spread = 4 * np.median(np.abs(x - np.median(x, axis=0)), axis=0).max()  # if they fill a box
+    return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
 
 
 def _divided(grid, cut, extent):
