@@ -373,3 +373,12 @@ def test_control_points_that_are_no_places_get_a_sentence(make, messages):  # no
             filter_.SetDeformedPoints([(far, far, 0), (-far, -far, -far)])
             assert filter_.GetExecutive().Update() == 0
             messages.assert_one(sentence)
+
+
+@pytest.mark.parametrize("data", ["Point", "Cell"])
+@pytest.mark.parametrize("cut", [None, "plane"])
+def test_arrays_shorter_than_the_mesh_get_a_sentence(data, cut, messages):  # noqa: F811
+    mesh = cells(VTK_HEXAHEDRON, 2)
+    add_array(getattr(mesh, f"Get{data}Data")(), "short", [1.0, 2.0, 3.0])
+    assert deforming(mesh, cut=CUTS.get(cut)).GetExecutive().Update() == 0
+    messages.assert_one(f"array `short` must have one tuple for each .* {data.lower()}s .* got 3")

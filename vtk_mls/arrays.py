@@ -239,6 +239,20 @@ def image_values(attributes, grid):
     return values
 
 
+def check_lengths(dataset):
+    """Raise if a point or cell array of a vtkDataSet is too short: VTK would read past its end."""
+    for attributes, what, count in (
+        (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
+        (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
+    ):
+        for array in _arrays(attributes):
+            if array.GetNumberOfTuples() < count:
+                raise ValueError(
+                    f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
+                    f"of the mesh, got {array.GetNumberOfTuples()}"
+                )
+
+
 def set_image_values(attributes, values, source):
     """Fill an image's point or cell data.
 

@@ -14,6 +14,7 @@ from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
 from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
+from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
 
 
@@ -151,19 +152,18 @@ class Deformation:
                 "`rest` and `deformed` must have the same number of control points, "
                 f"got {len(rest)} and {len(deformed)}"
             )
-        if self.kind not in KINDS:
-            raise ValueError(f"`kind` must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        arguments.choice("kind", self.kind, KINDS)
         alpha = arguments.number("alpha", self.alpha)
         if not (np.isfinite(alpha) and alpha > 0):
-            raise ValueError(f"`alpha` must be a positive number, got {self.alpha!r}")
-        if self.degree not in (1, 2, 3):
-            raise ValueError(f"`degree` must be 1, 2 or 3, got {self.degree!r}")
+            raise ValueError(f"`alpha` must be a positive number, got {shown(self.alpha)}")
+        if not np.isscalar(self.degree) or self.degree not in (1, 2, 3):
+            raise ValueError(f"`degree` must be 1, 2 or 3, got {shown(self.degree)}")
         degree = int(self.degree)
         weights = arguments.positive_weights(self.weights, len(rest))
         cuts = arguments.cut_shapes(self.cuts)
         nu = arguments.number("nu", self.nu)
         if not (np.isfinite(nu) and nu > 1):
-            raise ValueError(f"`nu` must be a number above 1, got {self.nu!r}")
+            raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
         fitted_degree = degree if self.kind == "polynomial" else 1
         for array in (rest, deformed, weights):
@@ -385,6 +385,8 @@ class Deformation:
             nearest and kept in their range. Where the map is the identity, values are the same
             to the bit.
         """
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
         arrays = [np.asarray(array) for array in arrays]
         for array in arrays:
             if array.ndim not in (3, 4) or array.shape[:3] != source.shape:
@@ -394,18 +396,23 @@ class Deformation:
                 )
             if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
                 raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
-        methods = [interpolation] * len(arrays) if isinstance(interpolation, str) else interpolation
-        if len(methods) != len(arrays) or any(m not in INTERPOLATIONS for m in methods):
+        is_one = np.isscalar(interpolation) or interpolation is None
+        methods = [interpolation] * len(arrays) if is_one else list(interpolation)
+        if (
+            len(methods) != len(arrays)
+            or not all(np.isscalar(m) for m in methods)
+            or not (set(methods) <= set(INTERPOLATIONS))
+        ):
             raise ValueError(
                 f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each "
-                f"array, got {interpolation!r}"
+                f"array, got {shown(interpolation)}"
             )
         return self._engine.resample(
             self,
             [np.ascontiguousarray(array) for array in arrays],
             source,
-            source if target is None else target,
-            list(methods),
+            target,
+            methods,
             arguments.number("background", background),
             arguments.continues(void_values),
             _checked(progress),
@@ -427,6 +434,8 @@ class Deformation:
             Bounds of the continuous indices in `source.whole`, without those outside of it; inf
             and -inf if all are.
         """
+        for name, grid in (("source", source), ("target", target)):
+            arguments.grid(name, grid)
         low, high = self._engine.source_bounds(
             self, source, target, arguments.continues(void_values), _checked(progress)
         )
@@ -505,9 +514,10 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, where the map is singular, and in the void unless values are continued there.
         """
-        target = source if target is None else target
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
         first, second = _halves(progress)
-        vectors = np.asarray(vectors, dtype=np.float32)
+        vectors = arguments.single("vectors", vectors)
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
         return gradients.pushed(moved, self.jacobian_field(target, progress=second))
 
@@ -543,6 +553,12 @@ class Deformation:
             0 outside, and in the void unless values are continued there.
         """
         target = source if target is None else target
+        array = np.asarray(array)
+        if array.dtype.kind not in "biuf" or array.shape != arguments.grid("source", source).shape:
+            raise ValueError(
+                f"`array` must be real numbers with the shape of the grid, {source.shape}, "
+                f"got {shown(array)}"
+            )
         slopes = gradients.gradient(array, source)
         turned, opening = self._turned(
             slopes, source, target, interpolation, normalise, void_values, progress
@@ -564,21 +580,20 @@ class Deformation:
 
     def _turned(self, vectors, source, target, interpolation, normalise, void_values, progress):
         """What `turned` returns, and the opening or None."""
-        vectors = np.ascontiguousarray(vectors, dtype=np.float32)
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
+        vectors = np.ascontiguousarray(arguments.single("vectors", vectors))
         if vectors.shape != (*source.shape, 3):
             raise ValueError(
                 f"`vectors` must have the shape of the grid, {(*source.shape, 3)}, "
                 f"got {vectors.shape}"
             )
-        if interpolation not in INTERPOLATIONS:
-            raise ValueError(
-                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
-            )
+        arguments.choice("interpolation", interpolation, INTERPOLATIONS)
         return self._engine.turned(
             self,
             vectors,
             source,
-            source if target is None else target,
+            target,
             interpolation,
             arguments.continues(void_values),
             normalise,

@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 
 from vtk_mls import Aborted, DeviceError
+from vtk_mls.arrays import Lattice
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -133,6 +134,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         for info in _each(out_info):
             info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
+            _ask_within_the_whole(info)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
@@ -196,6 +198,14 @@ def ask_for_all(info):
     info.Set(keys.UPDATE_PIECE_NUMBER(), 0)
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), 1)
     info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
+
+
+def _ask_within_the_whole(info):
+    """Take back a request for what is not there any more: VTK keeps it, and fails by it."""
+    keys = vtkStreamingDemandDrivenPipeline
+    whole, asked = info.Get(keys.WHOLE_EXTENT()), info.Get(keys.UPDATE_EXTENT())
+    if whole and asked and not Lattice(whole).holds(asked):
+        info.Set(keys.UPDATE_EXTENT(), whole, 6)
 
 
 def ask_for_extent(info, extent):

@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import HalfPlane, Plane, Surface, arrays
+from vtk_mls.reals import shown
 
 # Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
 # of each column of an image with hidden cells at the end of the z axis, whatever axis the column
@@ -23,7 +24,7 @@ CUT_TYPES = ("none", "plane", "half-plane")
 def own_cuts(kind, origin, normal, inward):
     """The cut that properties describe, as a tuple of none or one."""
     if kind not in CUT_TYPES:
-        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {kind!r}")
+        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {shown(kind)}")
     try:
         if kind == "plane":
             return (Plane(origin, normal),)

@@ -13,12 +13,13 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters import extents, warping
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.resampling import Resampling
+from vtk_mls.reals import shown
 
 
 class MLSDeform(DeformingFilter):
@@ -292,6 +293,7 @@ class MLSDeform(DeformingFilter):
     def _deform_mesh(self, mesh, inInfo, outInfo):
         """What is to be done for a mesh."""
         output = vtkDataSet.GetData(outInfo)
+        arrays.check_lengths(mesh)
         if mesh.GetNumberOfPoints() == 0:
             output.ShallowCopy(mesh)
             return []
@@ -352,7 +354,7 @@ class MLSDeform(DeformingFilter):
                 raise ValueError(f"the given output grid is not one: {error}") from error
             return Lattice.of_grid(grid)
         raise ValueError(
-            f"`OutputGrid` must be one of input, fitted, given, got {self._output_grid!r}"
+            f"`OutputGrid` must be one of input, fitted, given, got {shown(self._output_grid)}"
         )
 
     def _check(self, dataset):
@@ -362,7 +364,9 @@ class MLSDeform(DeformingFilter):
             ("VoidValues", VOID_VALUES, self._void_values),
         ):
             if choice not in choices:
-                raise ValueError(f"`{name}` must be one of {', '.join(choices)}, got {choice!r}")
+                raise ValueError(
+                    f"`{name}` must be one of {', '.join(choices)}, got {shown(choice)}"
+                )
         if self.is_among_blocks():  # another block may have the arrays
             return
         data = dataset.GetPointData(), dataset.GetCellData()

@@ -17,6 +17,7 @@ from vtk_mls.filters.algorithm import (
     requested_extent,
 )
 from vtk_mls.filters.handle_lists import HandleLists
+from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 _ANCHOR = np.zeros((1, 3))
@@ -353,11 +354,11 @@ class DeformingFilter(HandleLists, Algorithm):
     def _blended(self, rest, deformed):
         """q, or where it is on its way from p."""
         try:
-            blend = float(self._blend)
-        except (TypeError, ValueError):
+            blend = float(real("Blend", self._blend))
+        except TypeError:
             blend = np.nan
         if not np.isfinite(blend):
-            raise ValueError(f"`Blend` must be a finite number, got {self._blend!r}")
+            raise ValueError(f"`Blend` must be a finite number, got {shown(self._blend)}")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _jacobian_tasks(self, deformation, output, grid):

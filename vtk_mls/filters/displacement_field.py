@@ -12,6 +12,7 @@ from vtk_mls.arrays import Lattice
 from vtk_mls.filters import cutting, extents, gathering
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.reals import shown
 
 
 class MLSDisplacementField(DeformingFilter):
@@ -156,7 +157,7 @@ class MLSDisplacementField(DeformingFilter):
         except (TypeError, ValueError):
             raise ValueError(
                 "`SampleDimensions` must be three positive integers (nx, ny, nz), "
-                f"got {self._sample_dimensions!r}"
+                f"got {shown(self._sample_dimensions)}"
             ) from None
         dimensions = np.where(size > 0, wanted, 1)
         steps = np.maximum(dimensions - 1, 1)

@@ -7,6 +7,7 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from vtk_mls import arrays
+from vtk_mls.reals import real, shown
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
@@ -164,10 +165,10 @@ def fill_polydata(polydata, rest, deformed, weights):
 def numbers_of(name, values, row):
     """The float64 array of shape (n, *row) of the property `name`."""
     try:
-        return np.array(values, dtype=np.float64).reshape(len(values), *row)
+        return real(name, values).reshape(len(values), *row)
     except (TypeError, ValueError):
         expected = "rows of three numbers" if row else "numbers"
-        raise ValueError(f"`{name}` must be {expected}, got {values!r:.80}") from None
+        raise ValueError(f"`{name}` must be {expected}, got {shown(values)}") from None
 
 
 def _rows(points):
