@@ -1,5 +1,7 @@
 """MLSDeform moves meshes by the inverse of the map that deforms images."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mesh_fixtures import (
@@ -343,6 +345,31 @@ def test_abort_leaves_nothing_and_progress_rises():
     filter_.SetAbortExecute(0)
     filter_.Modified()
     assert update(filter_).GetNumberOfPoints() > 0
+
+
+@pytest.mark.parametrize("share", [0.01, 0.2, 0.35, 0.45])
+@pytest.mark.parametrize("in_blocks", [False, True])
+def test_abort_while_a_mesh_is_cut(share, in_blocks):
+    """At each of the steps of splitting, and just after it."""
+    mesh, blocks = cells(VTK_TETRA, 5), vtkMultiBlockDataSet()
+    blocks.SetBlock(0, mesh)
+    blocks.SetBlock(1, cells(VTK_TETRA, 4))
+    make = partial(deforming, blocks if in_blocks else mesh, cut=CUTS["plane"])
+    filter_, seen = make(), []
+
+    def abort(*_):
+        seen.append(filter_.GetProgress())
+        if seen[-1] > share:
+            filter_.SetAbortExecute(1)
+
+    tag = filter_.AddObserver("ProgressEvent", abort)
+    filter_.Update()
+    assert sum(share < fraction < 1 for fraction in seen) == (1 if not in_blocks else 2)
+    assert filter_.GetOutput().GetNumberOfPoints() == 0
+    filter_.RemoveObserver(tag)
+    filter_.SetAbortExecute(0)
+    filter_.Modified()
+    assert update(filter_).GetNumberOfPoints() == update(make()).GetNumberOfPoints() > 0
 
 
 @pytest.mark.parametrize("far", [1e30, 1e300])

@@ -50,7 +50,7 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
-from vtk_mls import HalfPlane, Plane, arrays
+from vtk_mls import Aborted, HalfPlane, Plane, arrays
 from vtk_mls.filters.orientation import TETRAHEDRA
 
 _MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
@@ -63,13 +63,15 @@ _CELL = "_Cell"
 _STRAIGHT = (*range(VTK_VERTEX, VTK_HEXAGONAL_PRISM + 1), VTK_CONVEX_POINT_SET, VTK_POLYHEDRON)
 
 
-def split(mesh, cuts):
+def split(mesh, cuts, progress=lambda fraction: None):
     """A mesh with its cells divided along cuts.
 
     Parameters
     ----------
     mesh : vtkDataSet
     cuts : sequence of Plane, HalfPlane and Surface
+    progress : callable, optional
+        Called with the fraction done, some times for each cut; a true answer stops the work.
 
     Returns
     -------
@@ -80,14 +82,24 @@ def split(mesh, cuts):
         From each point to where it is exactly on its cut; 0 for points on no cut.
     side : (n, 3) float64
         Normal of the cut, to the side on which the cells of the point are; 0 for points on no cut.
+
+    Raises
+    ------
+    Aborted
     """
     grid = _unstructured(mesh)
     extent = _extent(_places(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
-    for cut in cuts:
-        grid = _divided(grid, cut, extent)
+    for number, cut in enumerate(cuts):
+
+        def done(share, number=number):
+            if progress((number + share) / len(cuts)):
+                raise Aborted(f"stopped at cut {number + 1} of {len(cuts)} as `progress` asked")
+
+        grid = _divided(grid, cut, extent, done)
+        done(1)
     if grid is not whole:  # what is divided has no points without cells any more
         grid = _appended([grid, _without_cells(whole)])
     foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
@@ -153,8 +165,8 @@ def _extent(places):
     return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
 
 
-def _divided(grid, cut, extent):
-    """`grid` with its points on `cut` doubled where the cut is."""
+def _divided(grid, cut, extent, done):
+    """`grid` with its points on `cut` doubled where the cut is; `done` is told the share done."""
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
@@ -164,12 +176,16 @@ def _divided(grid, cut, extent):
     _set_array(grid, _POINT, np.arange(len(places), dtype=np.float64))
     _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
     crossing, above = touched & (low < 0) & (high > 0) & ~cloud, touched & ((low >= 0) | cloud)
+    done(0.2)
     *pieces, undivided = _clipped(_extracted(grid, crossing))
+    done(0.5)
     whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
     parts = [(0, _appended([_extracted(grid, ~touched), undivided]))]
     parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
-    return _joined([part for _, part in parts], _keys(parts, cut, places, extent))
+    keys = _keys(parts, cut, places, extent)
+    done(0.8)
+    return _joined([part for _, part in parts], keys)
 
 
 def _keys(parts, cut, places, extent):
