@@ -17,6 +17,9 @@ from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
 
+# Points of a grid whose displacements are in memory though only openings are wanted.
+_SLAB = 1 << 20
+
 
 def _quiet(question):
     """A method whose answers may be NaN or infinite, without numpy's warnings of that."""
@@ -345,6 +348,53 @@ class Deformation:
         grid = _grid(dimensions, origin, spacing, direction)
         displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
         return DisplacementField(displacement, grid, opening)
+
+    @_quiet
+    def opening_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """`opening` on a grid, for the memory of the result alone.
+
+        Parameters
+        ----------
+        dimensions, origin, spacing, direction, progress
+            As for `displacement_field`.
+
+        Returns
+        -------
+        (nz, ny, nx) float32, world units
+            Infinite without cuts.
+        """
+        grid = _grid(dimensions, origin, spacing, direction)
+        opening = np.full(grid.shape, np.inf, np.float32)
+        for part, values in self._opening_slabs(grid, progress):
+            opening[part] = values
+        return opening
+
+    @_quiet
+    def void_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """`void` on a grid, (nz, ny, nx) bool, as `opening_field`."""
+        grid = _grid(dimensions, origin, spacing, direction)
+        void = np.zeros(grid.shape, bool)
+        for part, values in self._opening_slabs(grid, progress):
+            np.less(values, 0, out=void[part])
+        return void
+
+    def _opening_slabs(self, grid, progress):
+        """Slices along z of a grid, and the opening there, to the bit that of the whole."""
+        if not self.cuts:
+            return
+        report = _checked(progress)
+        nx, ny, nz = grid.dimensions
+        step = max(1, _SLAB // (nx * ny))
+        for low in range(0, nz, step):
+            high = min(low + step, nz)
+            slab = grid.part((0, 0, low), (nx, ny, high - low))
+            yield slice(low, high), self._engine.displacement_field(self, slab)[1]
+            if report is not None:
+                report(high / nz)
 
     @_quiet
     def resample(

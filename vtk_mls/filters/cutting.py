@@ -96,16 +96,15 @@ def surfaces(polydata):
 
 
 def add_void(attributes, opening):
-    """Add "Void" and, for points, what it is the sign of.
+    """Add "VoidDistance", and "Void", which is its sign.
 
     Parameters
     ----------
-    attributes : vtkPointData or vtkCellData
+    attributes : vtkPointData
     opening : (nz, ny, nx) float32, world units
         As of `DisplacementField.opening`.
     """
-    if attributes.IsA("vtkPointData"):
-        arrays.add(attributes, "VoidDistance", opening.ravel())
+    arrays.add(attributes, "VoidDistance", opening.ravel())
     arrays.add(attributes, "Void", opening.ravel() < 0)
 
 
