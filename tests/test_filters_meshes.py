@@ -20,6 +20,7 @@ from mesh_fixtures import (
     reference,
     set_places,
     sphere,
+    structured,
 )
 from vtk_fixtures import (
     DEFORMED,
@@ -409,3 +410,15 @@ def test_arrays_shorter_than_the_mesh_get_a_sentence(data, cut, messages):  # no
     add_array(getattr(mesh, f"Get{data}Data")(), "short", [1.0, 2.0, 3.0])
     assert deforming(mesh, cut=CUTS.get(cut)).GetExecutive().Update() == 0
     messages.assert_one(f"array `short` must have one tuple for each .* {data.lower()}s .* got 3")
+
+
+@pytest.mark.parametrize("make", [structured, rectilinear])
+def test_a_smaller_grid_of_another_type_may_follow_an_image(make):
+    """VTK keeps the extent that was asked for last."""
+    filter_ = MLSDeform()
+    filter_.SetRestPoints(REST)
+    filter_.SetDeformedPoints(DEFORMED)
+    filter_.SetInputDataObject(0, make_image((9, 20, 30)))
+    update(filter_)
+    filter_.SetInputDataObject(0, make())
+    assert update(filter_).GetNumberOfPoints() == make().GetNumberOfPoints()

@@ -134,7 +134,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         for info in _each(out_info):
             info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
-            _ask_within_the_whole(info)
+            ask_within_the_whole(info)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
@@ -200,7 +200,7 @@ def ask_for_all(info):
     info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
 
 
-def _ask_within_the_whole(info):
+def ask_within_the_whole(info):
     """Take back a request for what is not there any more: VTK keeps it, and fails by it."""
     keys = vtkStreamingDemandDrivenPipeline
     whole, asked = info.Get(keys.WHOLE_EXTENT()), info.Get(keys.UPDATE_EXTENT())

@@ -16,7 +16,13 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters import extents, warping
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
+from vtk_mls.filters.algorithm import (
+    ask_for_all,
+    ask_for_extent,
+    ask_within_the_whole,
+    in_turn,
+    numbers,
+)
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.resampling import Resampling
 from vtk_mls.reals import shown
@@ -255,7 +261,9 @@ class MLSDeform(DeformingFilter):
         super().RequestUpdateExtent(request, inInfo, outInfo)
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._ask_for_image(inInfo, outInfo)
-        return 1  # a mesh is deformed piece by piece, as it comes
+        else:  # a mesh is deformed piece by piece, as it comes
+            ask_within_the_whole(inInfo[0].GetInformationObject(0))
+        return 1
 
     def _ask_for_image(self, inInfo, outInfo):
         """Ask for all of the input image, or for what a part of the output needs."""
