@@ -553,3 +553,20 @@ def test_a_change_of_the_mesh_splits_it_again(name, what, calls):
     output = update(filter_)
     assert len(calls) == 2
     assert_alike(output, update(deforming(mesh, cut=CUTS["half-plane"])))
+
+
+@pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
+@pytest.mark.parametrize("moved", [1e-4, 0.3])
+def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved, device):  # noqa: F811
+    """It says nothing of the size of the mesh, but how far it was moved."""
+    mesh = MESHES[name]()
+    one = np.array([(1.0, 3.0, 3.0)])
+    output = update(
+        deforming(mesh, control_points(one, one - (moved, 0, 0)), device, cut=CUTS["plane"])
+    )
+    assert count(output, "FailedInverses") == 0
+    x, before = places_of(output), places_of(split(mesh, [CUTS["plane"]])[0])
+    way = np.abs(x - before).max(axis=1)
+    assert ((way < 1e-6) | (np.abs(way - moved) < 1e-6)).all()
+    assert (way > moved / 2).any()
+    assert (way < moved / 2).any()

@@ -10,9 +10,6 @@ FUZZ = Path(__file__).parent / "fuzz"
 sys.path.insert(0, str(FUZZ))
 import run  # noqa: E402
 
-# Cases that have failed once.
-FOUND = []
-
 
 def test_random_cases():
     assert run.run(0, 100) == {}

@@ -54,9 +54,8 @@ def bounds(points):
     return box if np.isfinite(box).all() else bounds(points[np.isfinite(points).all(axis=1)])
 
 
-def usual_bounds(points):
-    """`bounds` (2, 3) without what lies far from nearly all of `points` (m, 3)."""
-    box = bounds(points)
+def usual_bounds(points, box):
+    """`box` (2, 3), the `bounds`, without what lies far from nearly all of `points` (m, 3)."""
     some = points[:: max(1, len(points) // _SOME)]
     some = some[np.isfinite(some).all(axis=1)].astype(np.float64)
     if len(some) == 0:

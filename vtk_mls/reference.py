@@ -49,7 +49,7 @@ def forward(deformation, points, progress=None):
     places among samples that the map brings nearest to x.
     """
     displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
-    box = guesses.usual_bounds(points)
+    box = guesses.usual_bounds(points, guesses.bounds(points))
     for part in _parts(len(points), deformation, progress):
         for region in deformation.regions:
             here = np.abs(region.handles.local(points[part])).max(axis=1) <= guesses.FARTHEST
@@ -109,7 +109,7 @@ def _newton(deformation, region, x, trial):
         trial = v + share[:, None] * way
     cut_off = _is_blocked(deformation, x, v)
     for plane, side in zip(deformation.planes, region.sides):
-        cut_off |= side * plane.height(v) < -_ON_PLANE * region.handles.scale
+        cut_off |= side * plane.height(v) < -_ON_PLANE * _size_of(region.handles, x)
     return v, np.where(cut_off, np.inf, left)
 
 

@@ -29,8 +29,9 @@ class InverseSearch:
 
     def __init__(self, engine, deformation, region, points, progress):
         self.engine, self.deformation, self.region = engine, deformation, region
-        self.box = guesses.usual_bounds(points)
-        self.has_far = np.abs(region.handles.local(guesses.bounds(points))).max() > guesses.FARTHEST
+        box = guesses.bounds(points)
+        self.box = guesses.usual_bounds(points, box)
+        self.has_far = np.abs(region.handles.local(box)).max() > guesses.FARTHEST
         self.guess = None
         nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
         if nodes >= _LEAST_NODES:

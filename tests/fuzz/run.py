@@ -11,6 +11,7 @@ import subprocess
 import sys
 import traceback
 from collections import Counter
+from functools import partial
 
 _BATCH = 50  # cases of one child
 _SECONDS = 20  # that a case may take, at most, on average in a batch
@@ -26,7 +27,7 @@ def main(arguments=None):
     wanted = parser.parse_args(arguments)
     if wanted.child or wanted.count == 1:
         return _run_here(wanted.first, wanted.count, wanted.device)
-    failures = run(wanted.first, wanted.count, wanted.device, print)
+    failures = run(wanted.first, wanted.count, wanted.device, partial(print, flush=True))
     kinds = Counter(sentence.split(":")[0] for sentence in failures.values())
     print(f"{wanted.count} cases, {len(failures)} failed: {dict(kinds)}")
     return len(failures)
@@ -38,13 +39,13 @@ def run(first, count, device="", say=lambda sentence: None):
     while seed < end:
         size = min(_BATCH, end - seed)
         done, found, ending = _child(seed, size, device)
-        failures.update(found)
         seed = done + 1
         if ending:  # in the middle of a case
-            failures[seed] = ending
+            found[seed] = ending
             seed += 1
-        for number in sorted(set(failures) & set(range(seed - size - 1, seed))):
-            say(f"seed {number}: {failures[number]}")
+        for number, sentence in found.items():
+            say(f"seed {number}: {sentence}")
+        failures.update(found)
     return failures
 
 

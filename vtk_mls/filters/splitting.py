@@ -355,7 +355,7 @@ def _clip_apart(grid):
     set_places(apart, (places - places[0])[corners] / room + node, VTK_DOUBLE)
     own = np.arange(len(corners))
     apart.SetCells(
-        arrays.from_numpy(arrays.cell_types(grid), VTK_UNSIGNED_CHAR),
+        arrays.from_numpy(arrays.cell_types(grid).astype(np.uint8), VTK_UNSIGNED_CHAR),
         _cell_array(own, starts, np.ones(len(starts) - 1, bool)),
     )
     pieces = _clip(apart)

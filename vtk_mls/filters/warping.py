@@ -24,8 +24,8 @@ from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
 from vtk_mls.gradients import pushed, turned
 
-# How far from a cut the side of a point is told, as a share of the extent of the control points:
-# more than the device's float32 blurs.
+# How far from a cut the side of a point is told, as a share of the extent of the control points or
+# of the distance from them: more than the device's float32 blurs.
 _BESIDE = 1e-5
 # Points whose Jacobians are in memory at once.
 _CHUNK = 1 << 20
@@ -122,8 +122,10 @@ class Warp:
 
     def _split(self, progress):
         divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
-        scale = max(region.handles.scale for region in self.deformation.regions)
-        self.beside = foot + _BESIDE * scale * side
+        handles = [region.handles for region in self.deformation.regions]
+        offsets = arrays.to_numpy(divided.GetPoints().GetData()) - handles[0].centre
+        size = np.maximum(max(each.scale for each in handles), np.abs(offsets).max(axis=1))
+        self.beside = foot + _BESIDE * np.where(np.isfinite(size), size, 0)[:, None] * side
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
