@@ -1,6 +1,7 @@
 # make demo     deform a real volume in four ways: .vti files and a picture in demo-output/
 # make test     check style and run all tests
 # make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
+# make fuzz     try random cases until something fails (CASES=10000)
 # make bench    measure against other programs (LARGE=1: also 256^3)
 # make lint     check style only
 # make clean    remove what these commands made
@@ -10,9 +11,10 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo test drivers bench lint clean
+.PHONY: demo test drivers fuzz bench lint clean
 PYTHON ?= python3
 OPENCL ?= cpu
+CASES ?= 10000
 PY := .venv/bin/python
 
 demo: .venv/demo-$(OPENCL).stamp
@@ -32,6 +34,9 @@ lint: .venv/test-$(OPENCL).stamp
 
 drivers:
 	@PYTHON=$(PYTHON) bash tests/drivers/run.sh
+
+fuzz: .venv/test-$(OPENCL).stamp
+	@$(PY) tests/fuzz/run.py $(CASES)
 
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)

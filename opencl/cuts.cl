@@ -125,11 +125,11 @@ inline integer blocked(const cuts_t *cuts, vec v, vec g) {
 // What comes to lie on a plane is on both sides, to rounding.
 #define ON_PLANE 1e-6f
 
-// Whether x, local, is on this launch's side of all planes.
-inline integer on_side(const cuts_t *cuts, vec x) {
+// Whether x, local, is on this launch's side of all planes, for what rounding is relative to.
+inline integer on_side(const cuts_t *cuts, vec x, real size) {
   integer inside = (real)(0) == 0;
   for (int i = 0; i < cuts->plane_count; ++i)
-    inside &= cuts->sides[i] * plane_height(cuts->planes + i * PLANE_SIZE, x) >= -ON_PLANE;
+    inside &= cuts->sides[i] * plane_height(cuts->planes + i * PLANE_SIZE, x) >= -ON_PLANE * size;
   return inside;
 }
 

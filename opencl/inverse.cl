@@ -36,7 +36,7 @@ inline integer is_blocked(const map_t *map, vec x, vec way) {
 
 // Whether the way leads through any cut.
 inline integer is_cut_off(const map_t *map, vec x, vec way) {
-  return is_blocked(map, x, way) | !on_side(&map->cuts, vec_add(x, way));
+  return is_blocked(map, x, way) | !on_side(&map->cuts, vec_add(x, way), size_of(x));
 }
 #else
 #define is_blocked(map, x, way) ((integer)(0))

@@ -69,6 +69,29 @@ def test_every_type_comes_back_as_it_was(name, shape, rng):
     np.testing.assert_array_equal(arrays.to_numpy(back), values)
 
 
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        (np.arange(6, dtype=np.int32), "id type"),
+        (np.arange(6, dtype=np.int64), "int"),
+        (np.arange(6.0), "float"),
+        (np.arange(6.0), "long long"),
+        (np.arange(6, dtype=np.uint8), "signed char"),
+        (np.arange(6, dtype=">f8"), "double"),
+    ],
+)
+def test_numbers_of_another_size_or_kind_are_refused(values, name):
+    with pytest.raises(TypeError, match="`values` must be"):
+        arrays.from_numpy(values, TYPES[name])
+
+
+@pytest.mark.parametrize("dtype", [np.int16, np.int32, np.int64, np.uint32])
+def test_ids_are_those_of_vtk_whatever_their_size_was(dtype):
+    array = arrays.ids(np.arange(5, 12).astype(dtype))
+    assert array.GetClassName() == "vtkIdTypeArray"
+    assert [array.GetValue(i) for i in range(7)] == list(range(5, 12))
+
+
 @pytest.mark.parametrize("name", sorted(set(TYPES) - {"bit"}))
 def test_memory_of_vtk_is_seen_not_copied(name):
     array = add_array(vtkPointData(), "values", [1, 2, 3], TYPES[name])

@@ -12,7 +12,7 @@ from conftest import (
     random_rotation,
 )
 
-from vtk_mls import VOID_VALUES, Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls import VOID_VALUES, Aborted, Deformation, Grid, HalfPlane, Plane, Surface
 
 HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
 SHAPES = {
@@ -427,7 +427,25 @@ def test_continued_values_are_those_of_each_sides_map(device):
         d.resample([image], grid, void_values="full")
 
 
+def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkeypatch):
+    monkeypatch.setattr("vtk_mls.deformation._SLAB", 500)
+    rest, deformed = random_handles(rng, 12, 20)
+    d = Deformation(rest, deformed, cuts=cuts, device=device)
+    grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
+    for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
+        whole, seen = d.displacement_field(part), []
+        np.testing.assert_array_equal(d.opening_field(part, progress=seen.append), whole.opening)
+        np.testing.assert_array_equal(d.void_field(part), whole.void)
+        assert len(seen) > 2
+        assert seen == sorted(seen)
+        assert seen[-1] == 1
+    with pytest.raises(Aborted, match="as `progress` asked"):
+        d.opening_field(grid, progress=lambda fraction: True)
+
+
 def test_without_cuts_there_is_no_void(device, rng):
+    assert np.isinf(Deformation([(0, 0, 0)], [(1, 0, 0)]).opening_field((2, 3, 4))).all()
+    assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field((2, 3, 4)).any()
     d = Deformation(*random_handles(rng, 5), device=device)
     field = d.displacement_field((4, 4, 4))
     assert field.opening is None

@@ -7,7 +7,7 @@ import pytest
 from conftest import DEVICES, random_handles
 
 import vtk_mls
-from vtk_mls import Aborted, Deformation, Grid
+from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Plane, Surface
 
 GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
 
@@ -33,11 +33,46 @@ GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
         ({"weights": [1, 1, -2]}, ValueError, "`weights` must be positive, got -2.0"),
         ({"weights": [1, np.nan, 1]}, ValueError, "`weights` must be positive"),
         ({"weights": ["x", 1, 1]}, TypeError, "`weights` must be numbers"),
+        ({"rest": np.eye(3) + 1j}, TypeError, "`rest` must be numbers of shape .* of complex128"),
+        ({"deformed": [[1j, 0, 0]] * 3}, TypeError, "`deformed` must be numbers of shape"),
+        ({"rest": [[1, 2, 3], [4, 5]]}, TypeError, "`rest` must be numbers of shape"),
+        ({"rest": [[10**400, 2, 3]] * 3}, TypeError, "`rest` must be numbers of shape"),
+        ({"weights": np.ones(3) + 1j}, TypeError, "`weights` must be numbers"),
+        ({"alpha": 10**400}, TypeError, r"`alpha` must be a number, got 1000+\.\.\."),
+        ({"alpha": 10**5000}, TypeError, "`alpha` must be a number, got an int"),
+        ({"alpha": np.complex128(1 + 1j)}, TypeError, "`alpha` must be a number, got"),
+        ({"alpha": np.ones(1000)}, TypeError, r"`alpha` must be a number.* shape \(1000,\)"),
+        ({"nu": 10**400}, TypeError, "`nu` must be a number"),
+        ({"kind": np.ones(1000)}, ValueError, r"`kind` must be one of.* shape \(1000,\)"),
+        ({"kind": None}, ValueError, "`kind` must be one of.* got None"),
+        ({"degree": np.ones(9)}, ValueError, r"`degree` must be 1, 2 or 3, got an array"),
+        ({"cuts": 5}, TypeError, "`cuts` must be Plane, HalfPlane or Surface, got 5"),
+        ({"cuts": [None]}, TypeError, "`cuts` must be Plane, HalfPlane or Surface, got None"),
+        ({"cuts": np.ones((500, 3))}, TypeError, "`cuts` must be Plane, HalfPlane or Surface"),
     ],
 )
 def test_bad_arguments_are_named(bad, error, message):
-    with pytest.raises(error, match=message):
+    with pytest.raises(error, match=message) as raised:
         Deformation(**{**GOOD, **bad})
+    assert len(str(raised.value)) < 200
+    assert "\n" not in str(raised.value)
+
+
+def test_no_cuts_can_be_said_in_several_ways():
+    for cuts in (None, (), []):
+        assert Deformation(**GOOD, cuts=cuts).cuts == ()
+
+
+def test_no_warning_of_numpy_for_what_may_be_nan(recwarn):
+    places = np.array([(0, 0, 0), (1e300, 0, 0), (-1e200, 1e200, 5), (1e155, 1, 1)])
+    cuts = [Plane((0, 0, 0.5), (0, 0, 1)), HalfPlane((0, 0, 0.2), (1, 0, 0), (0, 0, 1))]
+    for kind in vtk_mls.KINDS:
+        for some in ((), cuts):
+            d = Deformation(**GOOD, kind=kind, cuts=some)
+            for question in (d.backward, d.jacobian, d.opening, d.forward, d.forward_field):
+                question(places)
+            d.forward_field([(np.nan, 0, 0), (np.inf, 0, -np.inf), (0, 0, 0)])
+    assert [str(warning.message) for warning in recwarn] == []
 
 
 def test_is_immutable_and_keeps_no_link_to_its_input():
@@ -86,6 +121,17 @@ def test_resample_arguments_are_checked():
         d.resample([np.zeros((4, 3, 2))], grid)
     with pytest.raises(TypeError, match="`arrays` must hold integers or floats, got complex"):
         d.resample([np.zeros(grid.shape, complex)], grid)
+    with pytest.raises(TypeError, match="`source` must be a Grid, got \\(4, 3, 2\\)"):
+        d.resample([np.zeros(grid.shape)], (4, 3, 2))
+    with pytest.raises(TypeError, match="`target` must be a Grid, got 5"):
+        d.resample([np.zeros(grid.shape)], grid, 5)
+    with pytest.raises(ValueError, match="`void_values` must be one of background, continued"):
+        d.resample([np.zeros(grid.shape)], grid, void_values=np.ones(99))
+    for question in (d.turned, d.pushed):
+        with pytest.raises(TypeError, match="`vectors` must be numbers"):
+            question(np.zeros((*grid.shape, 3), complex), grid)
+    with pytest.raises(ValueError, match="`array` must be real numbers .* of complex128"):
+        d.corrected_gradient(np.zeros(grid.shape, complex), grid)
     with pytest.raises(ValueError, match="`interpolation` must be one of nearest, linear, cubic"):
         d.resample([np.zeros(grid.shape)], grid, interpolation="quintic")
     with pytest.raises(ValueError, match=r"`interpolation` must be .* one for each"):
@@ -97,6 +143,9 @@ def test_resample_arguments_are_checked():
     [
         ({"dimensions": (4, 0, 3)}, "`dimensions` must be three positive integers"),
         ({"dimensions": (4, 4)}, "`dimensions` must be three positive integers"),
+        ({"dimensions": (4, 4, 2.5)}, "`dimensions` must be three positive integers"),
+        ({"dimensions": np.ones((50, 50))}, "`dimensions` must be three .* shape"),
+        ({"origin": np.ones((50, 50))}, r"`origin` must be .* shape \(50, 50\)"),
         ({"origin": (0, 0)}, "`origin` must be"),
         ({"spacing": (1, 0, 1)}, "`spacing` must not be zero"),
         ({"direction": np.zeros((3, 3))}, "`direction` must be invertible"),
@@ -105,6 +154,28 @@ def test_resample_arguments_are_checked():
 def test_grids_are_checked(bad, message):
     with pytest.raises(ValueError, match=message):
         Grid(**{"dimensions": (4, 4, 4), **bad})
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Grid("abc"), "`dimensions` must be three positive integers"),
+        (lambda: Grid((2, 2, 2), (1j, 0, 0)), "`origin` must be numbers"),
+        (lambda: Plane((0, 0, 0), (1j, 0, 0)), "`normal` must be three numbers"),
+        (lambda: Plane((10**400, 0, 0), (1, 0, 0)), "`point` must be three numbers"),
+        (lambda: Surface(np.eye(3) * 1j, [(0, 1, 2)]), "`points` must be numbers"),
+        (lambda: Surface(np.eye(3), [(0, 1, 1.5)]), "`triangles` must be whole numbers"),
+        (lambda: Surface.polygon("abc"), "`outline` must be numbers"),
+    ],
+)
+def test_shapes_are_of_real_numbers(make, message):
+    with pytest.raises(TypeError, match=message):
+        make()
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e-5, 1e200])
+def test_a_direction_may_have_any_length(length):
+    np.testing.assert_allclose(Plane((0, 0, 0), (3 * length, 0, 4 * length)).normal, (0.6, 0, 0.8))
 
 
 @pytest.mark.parametrize("device", ["reference", *DEVICES])

@@ -1,5 +1,7 @@
 """Meshes are cut open: cells are split along cuts, or kept whole and marked."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from mesh_fixtures import (
@@ -14,9 +16,12 @@ from mesh_fixtures import (
     as_grid,
     cells,
     count,
+    decorated,
     deforming,
     linear,
+    mixed,
     places_of,
+    set_places,
     sizes,
     sphere,
     split,
@@ -30,12 +35,28 @@ from vtk_fixtures import (
     update,
 )
 from vtkmodules.vtkCommonDataModel import (
+    VTK_BEZIER_WEDGE,
+    VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON,
+    VTK_CONVEX_POINT_SET,
     VTK_HEXAHEDRON,
+    VTK_LAGRANGE_WEDGE,
+    VTK_POLYGON,
     VTK_POLYHEDRON,
+    VTK_PYRAMID,
+    VTK_QUAD,
+    VTK_QUADRATIC_HEXAHEDRON,
     VTK_QUADRATIC_TETRA,
     VTK_TETRA,
+    VTK_TRIANGLE,
+    VTK_TRIANGLE_STRIP,
+    VTK_TRIQUADRATIC_PYRAMID,
+    VTK_VOXEL,
+    VTK_WEDGE,
+    vtkBiQuadraticQuadraticHexahedron,
     vtkCellArray,
     vtkDataSetAttributes,
+    vtkPolyData,
+    vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersCore import (
@@ -97,6 +118,191 @@ def test_what_is_not_cut_stays_in_one_piece(cut, parts, kind):
 def test_tetrahedra_stay_tetrahedra():
     output, _ = split(cells(VTK_TETRA), [CUTS["plane"], CUTS["polygon"]])
     assert (arrays.cell_types(output) == VTK_TETRA).all()
+
+
+def tetrahedron():
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    mesh.InsertNextCell(VTK_TETRA, 4, [0, 1, 2, 3])
+    return decorated(mesh)
+
+
+@pytest.mark.parametrize(
+    ("normal", "height", "above"),
+    [
+        ((0, 0, 1), 0.7, 0.3**3),  # a corner off, in either direction
+        ((0, 0, -1), -0.7, 1 - 0.3**3),
+        ((1, 1, 1), 0.5, 1 - 0.5**3),
+        ((1, 0, 0), 0.01, 0.99**3),
+    ],
+)
+def test_a_corner_is_taken_off_a_single_tetrahedron(normal, height, above):
+    plane = Plane(np.array(normal) * height / np.dot(normal, normal), normal)
+    output, shift = split(tetrahedron(), [plane])
+    assert (arrays.cell_types(output) == VTK_TETRA).all()
+    volumes, x = sizes(output), places_of(output)
+    assert (volumes > 0).all()
+    assert np.isclose(volumes.sum(), 1 / 6)
+    connectivity = output.GetCells().GetConnectivityArray()
+    assert connectivity.GetDataTypeSize() == output.GetCells().GetOffsetsArray().GetDataTypeSize()
+    corners = arrays.to_numpy(connectivity).reshape(-1, 4)
+    is_above = plane.height((x + shift)[corners].mean(axis=1)) > 0
+    assert np.isclose(6 * volumes[is_above].sum(), above)
+
+
+def flat_cell(kind, count, axes):
+    """One cell whose corners are on a line through the cut, or in a plane."""
+    x = np.random.default_rng(kind).uniform(0, 8, (count, 3))
+    x[0, 0], x[-1, 0] = 0, 8  # on both sides
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, np.outer(x[:, 0], [1, 1, 0.5]) if axes == 1 else x * [1, 1, 0])
+    mesh.InsertNextCell(kind, count, list(range(count)))
+    return decorated(mesh)
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        *[(VTK_TRIANGLE, 3), (VTK_QUAD, 4), (VTK_POLYGON, 6), (VTK_TRIANGLE_STRIP, 5)],
+        *[(VTK_TETRA, 4), (VTK_VOXEL, 8), (VTK_HEXAHEDRON, 8), (VTK_WEDGE, 6), (VTK_PYRAMID, 5)],
+        *[(VTK_QUADRATIC_TETRA, 10), (VTK_CONVEX_POINT_SET, 7)],
+    ],
+)
+def test_cells_without_a_size_are_not_lost(kind, count, axes):
+    mesh = flat_cell(kind, count, axes)
+    output, _ = split(mesh, [CUTS["plane"]])
+    before, after = places_of(mesh), places_of(output)
+    used = np.unique(arrays.to_numpy(output.GetCells().GetConnectivityArray()))
+    assert len(used) == len(after)
+    for x in before:  # no corner has gone
+        assert (after == x).all(axis=1).any()
+    assert (array_of(output, "number", "Cell") == 0).all()
+    if kind == VTK_TETRA:
+        assert (arrays.cell_types(output) == VTK_TETRA).all()
+
+
+def cloud(count, others=0):
+    """One poly-vertex, and triangles that have nothing to do with it."""
+    x = np.random.default_rng(5).uniform(LOW, HIGH, (count + 3 * others, 3))
+    x[:4, 0] = 4.03, 4.03, 1, 7  # on either side of the cut, and two on it
+    x[:2, 1:] = 4, 3
+    mesh, vertices, triangles = vtkPolyData(), vtkCellArray(), vtkCellArray()
+    set_places(mesh, x)
+    vertices.InsertNextCell(count, list(range(count)))
+    for first in range(count, len(x), 3):
+        triangles.InsertNextCell(3, list(range(first, first + 3)))
+    mesh.SetVerts(vertices)
+    mesh.SetPolys(triangles)
+    return decorated(mesh)
+
+
+@pytest.mark.parametrize("cut", CUTS)
+@pytest.mark.parametrize("others", [0, 4])
+def test_a_point_cloud_in_one_cell_keeps_all_points(cut, others):
+    mesh = cloud(50, others)
+    output, _ = split(mesh, [CUTS[cut]])
+    assert output.GetNumberOfVerts() == 1
+    assert output.GetVerts().GetNumberOfConnectivityIds() == 50
+    ids = arrays.to_numpy(output.GetVerts().GetConnectivityArray())
+    np.testing.assert_array_equal(places_of(output)[ids], places_of(mesh)[:50])
+    np.testing.assert_allclose(array_of(output, "linear")[ids], linear(places_of(mesh)[:50]))
+
+
+@pytest.mark.parametrize("splits", [True, False])
+def test_a_point_cloud_is_deformed_as_its_points_are(splits):
+    mesh = cloud(1000)
+    handles = control_points(REST, OPENED)
+    output = update(deforming(mesh, handles, cut=CUTS["plane"], SplitCells=splits))
+    assert output.GetNumberOfPoints() == 1000
+    alone = Deformation(REST, OPENED, cuts=[CUTS["plane"]]).forward_field(places_of(mesh)[2:])
+    at = np.argsort(array_of(output, "linear"))[np.argsort(np.argsort(array_of(mesh, "linear")))]
+    moved = places_of(output)[at][2:]
+    ok = alone.found
+    assert ok.mean() > 0.9
+    np.testing.assert_allclose(moved[ok], (places_of(mesh)[2:] + alone.displacement)[ok], atol=1e-4)
+    if not splits:
+        assert array_of(output, "Void", "Cell").tolist() == [0]
+
+
+@pytest.mark.parametrize("height", [-1, 0, 0.5, 1, 2])
+def test_points_without_a_cell_stay(height):
+    mesh = tetrahedron()
+    for x in ((9, 9, 9), (0, 0, -9), (0.2, 0.2, 0.5)):
+        mesh.GetPoints().InsertNextPoint(x)
+    decorated(mesh)
+    output, _ = split(mesh, [Plane((0, 0, height), (0, 0, 1))])
+    for x in places_of(mesh):
+        assert (places_of(output) == x).all(axis=1).any()
+    used = np.unique(arrays.to_numpy(output.GetCells().GetConnectivityArray()))
+    assert len(used) == output.GetNumberOfPoints() - 3
+    np.testing.assert_allclose(array_of(output, "linear"), linear(places_of(output)))
+
+
+def test_a_line_of_many_corners_is_torn_where_two_that_follow_are_apart():
+    t = np.linspace(0, 1, 100)[:, None]
+    corners = np.array([(2.0, 4, 5), (2, 4, 1), (6, 4, 1), (6, 4, 5), (2, 4, 5)])
+    ways = [a + t * (b - a) for a, b in pairwise(corners)]
+    round_the_edge, closed = np.concatenate(ways[:3]), np.concatenate(ways)
+    mesh, lines = vtkPolyData(), vtkCellArray()
+    set_places(mesh, np.concatenate([round_the_edge, closed]))
+    first = 0
+    for x in (round_the_edge, closed):
+        lines.InsertNextCell(len(x), list(range(first, first + len(x))))
+        first += len(x)
+    mesh.SetLines(lines)
+    assert splitting.crossed(mesh, [CUTS["half-plane"]]).tolist() == [False, True]
+
+
+def curved_hexahedra(blocks):
+    """Of type 33, which vtkCellTypeSource does not make."""
+    cell = vtkBiQuadraticQuadraticHexahedron()
+    count = cell.GetNumberOfPoints()
+    own = np.array([cell.GetParametricCoords()[i] for i in range(3 * count)]).reshape(count, 3)
+    corners = np.stack(np.unravel_index(np.arange(blocks**3), (blocks,) * 3), axis=1)
+    x, ids = np.unique((corners[:, None] + own).reshape(-1, 3), axis=0, return_inverse=True)
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, LOW + x / blocks * (HIGH - LOW))
+    for row in ids.reshape(-1, count):
+        mesh.InsertNextCell(VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON, count, row.tolist())
+    return decorated(mesh)
+
+
+CURVED = {
+    "quadratic hexahedra": lambda: cells(VTK_QUADRATIC_HEXAHEDRON, 3),
+    "hexahedra of type 33": lambda: curved_hexahedra(3),
+    "pyramids of type 37": lambda: cells(VTK_TRIQUADRATIC_PYRAMID, 2),
+    "Lagrange wedges": lambda: cells(VTK_LAGRANGE_WEDGE, 2),
+    "Bezier wedges": lambda: cells(VTK_BEZIER_WEDGE, 2),
+    "of several types": mixed,
+}
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_pieces_of_curved_cells_have_the_data_of_their_cell(name):
+    mesh = CURVED[name]()
+    numbers, boxes = np.arange(mesh.GetNumberOfCells()), []
+    for i in numbers:
+        boxes.append(mesh.GetCell(i).GetBounds())
+    boxes = np.array(boxes)
+    add_array(mesh.GetCellData(), "triple", np.stack([numbers, -numbers, 0.5 * numbers], axis=1))
+    output, shift = split(mesh, [CUTS["plane"]])
+    assert output.GetNumberOfCells() > mesh.GetNumberOfCells()
+    origin = array_of(output, "number", "Cell")
+    assert np.isin(origin, numbers).all()
+    assert len(np.unique(origin)) == len(numbers)
+    triple = array_of(output, "triple", "Cell")
+    np.testing.assert_array_equal(triple, origin[:, None] * [1, -1, 0.5])
+    # each piece lies in the cell that its data are of
+    for i in range(output.GetNumberOfCells()):
+        own, box = np.array(output.GetCell(i).GetBounds()), boxes[int(origin[i])]
+        assert (own[::2] >= box[::2] - 1e-6).all()
+        assert (own[1::2] <= box[1::2] + 1e-6).all()
+    np.testing.assert_allclose(array_of(output, "linear"), linear(places_of(output)), atol=1e-5)
+    # and they are joined
+    x, before = places_of(output)[~shift.any(axis=1)], places_of(mesh)
+    twice = len(before) - len(np.unique(before.round(9), axis=0))
+    assert len(x) - len(np.unique(x.round(9), axis=0)) <= twice
 
 
 @pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
@@ -347,3 +553,20 @@ def test_a_change_of_the_mesh_splits_it_again(name, what, calls):
     output = update(filter_)
     assert len(calls) == 2
     assert_alike(output, update(deforming(mesh, cut=CUTS["half-plane"])))
+
+
+@pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
+@pytest.mark.parametrize("moved", [1e-4, 0.3])
+def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved, device):  # noqa: F811
+    """It says nothing of the size of the mesh, but how far it was moved."""
+    mesh = MESHES[name]()
+    one = np.array([(1.0, 3.0, 3.0)])
+    output = update(
+        deforming(mesh, control_points(one, one - (moved, 0, 0)), device, cut=CUTS["plane"])
+    )
+    assert count(output, "FailedInverses") == 0
+    x, before = places_of(output), places_of(split(mesh, [CUTS["plane"]])[0])
+    way = np.abs(x - before).max(axis=1)
+    assert ((way < 1e-6) | (np.abs(way - moved) < 1e-6)).all()
+    assert (way > moved / 2).any()
+    assert (way < moved / 2).any()

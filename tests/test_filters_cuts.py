@@ -1,5 +1,7 @@
 """Cuts, voids and gradients in the filters: the value's numbers, and hidden from VTK."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from vtk_fixtures import (
@@ -507,3 +509,23 @@ def test_a_field_over_blocks_is_made_one_by_one(with_images):
     for radius in (1, 2):
         sphere.SetRadius(radius)
         assert update(field).GetBounds()[5] == pytest.approx(radius)
+
+
+def test_memory_is_that_of_input_and_output(monkeypatch):
+    """In bytes for each voxel of 1 byte: VoidDistance 4, and five arrays of 1, beside the input."""
+    monkeypatch.setattr("vtk_mls.deformation._SLAB", 1 << 16)
+    size = 160
+    image = make_image((size, size, size))
+    values = np.random.default_rng(3).integers(0, 255, size**3).astype(np.uint8)
+    arrays.add(image.GetPointData(), "values", values)
+    deforming = scene(MLSDeform, image=image)
+    image.GetCellData().Initialize()
+    set_half_plane(deforming)
+    tracemalloc.start()
+    try:
+        output = update(deforming)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert output.GetPointData().GetArray("VoidDistance").GetDataTypeSize() == 4
+    assert peak <= 12 * size**3

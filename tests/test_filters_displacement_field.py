@@ -16,6 +16,8 @@ from vtk_fixtures import (
     update,
     values_of,
 )
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
@@ -156,3 +158,22 @@ def test_vtk_grid_transform_deforms_alike(field, device, start, kind):  # noqa: 
         assert both.mean() > 0.3
         np.testing.assert_allclose(ours[both], theirs[both], atol=2e-5)
         assert np.abs(ours - values_of(image, "values")).max() > 0.5
+
+
+def test_after_a_failure_a_smaller_grid_is_asked_for(messages):  # noqa: F811
+    """VTK keeps the extent that was asked for last."""
+    source, bare = vtkSphereSource(), vtkPolyData()
+    source.Update()
+    points = vtkPoints()
+    points.InsertNextPoint(0, 0, 0)
+    bare.SetPoints(points)
+    field = MLSDisplacementField()
+    field.SetDevice("reference")
+    field.SetInputData(0, source.GetOutput())
+    field.SetInputData(1, bare)
+    for _ in range(3):
+        assert field.GetExecutive().Update() == 0
+        messages.assert_one("no numeric point array `Displacement`")
+        field.SetSampleDimensions(5, 1, 3)
+    field.RemoveAllInputConnections(1)
+    assert update(field).GetDimensions() == (5, 1, 3)

@@ -1,5 +1,7 @@
 """MLSDeform moves meshes by the inverse of the map that deforms images."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mesh_fixtures import (
@@ -18,6 +20,7 @@ from mesh_fixtures import (
     reference,
     set_places,
     sphere,
+    structured,
 )
 from vtk_fixtures import (
     DEFORMED,
@@ -31,6 +34,7 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
     VTK_TETRA,
     vtkCellArray,
     vtkMultiBlockDataSet,
@@ -46,6 +50,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import Plane
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
 
 def test_points_go_where_the_value_says(any_mesh, device):  # noqa: F811
@@ -341,3 +346,79 @@ def test_abort_leaves_nothing_and_progress_rises():
     filter_.SetAbortExecute(0)
     filter_.Modified()
     assert update(filter_).GetNumberOfPoints() > 0
+
+
+@pytest.mark.parametrize("share", [0.01, 0.2, 0.35, 0.45])
+@pytest.mark.parametrize("in_blocks", [False, True])
+def test_abort_while_a_mesh_is_cut(share, in_blocks):
+    """At each of the steps of splitting, and just after it."""
+    mesh, blocks = cells(VTK_TETRA, 5), vtkMultiBlockDataSet()
+    blocks.SetBlock(0, mesh)
+    blocks.SetBlock(1, cells(VTK_TETRA, 4))
+    make = partial(deforming, blocks if in_blocks else mesh, cut=CUTS["plane"])
+    filter_, seen = make(), []
+
+    def abort(*_):
+        seen.append(filter_.GetProgress())
+        if seen[-1] > share:
+            filter_.SetAbortExecute(1)
+
+    tag = filter_.AddObserver("ProgressEvent", abort)
+    filter_.Update()
+    assert sum(share < fraction < 1 for fraction in seen) == (1 if not in_blocks else 2)
+    assert filter_.GetOutput().GetNumberOfPoints() == 0
+    filter_.RemoveObserver(tag)
+    filter_.SetAbortExecute(0)
+    filter_.Modified()
+    assert update(filter_).GetNumberOfPoints() == update(make()).GetNumberOfPoints() > 0
+
+
+@pytest.mark.parametrize("far", [1e30, 1e300])
+@pytest.mark.parametrize("cut", [None, *CUTS])
+def test_a_far_point_does_not_empty_a_mesh(far, cut):
+    def moved(spoil):
+        mesh = cells(VTK_HEXAHEDRON, 3)
+        x = places_of(mesh).copy()
+        x[0] = spoil or x[0]
+        set_places(mesh, x)
+        output = update(deforming(mesh, control_points(), cut=CUTS.get(cut)))
+        return places_of(output), array_of(output, "NoInverse")
+
+    clean, spoilt = moved(None), moved((far, 0, 0))
+    # all points are where they were, but for those of pieces of the cell that has it
+    distance = np.abs(clean[0][:, None] - spoilt[0]).max(axis=2).min(axis=1)
+    assert (distance > 1e-5).sum() <= (1 if cut is None else 16)
+    assert (spoilt[1] > 0).sum() <= (clean[1] > 0).sum() + 8
+
+
+@pytest.mark.parametrize("make", [lambda: cells(VTK_HEXAHEDRON, 2), make_image])
+def test_control_points_that_are_no_places_get_a_sentence(make, messages):  # noqa: F811
+    """As ParaView lays them over an input that has no bounds yet."""
+    for far, sentence in ((1e299, "`RestPoints` must be places"), (1e12, "where the data are")):
+        for filter_ in (MLSDeform(), MLSDisplacementField()):
+            filter_.SetInputData(0, make())
+            filter_.SetRestPoints([(far, far, far), (-far, -far, -far)])
+            filter_.SetDeformedPoints([(far, far, 0), (-far, -far, -far)])
+            assert filter_.GetExecutive().Update() == 0
+            messages.assert_one(sentence)
+
+
+@pytest.mark.parametrize("data", ["Point", "Cell"])
+@pytest.mark.parametrize("cut", [None, "plane"])
+def test_arrays_shorter_than_the_mesh_get_a_sentence(data, cut, messages):  # noqa: F811
+    mesh = cells(VTK_HEXAHEDRON, 2)
+    add_array(getattr(mesh, f"Get{data}Data")(), "short", [1.0, 2.0, 3.0])
+    assert deforming(mesh, cut=CUTS.get(cut)).GetExecutive().Update() == 0
+    messages.assert_one(f"array `short` must have one tuple for each .* {data.lower()}s .* got 3")
+
+
+@pytest.mark.parametrize("make", [structured, rectilinear])
+def test_a_smaller_grid_of_another_type_may_follow_an_image(make):
+    """VTK keeps the extent that was asked for last."""
+    filter_ = MLSDeform()
+    filter_.SetRestPoints(REST)
+    filter_.SetDeformedPoints(DEFORMED)
+    filter_.SetInputDataObject(0, make_image((9, 20, 30)))
+    update(filter_)
+    filter_.SetInputDataObject(0, make())
+    assert update(filter_).GetNumberOfPoints() == make().GetNumberOfPoints()

@@ -300,3 +300,116 @@ def test_turns_and_scales_come_back(device, rng):
     d = Deformation(0.5 * deformed @ rotation.T + 40, deformed, "similarity", device=device)
     x = rng.uniform(0, EXTENT, (100, 3))
     np.testing.assert_allclose(d.forward(x), (x - 40) @ rotation / 0.5, rtol=0, atol=2e-5 * EXTENT)
+
+
+def scaled_world(world, cut, device, kind="rigid", count=9, seed=61):
+    """A deformation with a cut through its middle, and places, all times `world`."""
+    rng = np.random.default_rng(seed)
+    rest = rng.uniform(0, 1, (count, 3))
+    deformed = rest + rng.normal(0, 0.03, rest.shape)
+    middle = np.full(3, 0.5)
+    cuts = {
+        "none": (),
+        "plane": (Plane(middle * world, (1, 0.2, 0)),),
+        "half-plane": (HalfPlane(middle * world, (1, 0.2, 0), (0, 0, 1)),),
+        "polygon": (
+            Surface.polygon(
+                np.array([(0.5, 0, 0), (0.5, 1, 0), (0.5, 1, 1), (0.5, 0, 0.6)]) * world
+            ),
+        ),
+    }
+    d = Deformation(rest * world, deformed * world, kind, cuts=cuts[cut], device=device)
+    return d, rng.uniform(0, 1, (400, 3)) * world
+
+
+@pytest.mark.parametrize("world", [2.0**-30, 2.0**30])
+@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("kind", ["rigid", "affine"])
+def test_a_world_of_any_size_gives_the_same_scaled(world, cut, kind, device):
+    (unit, x), (d, y) = (scaled_world(size, cut, device, kind) for size in (1.0, world))
+    np.testing.assert_array_equal(x * world, y)
+    np.testing.assert_allclose(d.backward(y) / world, unit.backward(x), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(d.jacobian(y), unit.jacobian(x), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(d.void(y), unit.void(x))
+    np.testing.assert_allclose(d.opening(y) / world, unit.opening(x), rtol=0, atol=1e-13)
+    ours, theirs = d.forward_field(y), unit.forward_field(x)
+    np.testing.assert_array_equal(ours.found, theirs.found)
+    assert ours.found.mean() > 0.5
+    both = ours.displacement / world, theirs.displacement
+    np.testing.assert_allclose(*both, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("world", [1e-9, 1e-4, 1.0, 1e9])
+@pytest.mark.parametrize("dragged", [1, 2])
+def test_what_is_found_beside_a_single_control_point_is_right(world, dragged, device):
+    """Places that are pushed through the plane have no place, however small the world is."""
+    rest = np.array([(0.9, 0.5, 0.5), (0.1, 0.2, 0.5), (0.2, 0.8, 0.5), (0.3, 0.4, 0.9)]) * world
+    deformed = rest.copy()
+    deformed[:dragged, 0] -= 0.02 * world
+    middle = np.full(3, 0.5) * world
+    d = Deformation(rest, deformed, cuts=[Plane(middle, (1, 0, 0))], device=device)
+    x = np.c_[np.linspace(0.501, 0.56, 12), np.full(12, 0.5), np.full(12, 0.5)] * world
+    v = d.forward(x)
+    found = np.isfinite(v).all(axis=1)
+    np.testing.assert_array_equal(found, x[:, 0] > 0.52 * world)
+    truth = Deformation(rest, deformed, cuts=d.cuts, device="reference")
+    assert np.abs(truth.backward(v[found]) - x[found]).max() <= 1e-5 * world
+
+
+@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("far", [1e6, 1e12, 1e18, 1e30, 1e150, 1e300])
+def test_a_far_point_does_not_spoil_the_others(far, cut, device):
+    d, x = scaled_world(1.0, cut, device)
+    clean = d.forward_field(x)
+    y = x.copy()
+    y[7], y[8] = (far, 0, 0), (0, -far, far)
+    spoilt = d.forward_field(y)
+    near = np.arange(len(x)) > 8
+    np.testing.assert_array_equal(spoilt.found[near], clean.found[near])
+    np.testing.assert_allclose(
+        spoilt.displacement[near & clean.found], clean.displacement[near & clean.found], atol=1e-6
+    )
+    assert np.isfinite(spoilt.displacement).all() or far > 1e37
+    if far > 1e12:
+        assert not spoilt.found[7:9].any()
+    v = d.forward(y)
+    truth, _ = scaled_world(1.0, cut, "reference")
+    error = np.linalg.norm(truth.backward(v[spoilt.found]) - y[spoilt.found], axis=1)
+    size = np.maximum(1, np.abs(y[spoilt.found]).max(axis=1))
+    assert (error <= 2e-5 * size).all()
+
+
+def test_a_side_on_which_the_map_is_inside_out_everywhere(device):
+    """No sample of it can begin a search."""
+    rng = np.random.default_rng(61)
+    count = int(rng.integers(3, 15))
+    rng.choice(["rigid", "affine", "similarity"])
+    rest = rng.uniform(0, 1, (count, 3))
+    deformed = rest + rng.normal(0, 0.03, (count, 3))
+    plane = Plane((0.5, 0.5, 0.5), rng.normal(size=3))
+    d = Deformation(rest, deformed, "affine", cuts=[plane], device=device)
+    x = np.random.default_rng(0).uniform(0, 1, (3000, 3))
+    field = d.forward_field(x)
+    assert 0.8 < field.found.mean() < 1
+    assert np.isfinite(field.displacement).all()
+
+
+@pytest.mark.parametrize("name", ["rest", "deformed"])
+def test_control_points_beyond_float32_are_refused(name):
+    places = {"rest": [(0, 0, 0), (1, 0, 0)], "deformed": [(0, 0, 0), (1, 0, 0)]}
+    places[name] = [(0, 0, 0), (1e299, -1e299, 0)]
+    with pytest.raises(ValueError, match=f"`{name}` must be within 1e\\+37.* row 1"):
+        Deformation(**places)
+
+
+@pytest.mark.parametrize(
+    "cut",
+    [
+        Plane((0, 0, 1e20), (0, 0, 1)),
+        HalfPlane((1e20, 0, 0), (0, 0, 1), (1, 0, 0)),
+        Surface.polygon([(0, 0, 0), (1e20, 0, 0), (0, 1e20, 0)]),
+    ],
+)
+def test_cuts_far_beyond_the_control_points_are_refused(cut):
+    with pytest.raises(ValueError, match="`cuts` must be within 1e\\+10 times the extent"):
+        Deformation([(0, 0, 0), (1, 0, 0)], [(0, 0, 0), (1, 1, 0)], cuts=[cut])

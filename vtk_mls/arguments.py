@@ -5,24 +5,27 @@ Errors are one sentence with the argument, what was expected, and what came.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from vtk_mls.cuts import HalfPlane, Plane, Surface
+from vtk_mls.grid import Grid
+from vtk_mls.reals import real, shown
 
 # What the void that a cut opens can hold: nothing, or material as if each side went on.
 VOID_VALUES = ("background", "continued")
+# Coordinates of control points, in world units: float32 ends at 3.4e38.
+LARGEST = 1e37
+# Distances of cuts, as a share of the extent of control points.
+FARTHEST = 1e10
 
 
 def places(value, name="points"):
     """Rows of three numbers (n, 3), float32 or float64; they need not be finite."""
-    array = np.asarray(value)
-    if array.dtype != np.float32:
-        try:
-            array = array.astype(np.float64)
-        except (TypeError, ValueError):
-            raise TypeError(
-                f"`{name}` must be numbers of shape (n, 3), got {value!r:.60}"
-            ) from None
+    array = value
+    if not isinstance(value, np.ndarray) or value.dtype != np.float32:
+        array = real(name, value, "numbers of shape (n, 3)")
     if array.size == 0 and array.ndim <= 2:
         array = array.reshape(0, 3)
     if array.ndim != 2 or array.shape[1] != 3:
@@ -39,14 +42,24 @@ def points(name, value):
     return array
 
 
+def control_points(name, value):
+    """As `points`, but within what float32 holds: displacements are float32."""
+    array = points(name, value)
+    far = np.abs(array).max(axis=1, initial=0) > LARGEST
+    if far.any():
+        row = int(np.flatnonzero(far)[0])
+        raise ValueError(
+            f"`{name}` must be within {LARGEST:g}, for displacements are float32, "
+            f"got {array[row].tolist()} in row {row}"
+        )
+    return array
+
+
 def positive_weights(value, count):
     """A positive factor for each of `count` control points; 1 without."""
     if value is None:
         return np.ones(count)
-    try:
-        weights = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"`weights` must be numbers, got {value!r:.60}") from None
+    weights = real("weights", value)
     if weights.shape != (count,):
         raise ValueError(
             f"`weights` must be one number per control point, shape ({count},), got {weights.shape}"
@@ -61,26 +74,63 @@ def positive_weights(value, count):
 
 
 def cut_shapes(value):
-    """A tuple of cuts, of one or several."""
-    cuts = (value,) if isinstance(value, (Plane, HalfPlane, Surface)) else tuple(value)
+    """A tuple of cuts, of one or several; none for None."""
+    if value is None:
+        return ()
+    is_one = isinstance(value, (Plane, HalfPlane, Surface)) or not isinstance(value, Iterable)
+    cuts = (value,) if is_one else tuple(value)
     for cut in cuts:
         if not isinstance(cut, (Plane, HalfPlane, Surface)):
-            raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {cut!r:.60}")
+            raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {shown(cut)}")
     return cuts
+
+
+def single(name, value):
+    """Real numbers of any shape, float32."""
+    if isinstance(value, np.ndarray) and value.dtype == np.float32:
+        return value
+    return real(name, value).astype(np.float32)
+
+
+def check_reach(cuts, regions):
+    """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
+    for handles in (region.handles for region in regions):
+        for cut in cuts:
+            if isinstance(cut, Plane):
+                distance = abs(cut.height(handles.centre)) / handles.scale
+            else:
+                places = cut.points if isinstance(cut, Surface) else cut.point
+                distance = np.abs(handles.local(places)).max()
+            if not distance <= FARTHEST:
+                raise ValueError(
+                    f"`cuts` must be within {FARTHEST:g} times the extent of the control points, "
+                    f"{handles.scale:g}, got {shown(cut)}"
+                )
 
 
 def number(name, value):
     """A float."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"`{name}` must be a number, got {value!r}") from None
+    array = real(name, value, "a number")
+    if array.ndim:
+        raise TypeError(f"`{name}` must be a number, got {shown(value)}")
+    return float(array)
+
+
+def choice(name, value, choices):
+    """One of `choices`, strings or numbers."""
+    if not np.isscalar(value) or value not in choices:
+        listed = ", ".join(map(str, choices))
+        raise ValueError(f"`{name}` must be one of {listed}, got {shown(value)}")
+    return value
+
+
+def grid(name, value):
+    """A `Grid`."""
+    if not isinstance(value, Grid):
+        raise TypeError(f"`{name}` must be a Grid, got {shown(value)}")
+    return value
 
 
 def continues(void_values):
     """Whether `void_values` asks for values that go on in the void."""
-    if void_values not in VOID_VALUES:
-        raise ValueError(
-            f"`void_values` must be one of {', '.join(VOID_VALUES)}, got {void_values!r}"
-        )
-    return void_values == "continued"
+    return choice("void_values", void_values, VOID_VALUES) == "continued"

@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonCore import (
     VTK_ID_TYPE,
     VTK_UNSIGNED_CHAR,
     vtkDataArray,
+    vtkIdTypeArray,
 )
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
@@ -158,9 +159,18 @@ def from_numpy(values, vtk_type):
     Parameters
     ----------
     values : (n,) or (n, components) array
-        Of the dtype that `to_numpy` gives for the type.
+        Of the dtype that `to_numpy` gives for the type; VTK would read another as if it were that.
+
+    Raises
+    ------
+    TypeError
+        For another dtype.
     """
     array = vtkDataArray.CreateDataArray(vtk_type)
+    if vtk_type != VTK_BIT and values.dtype != _dtype(array):
+        raise TypeError(
+            f"`values` must be {_dtype(array)} for a {array.GetClassName()}, got {values.dtype}"
+        )
     array.SetNumberOfComponents(1 if values.ndim == 1 else values.shape[1])
     flat = np.ascontiguousarray(values).ravel()
     if vtk_type == VTK_BIT:
@@ -175,12 +185,20 @@ def from_numpy(values, vtk_type):
     return array
 
 
+def ids(values):
+    """A vtkIdTypeArray of integers (n,), whatever their size and that of vtkIdType."""
+    return from_numpy(values.astype(_ID, copy=False), VTK_ID_TYPE)
+
+
 def add(attributes, name, values):
     """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType."""
     if values.dtype == bool:
         values = values.astype(np.uint8)
-    vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR, "i8": VTK_ID_TYPE}
-    array = from_numpy(values, vtk_type[values.dtype.str[1:]])
+    if values.dtype == np.int64:
+        array = ids(values)
+    else:
+        vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR}
+        array = from_numpy(values, vtk_type[values.dtype.str[1:]])
     array.SetName(name)
     attributes.AddArray(array)
 
@@ -219,6 +237,20 @@ def image_values(attributes, grid):
         flat = to_numpy(array) if is_numeric(array) else np.arange(grid.size)
         values.append(flat.reshape(grid.shape + flat.shape[1:]))
     return values
+
+
+def check_lengths(dataset):
+    """Raise if a point or cell array of a vtkDataSet is too short: VTK would read past its end."""
+    for attributes, what, count in (
+        (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
+        (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
+    ):
+        for array in _arrays(attributes):
+            if array.GetNumberOfTuples() < count:
+                raise ValueError(
+                    f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
+                    f"of the mesh, got {array.GetNumberOfTuples()}"
+                )
 
 
 def set_image_values(attributes, values, source):
@@ -354,6 +386,9 @@ def _dtype(array):
     else:
         kind = "i" if array.GetDataTypeMin() < 0 else "u"
     return np.dtype(f"{kind}{array.GetDataTypeSize()}")
+
+
+_ID = _dtype(vtkIdTypeArray())
 
 
 def _picked(array, index):

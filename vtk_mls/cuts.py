@@ -24,6 +24,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vtk_mls.reals import real, shown
+
 _ASIDE = np.array([0.5377, 0.2863, 0.7930])  # no direction that surfaces have by design
 
 
@@ -147,8 +149,11 @@ class Surface:
     boundary: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
-        points = np.array(self.points, dtype=np.float64)
-        triangles = np.array(self.triangles, dtype=np.int64)
+        points = real("points", self.points)
+        rows = real("triangles", self.triangles)
+        triangles = np.where(np.isfinite(rows), rows, -1).astype(np.int64)
+        if (triangles != rows).any():
+            raise TypeError("`triangles` must be whole numbers, rows of `points`")
         if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():
             raise ValueError(f"`points` must be finite numbers (n, 3), got shape {points.shape}")
         if triangles.ndim != 2 or triangles.shape[1:] != (3,) or len(triangles) == 0:
@@ -176,7 +181,7 @@ class Surface:
     @classmethod
     def polygon(cls, outline):
         """The flat surface within `outline` (n, 3), a closed line of any shape, in order."""
-        outline = np.asarray(outline, dtype=np.float64)
+        outline = real("outline", outline)
         if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
             raise ValueError(f"`outline` must be at least three points (n, 3), got {outline.shape}")
         # A fan around the middle: where its triangles overlap, crossings come in pairs.
@@ -284,7 +289,8 @@ def _distance_of_segments(v, g, a, b):
     dd1, dd2 = np.sum(d1 * d1, axis=1), np.sum(d2 * d2)
     c, f, e = np.sum(d1 * r, axis=1), r @ d2, d1 @ d2
     det = dd1 * dd2 - e * e
-    s = np.clip(np.where(det > 1e-30, (e * f - c * dd2) / np.where(det > 1e-30, det, 1), 0), 0, 1)
+    apart = det > 1e-15 * dd1 * dd2  # else parallel
+    s = np.clip(np.where(apart, (e * f - c * dd2) / np.where(apart, det, 1), 0), 0, 1)
     t = np.clip((e * s + f) / dd2, 0, 1)
     s = np.clip(np.where(dd1 > 0, (e * t - c) / np.where(dd1 > 0, dd1, 1), 0), 0, 1)
     t = np.clip((e * s + f) / dd2, 0, 1)
@@ -292,21 +298,19 @@ def _distance_of_segments(v, g, a, b):
 
 
 def _vector(name, value):
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"`{name}` must be three numbers, got {value!r}") from None
+    vector = real(name, value, "three numbers")
     if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {value!r}")
+        raise ValueError(f"`{name}` must be three finite numbers, got {shown(value)}")
     return vector
 
 
 def _direction(name, value):
     vector = _vector(name, value)
-    length = np.linalg.norm(vector)
-    if length == 0:
-        raise ValueError(f"`{name}` must not be zero, got {value!r}")
-    return vector / length
+    largest = np.abs(vector).max()
+    if largest == 0:
+        raise ValueError(f"`{name}` must not be zero, got {shown(value)}")
+    vector = vector / largest  # its square may be 0 or infinite
+    return vector / np.linalg.norm(vector)
 
 
 def _set(cut, **values):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
@@ -13,7 +14,22 @@ from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
 from vtk_mls.handles import KINDS
 from vtk_mls.interpolation import INTERPOLATIONS
+from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
+
+# Points of a grid whose displacements are in memory though only openings are wanted.
+_SLAB = 1 << 20
+
+
+def _quiet(question):
+    """A method whose answers may be NaN or infinite, without numpy's warnings of that."""
+
+    @functools.wraps(question)
+    def asked(*arguments, **keywords):
+        with np.errstate(all="ignore"):
+            return question(*arguments, **keywords)
+
+    return asked
 
 
 class Aborted(RuntimeError):
@@ -55,7 +71,7 @@ class ForwardField:
     ----------
     displacement : (m, 3) float32, world units
         v - x for the place v with G(v) = x. Where there is none it leads to the best place that was
-        found; NaN for points that are not finite.
+        found, or is 0; NaN for points that are not finite.
     found : (m,) bool
         False where there is no inverse: the map folds, or what is at x was pushed through a cut.
     """
@@ -130,8 +146,8 @@ class Deformation:
     regions: tuple[Region, ...] = field(init=False)
 
     def __post_init__(self):
-        rest = arguments.points("rest", self.rest)
-        deformed = arguments.points("deformed", self.deformed)
+        rest = arguments.control_points("rest", self.rest)
+        deformed = arguments.control_points("deformed", self.deformed)
         if len(rest) == 0:
             raise ValueError("`rest` is empty; a deformation needs at least one control point")
         if rest.shape != deformed.shape:
@@ -139,19 +155,18 @@ class Deformation:
                 "`rest` and `deformed` must have the same number of control points, "
                 f"got {len(rest)} and {len(deformed)}"
             )
-        if self.kind not in KINDS:
-            raise ValueError(f"`kind` must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        arguments.choice("kind", self.kind, KINDS)
         alpha = arguments.number("alpha", self.alpha)
         if not (np.isfinite(alpha) and alpha > 0):
-            raise ValueError(f"`alpha` must be a positive number, got {self.alpha!r}")
-        if self.degree not in (1, 2, 3):
-            raise ValueError(f"`degree` must be 1, 2 or 3, got {self.degree!r}")
+            raise ValueError(f"`alpha` must be a positive number, got {shown(self.alpha)}")
+        if not np.isscalar(self.degree) or self.degree not in (1, 2, 3):
+            raise ValueError(f"`degree` must be 1, 2 or 3, got {shown(self.degree)}")
         degree = int(self.degree)
         weights = arguments.positive_weights(self.weights, len(rest))
         cuts = arguments.cut_shapes(self.cuts)
         nu = arguments.number("nu", self.nu)
         if not (np.isfinite(nu) and nu > 1):
-            raise ValueError(f"`nu` must be a number above 1, got {self.nu!r}")
+            raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
         fitted_degree = degree if self.kind == "polynomial" else 1
         for array in (rest, deformed, weights):
@@ -167,6 +182,7 @@ class Deformation:
             "regions": divided(planes, rest, deformed, weights, fitted_degree),
         }.items():
             object.__setattr__(self, name, value)
+        arguments.check_reach(cuts, self.regions)
 
     def __repr__(self):
         degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
@@ -185,6 +201,7 @@ class Deformation:
         """The cuts that one can go round."""
         return [cut for cut in self.cuts if not isinstance(cut, Plane)]
 
+    @_quiet
     def backward(self, points, progress=None):
         """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
 
@@ -204,6 +221,7 @@ class Deformation:
         """
         return self._engine.backward(self, arguments.points("points", points), _checked(progress))
 
+    @_quiet
     def forward(self, points, progress=None):
         """Where the material at `points` goes: the true inverse of `backward`.
 
@@ -218,9 +236,10 @@ class Deformation:
         Returns
         -------
         (m, 3) float64, world coordinates
-            v with G(v) = x to 1e-5 of the extent of the control points. NaN where there is none:
-            where the map folds, or what is at x was pushed through a cut, or x is not finite.
-            Where it folds there can be several, and one of them is returned.
+            v with G(v) = x to 1e-5 of the extent of the control points, or of the distance from
+            them where that is larger. NaN where there is none: where the map folds, or what is at x
+            was pushed through a cut, or x is not finite, or so far away that the device's float32
+            cannot tell. Where it folds there can be several, and one of them is returned.
 
         Raises
         ------
@@ -232,6 +251,7 @@ class Deformation:
         v[~found] = np.nan
         return v
 
+    @_quiet
     def forward_field(self, points, progress=None):
         """Where the material at `points` goes, as displacements, and where that is nowhere.
 
@@ -256,8 +276,14 @@ class Deformation:
         """
         points = arguments.places(points)
         displacement, found = self._engine.forward(self, points, _checked(progress))
-        return ForwardField(displacement.astype(np.float32, copy=False), found)
+        displacement = displacement.astype(np.float32, copy=False)
+        lost = np.flatnonzero(~found)
+        lost = lost[np.isfinite(points[lost]).all(axis=1)]
+        # too far away for the device's float32
+        displacement[lost[~np.isfinite(displacement[lost]).all(axis=1)]] = 0
+        return ForwardField(displacement, found)
 
+    @_quiet
     def jacobian(self, points, progress=None):
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
@@ -275,6 +301,7 @@ class Deformation:
         """
         return self._engine.jacobian(self, arguments.points("points", points), _checked(progress))
 
+    @_quiet
     def opening(self, points, progress=None):
         """How far `points` are from being void.
 
@@ -301,6 +328,7 @@ class Deformation:
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
         return self.opening(points, progress) < 0
 
+    @_quiet
     def displacement_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
@@ -321,6 +349,54 @@ class Deformation:
         displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
         return DisplacementField(displacement, grid, opening)
 
+    @_quiet
+    def opening_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """`opening` on a grid, for the memory of the result alone.
+
+        Parameters
+        ----------
+        dimensions, origin, spacing, direction, progress
+            As for `displacement_field`.
+
+        Returns
+        -------
+        (nz, ny, nx) float32, world units
+            Infinite without cuts.
+        """
+        grid = _grid(dimensions, origin, spacing, direction)
+        opening = np.full(grid.shape, np.inf, np.float32)
+        for part, values in self._opening_slabs(grid, progress):
+            opening[part] = values
+        return opening
+
+    @_quiet
+    def void_field(
+        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
+    ):
+        """`void` on a grid, (nz, ny, nx) bool, as `opening_field`."""
+        grid = _grid(dimensions, origin, spacing, direction)
+        void = np.zeros(grid.shape, bool)
+        for part, values in self._opening_slabs(grid, progress):
+            np.less(values, 0, out=void[part])
+        return void
+
+    def _opening_slabs(self, grid, progress):
+        """Slices along z of a grid, and the opening there, to the bit that of the whole."""
+        if not self.cuts:
+            return
+        report = _checked(progress)
+        nx, ny, nz = grid.dimensions
+        step = max(1, _SLAB // (nx * ny))
+        for low in range(0, nz, step):
+            high = min(low + step, nz)
+            slab = grid.part((0, 0, low), (nx, ny, high - low))
+            yield slice(low, high), self._engine.displacement_field(self, slab)[1]
+            if report is not None:
+                report(high / nz)
+
+    @_quiet
     def resample(
         self,
         arrays,
@@ -359,6 +435,8 @@ class Deformation:
             nearest and kept in their range. Where the map is the identity, values are the same
             to the bit.
         """
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
         arrays = [np.asarray(array) for array in arrays]
         for array in arrays:
             if array.ndim not in (3, 4) or array.shape[:3] != source.shape:
@@ -368,23 +446,29 @@ class Deformation:
                 )
             if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
                 raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
-        methods = [interpolation] * len(arrays) if isinstance(interpolation, str) else interpolation
-        if len(methods) != len(arrays) or any(m not in INTERPOLATIONS for m in methods):
+        is_one = np.isscalar(interpolation) or interpolation is None
+        methods = [interpolation] * len(arrays) if is_one else list(interpolation)
+        if (
+            len(methods) != len(arrays)
+            or not all(np.isscalar(m) for m in methods)
+            or not (set(methods) <= set(INTERPOLATIONS))
+        ):
             raise ValueError(
                 f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each "
-                f"array, got {interpolation!r}"
+                f"array, got {shown(interpolation)}"
             )
         return self._engine.resample(
             self,
             [np.ascontiguousarray(array) for array in arrays],
             source,
-            source if target is None else target,
-            list(methods),
+            target,
+            methods,
             arguments.number("background", background),
             arguments.continues(void_values),
             _checked(progress),
         )
 
+    @_quiet
     def source_bounds(self, source, target, void_values="background", progress=None):
         """Which part of `source` the points of `target` take their material from.
 
@@ -400,11 +484,14 @@ class Deformation:
             Bounds of the continuous indices in `source.whole`, without those outside of it; inf
             and -inf if all are.
         """
+        for name, grid in (("source", source), ("target", target)):
+            arguments.grid(name, grid)
         low, high = self._engine.source_bounds(
             self, source, target, arguments.continues(void_values), _checked(progress)
         )
         return low.astype(np.float64), high.astype(np.float64)
 
+    @_quiet
     def jacobian_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
@@ -423,6 +510,7 @@ class Deformation:
         grid = _grid(dimensions, origin, spacing, direction)
         return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
 
+    @_quiet
     def turned(
         self,
         vectors,
@@ -453,6 +541,7 @@ class Deformation:
             vectors, source, target, interpolation, normalise, void_values, progress
         )[0]
 
+    @_quiet
     def pushed(
         self,
         vectors,
@@ -475,12 +564,14 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, where the map is singular, and in the void unless values are continued there.
         """
-        target = source if target is None else target
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
         first, second = _halves(progress)
-        vectors = np.asarray(vectors, dtype=np.float32)
+        vectors = arguments.single("vectors", vectors)
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
         return gradients.pushed(moved, self.jacobian_field(target, progress=second))
 
+    @_quiet
     def corrected_gradient(
         self,
         array,
@@ -512,6 +603,12 @@ class Deformation:
             0 outside, and in the void unless values are continued there.
         """
         target = source if target is None else target
+        array = np.asarray(array)
+        if array.dtype.kind not in "biuf" or array.shape != arguments.grid("source", source).shape:
+            raise ValueError(
+                f"`array` must be real numbers with the shape of the grid, {source.shape}, "
+                f"got {shown(array)}"
+            )
         slopes = gradients.gradient(array, source)
         turned, opening = self._turned(
             slopes, source, target, interpolation, normalise, void_values, progress
@@ -533,27 +630,27 @@ class Deformation:
 
     def _turned(self, vectors, source, target, interpolation, normalise, void_values, progress):
         """What `turned` returns, and the opening or None."""
-        vectors = np.ascontiguousarray(vectors, dtype=np.float32)
+        arguments.grid("source", source)
+        target = source if target is None else arguments.grid("target", target)
+        vectors = np.ascontiguousarray(arguments.single("vectors", vectors))
         if vectors.shape != (*source.shape, 3):
             raise ValueError(
                 f"`vectors` must have the shape of the grid, {(*source.shape, 3)}, "
                 f"got {vectors.shape}"
             )
-        if interpolation not in INTERPOLATIONS:
-            raise ValueError(
-                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, got {interpolation!r}"
-            )
+        arguments.choice("interpolation", interpolation, INTERPOLATIONS)
         return self._engine.turned(
             self,
             vectors,
             source,
-            source if target is None else target,
+            target,
             interpolation,
             arguments.continues(void_values),
             normalise,
             _checked(progress),
         )
 
+    @_quiet
     def fitted_grid(self, source):
         """The grid on the lattice of `source` that holds all of the deformed volume.
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vtk_mls.reals import real, shown
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:
@@ -43,20 +45,22 @@ class Grid:
     first: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
 
     def __post_init__(self):
-        dimensions = tuple(int(n) for n in self.dimensions)
-        if len(dimensions) != 3 or min(dimensions) < 1:
+        wanted = real("dimensions", self.dimensions, "three positive integers (nx, ny, nz)")
+        if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
             raise ValueError(
-                f"`dimensions` must be three positive integers (nx, ny, nz), got {self.dimensions}"
+                "`dimensions` must be three positive integers (nx, ny, nz), "
+                f"got {shown(self.dimensions)}"
             )
+        dimensions = tuple(int(n) for n in wanted)
         direction = np.eye(3) if self.direction is None else self.direction
         for name, value, shape in (
             ("origin", self.origin, (3,)),
             ("spacing", self.spacing, (3,)),
             ("direction", direction, (3, 3)),
         ):
-            array = np.array(value, dtype=np.float64)
+            array = real(name, value)
             if array.shape != shape or not np.isfinite(array).all():
-                raise ValueError(f"`{name}` must be {shape} finite numbers, got {value}")
+                raise ValueError(f"`{name}` must be {shape} finite numbers, got {shown(value)}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         object.__setattr__(self, "dimensions", dimensions)

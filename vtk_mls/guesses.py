@@ -6,6 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# How far from the control points places are looked for, in local units: farther away the squares in
+# the kernels' float32 come near to what they take for unreachable.
+FARTHEST = 1e10
+# Far is what of so many points is outside of a box that holds most, by that many times its size.
+_SOME, _MOST, _MARGIN = 1 << 12, (0.05, 0.95), 4
+
 
 @dataclass(frozen=True)
 class Lattice:
@@ -28,7 +34,7 @@ class Lattice:
     def over(cls, bounds, nodes) -> Lattice:
         """About `nodes` of them over the box `bounds` (2, 3), which may be flat."""
         low, high = bounds
-        size = np.maximum(high - low, 1e-3 * max((high - low).max(), 1e-30))
+        size = np.maximum(high - low, 1e-3 * ((high - low).max() or 1))
         step = float(np.exp(np.log(size / size.max()).mean()) * size.max() / np.cbrt(nodes))
         return cls(low, step, np.maximum(np.ceil((high - low) / step).astype(int) + 1, 2))
 
@@ -46,6 +52,20 @@ def bounds(points):
     # column by column: numpy takes many times longer along the first axis
     box = np.array([(x.min(), x.max()) for x in points.T], dtype=np.float64).T
     return box if np.isfinite(box).all() else bounds(points[np.isfinite(points).all(axis=1)])
+
+
+def usual_bounds(points, box):
+    """`box` (2, 3), the `bounds`, without what lies far from nearly all of `points` (m, 3)."""
+    some = points[:: max(1, len(points) // _SOME)]
+    some = some[np.isfinite(some).all(axis=1)].astype(np.float64)
+    if len(some) == 0:
+        return box
+    low, high = np.quantile(some, _MOST, axis=0)
+    usual = padded(np.array([low, high]), _MARGIN)
+    if (usual[0] <= box[0]).all() and (box[1] <= usual[1]).all():
+        return box
+    near = ((usual[0] <= some) & (some <= usual[1])).all(axis=1)
+    return padded(bounds(some[near]), 0.1) if near.any() else box
 
 
 def joined(*boxes):

@@ -28,6 +28,8 @@ MONOMIAL_COUNT = {1: 3, 2: 9, 3: 19}
 # Below this share of its size a function counts as zero on the control points. float32 input
 # that was meant to be exactly flat is flat to about 1e-7.
 RANK_TOLERANCE = 1e-5
+# Control points are in one place if they are no farther apart than this share of the world.
+_ONE_PLACE = 1e-12
 # The rotation about a line of control points hangs on the product of the two sets' widths.
 TWIST_TOLERANCE = 1e-5
 
@@ -43,8 +45,10 @@ class HandleSet:
         every kind of map as it is; a set that moves as one is merged into a single point.
     weights : (n,) float64
         Factor of each control point.
+    world : float, world units
+        The size of all that is deformed: the scale where the control points are in one place.
     centre, scale : (3,) float64 and float, world coordinates
-        The local frame: (x - centre) / scale.
+        The local frame: (x - centre) / scale. All tolerances are in its units.
     drift : (3,) float64, world units
         Mean of p - q.
     rotation_rank : int
@@ -59,6 +63,7 @@ class HandleSet:
     deformed: np.ndarray
     weights: np.ndarray
     degree: int
+    world: float
     centre: np.ndarray = field(init=False)
     scale: float = field(init=False)
     drift: np.ndarray = field(init=False)
@@ -75,7 +80,7 @@ class HandleSet:
             "deformed": deformed,
             "weights": weights,
             "centre": centre,
-            "scale": float(size) if size > 0 else 1.0,
+            "scale": float(size if size > _ONE_PLACE * self.world else self.world),
             "drift": (rest - deformed).mean(axis=0),
         }
         values["rotation_rank"], values["flip_axis"] = _rotation_rank(rest, deformed)

@@ -49,20 +49,21 @@ def forward(deformation, points, progress=None):
     places among samples that the map brings nearest to x.
     """
     displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
-    box = guesses.bounds(points)
+    box = guesses.usual_bounds(points, guesses.bounds(points))
     for part in _parts(len(points), deformation, progress):
         for region in deformation.regions:
-            here = np.isfinite(points[part]).all(axis=1)
+            here = np.abs(region.handles.local(points[part])).max(axis=1) <= guesses.FARTHEST
             here &= region.holds(deformation.planes, points[part])
             rows = part.start + np.flatnonzero(here)
             if len(rows) == 0:
                 continue
             x = points[rows].astype(np.float64)
+            close = _FOUND * _size_of(region.handles, x)
             exchanged = _Fit(deformation, region.exchanged.handles, x)
             v, left = _newton(deformation, region, x, x + exchanged.displacement())
             tried, samples = np.full(len(x), -1.0), None
             for _ in range(_STARTS):
-                (lost,) = np.nonzero(left > _FOUND * region.handles.scale)
+                (lost,) = np.nonzero(left > close)
                 if len(lost) == 0:
                     break
                 samples = samples or _samples(deformation, region, box)
@@ -70,9 +71,9 @@ def forward(deformation, points, progress=None):
                 again, rest = _newton(deformation, region, x[lost], begin)
                 better = rest < left[lost]
                 v[lost[better]], left[lost[better]] = again[better], rest[better]
-                if (rest <= _FOUND * region.handles.scale).mean() < _WORTH:
+                if (rest <= close[lost]).mean() < _WORTH:
                     break
-            displacement[rows], found[rows] = v - x, left <= _FOUND * region.handles.scale
+            displacement[rows], found[rows] = v - x, left <= close
     return displacement, found
 
 
@@ -84,7 +85,7 @@ def _newton(deformation, region, x, trial):
     """
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     left, share, way = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-    passing = np.zeros(len(x), bool)
+    passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.handles, x)
     for step in range(_TRIALS):
         fit = _Fit(deformation, region.handles, trial)
         rest = x - trial - fit.displacement()
@@ -98,18 +99,23 @@ def _newton(deformation, region, x, trial):
         stuck = stopped & (share <= _SMALLEST_SHARE)
         passing |= stuck
         share[stuck] = 1
-        moving = (left > _EXACT * region.handles.scale) & (share > _SMALLEST_SHARE)
+        moving = (left > close) & (share > _SMALLEST_SHARE)
         if not moving.any():
             break
         turn = closer & moving
         jacobian = np.where(turn[:, None, None], fit.jacobian(), np.eye(3))
-        newton = (np.linalg.pinv(jacobian) @ rest[:, :, None])[:, :, 0]
+        newton = (np.linalg.pinv(_finite(jacobian)) @ rest[:, :, None])[:, :, 0]
         way = np.where(turn[:, None], newton, way)
         trial = v + share[:, None] * way
     cut_off = _is_blocked(deformation, x, v)
     for plane, side in zip(deformation.planes, region.sides):
-        cut_off |= side * plane.height(v) < -_ON_PLANE * region.handles.scale
+        cut_off |= side * plane.height(v) < -_ON_PLANE * _size_of(region.handles, x)
     return v, np.where(cut_off, np.inf, left)
+
+
+def _size_of(handles, x):
+    """What is left of a search at `x` (m, 3) is relative to: (m,), world units."""
+    return np.maximum(handles.scale, np.abs(x - handles.centre).max(axis=1))
 
 
 def _is_blocked(deformation, x, v):
@@ -350,7 +356,7 @@ class _Fit:
                 - (s + s.swapaxes(1, 2)) / 2
             )
             torque = np.cross(self.q, np.einsum("mba,mib->mia", self.rotation, self.p))
-            omega = np.einsum("mab,mib->mia", np.linalg.pinv(stiffness), torque)
+            omega = np.einsum("mab,mib->mia", np.linalg.pinv(_finite(stiffness)), torque)
             omega = np.einsum("mab,mib->mia", self.rotation, omega)
             influence = influence + np.cross(omega, moved[:, None])
         elif self.handles.rotation_rank == 1:
@@ -462,8 +468,13 @@ def _largest_rotation(c):
         ]
     )
     scale = np.abs(horn).max(axis=(0, 1))
-    horn = np.moveaxis(horn / np.where(scale > 0, scale, 1), -1, 0)
+    horn = _finite(np.moveaxis(horn / np.where(scale > 0, scale, 1), -1, 0))
     return _rotation_matrix(np.linalg.eigh(horn)[1][:, :, -1])
+
+
+def _finite(matrices):
+    """`matrices`, as numpy's decompositions take them: they fail for all if one is not finite."""
+    return np.where(np.isfinite(matrices), matrices, 0)
 
 
 def _rotation_matrix(quaternion):

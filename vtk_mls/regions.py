@@ -39,7 +39,9 @@ class Region:
     def exchanged(self) -> Region:
         """With p and q exchanged: its backward map is a forward map, but not quite the inverse."""
         handles = self.handles
-        exchanged = HandleSet(handles.deformed, handles.rest, handles.weights, handles.degree)
+        exchanged = HandleSet(
+            handles.deformed, handles.rest, handles.weights, handles.degree, handles.scale
+        )
         return Region(self.sides, exchanged)
 
 
@@ -50,13 +52,23 @@ def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
             f"`cuts` must have at most {_MOST_PLANES} full planes, got {len(planes)}; "
             "use HalfPlane or Surface for cuts that do not go through everything"
         )
+    world = _size(rest, deformed)
     regions = []
     for sides in product((1.0, -1.0), repeat=len(planes)):
         region = Region(np.array(sides), None)
         here = region.holds(planes, deformed)
         if here.any():
-            handles = HandleSet(rest[here], deformed[here], weights[here], degree)
+            handles = HandleSet(rest[here], deformed[here], weights[here], degree, world)
         else:
-            handles = HandleSet(planes[0].point[None], planes[0].point[None], np.ones(1), degree)
+            middle = deformed.mean(axis=0)
+            anchor = (middle - planes[0].height(middle) * planes[0].normal)[None]
+            handles = HandleSet(anchor, anchor, np.ones(1), degree, world)
         regions.append(Region(region.sides, handles))
     return tuple(regions)
+
+
+def _size(rest, deformed):
+    """How large the world is: how far control points are apart or are moved, world units."""
+    both = np.concatenate([rest, deformed])
+    # one that does not move says nothing, but then all is at rest
+    return float(np.abs(both - both[0]).max() or np.abs(both).max() or 1.0)

@@ -29,7 +29,9 @@ class InverseSearch:
 
     def __init__(self, engine, deformation, region, points, progress):
         self.engine, self.deformation, self.region = engine, deformation, region
-        self.box = guesses.bounds(points)
+        box = guesses.bounds(points)
+        self.box = guesses.usual_bounds(points, box)
+        self.has_far = np.abs(region.handles.local(box)).max() > guesses.FARTHEST
         self.guess = None
         nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
         if nodes >= _LEAST_NODES:
@@ -41,12 +43,16 @@ class InverseSearch:
         local = self.engine.local_points(handles, points, handles.drift)
         if self.guess is None:
             ways, left = self._careful(local)
-            return handles.scale * ways.T - handles.drift, left <= _FOUND
-        displacement, left = self._quick(local)
-        lost = np.flatnonzero(~(left <= _QUICK))  # NaN, too
-        ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
-        displacement[lost] = handles.scale * ways.T - handles.drift
-        return displacement, left <= _FOUND
+            displacement = handles.scale * ways.T - handles.drift
+        else:
+            displacement, left = self._quick(local)
+            lost = np.flatnonzero(~(left <= _QUICK))  # NaN, too
+            ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
+            displacement[lost] = handles.scale * ways.T - handles.drift
+        found = left <= _FOUND
+        if self.has_far:
+            found &= np.abs(local).max(axis=0) <= guesses.FARTHEST
+        return displacement, found
 
     def _guess(self, nodes, progress):
         """Kernel arguments of a lattice with the ways at its nodes."""
@@ -119,6 +125,8 @@ class InverseSearch:
         slope = np.empty((9, len(v)), np.float32)
         self._run("point_jacobian", local, outputs=[slope])
         upright = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
+        if not upright.any():
+            return None
         local = np.ascontiguousarray(local[:, upright])
         moved = np.empty_like(local)
         self._run("point_displacement", local, outputs=[moved])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (
@@ -20,6 +21,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.announcements import heard_by
+from vtk_mls.arrays import Lattice
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -42,7 +44,8 @@ class Algorithm(VTKPythonAlgorithmBase):
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def ProcessRequest(self, request, inInfo, outInfo):
-        with heard_by(self._show, self._warn):
+        # points may be NaN or far away
+        with heard_by(self._show, self._warn), np.errstate(all="ignore"):
             return self._process(request, inInfo, outInfo)
 
     def _process(self, request, inInfo, outInfo):
@@ -152,6 +155,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         for info in _each(out_info):
             info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
+            ask_within_the_whole(info)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
@@ -219,6 +223,14 @@ def ask_for_all(info):
     info.Set(keys.UPDATE_PIECE_NUMBER(), 0)
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), 1)
     info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
+
+
+def ask_within_the_whole(info):
+    """Take back a request for what is not there any more: VTK keeps it, and fails by it."""
+    keys = vtkStreamingDemandDrivenPipeline
+    whole, asked = info.Get(keys.WHOLE_EXTENT()), info.Get(keys.UPDATE_EXTENT())
+    if whole and asked and not Lattice(whole).holds(asked):
+        info.Set(keys.UPDATE_EXTENT(), whole, 6)
 
 
 def ask_for_extent(info, extent):

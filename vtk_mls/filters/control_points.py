@@ -9,6 +9,7 @@ from vtk_mls import Grid, handle_files
 from vtk_mls.filters.algorithm import Algorithm, numbers
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
+from vtk_mls.reals import shown
 
 
 class MLSControlPoints(HandleLists, Algorithm):
@@ -79,7 +80,9 @@ class MLSControlPoints(HandleLists, Algorithm):
     def RequestData(self, request, inInfo, outInfo):
         defaults = {"points": tuple, "lattice": self._lattice, "file": self._filed}
         if self._mode not in defaults:
-            raise ValueError(f"`Mode` must be one of {', '.join(defaults)}, got {self._mode!r}")
+            raise ValueError(
+                f"`Mode` must be one of {', '.join(defaults)}, got {shown(self._mode)}"
+            )
         rest, deformed, weights = self._handles(*defaults[self._mode]())
         fill_polydata(vtkPolyData.GetData(outInfo), rest, deformed, weights)
         fill_arrows(vtkPolyData.GetData(outInfo, 1), rest, deformed)
@@ -99,13 +102,13 @@ class MLSControlPoints(HandleLists, Algorithm):
         except (TypeError, ValueError):
             raise ValueError(
                 "`LatticeDimensions` must be three positive integers (nx, ny, nz), "
-                f"got {self._lattice_dimensions!r}"
+                f"got {shown(self._lattice_dimensions)}"
             ) from None
         bounds = numbers_of("Bounds", self._bounds, ())
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():
             raise ValueError(
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
-                f"its maximum, got {self._bounds!r}"
+                f"its maximum, got {shown(self._bounds)}"
             )
         return (lattice(dimensions, bounds),)
 

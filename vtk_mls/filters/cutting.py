@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import HalfPlane, Plane, Surface, arrays
+from vtk_mls.reals import shown
 
 # Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
 # of each column of an image with hidden cells at the end of the z axis, whatever axis the column
@@ -23,7 +24,7 @@ CUT_TYPES = ("none", "plane", "half-plane")
 def own_cuts(kind, origin, normal, inward):
     """The cut that properties describe, as a tuple of none or one."""
     if kind not in CUT_TYPES:
-        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {kind!r}")
+        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {shown(kind)}")
     try:
         if kind == "plane":
             return (Plane(origin, normal),)
@@ -95,16 +96,15 @@ def surfaces(polydata):
 
 
 def add_void(attributes, opening):
-    """Add "Void" and, for points, what it is the sign of.
+    """Add "VoidDistance", and "Void", which is its sign.
 
     Parameters
     ----------
-    attributes : vtkPointData or vtkCellData
+    attributes : vtkPointData
     opening : (nz, ny, nx) float32, world units
         As of `DisplacementField.opening`.
     """
-    if attributes.IsA("vtkPointData"):
-        arrays.add(attributes, "VoidDistance", opening.ravel())
+    arrays.add(attributes, "VoidDistance", opening.ravel())
     arrays.add(attributes, "Void", opening.ravel() < 0)
 
 

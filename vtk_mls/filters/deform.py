@@ -13,12 +13,19 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters import extents, warping
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
+from vtk_mls.filters.algorithm import (
+    ask_for_all,
+    ask_for_extent,
+    ask_within_the_whole,
+    in_turn,
+    numbers,
+)
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.resampling import Resampling
+from vtk_mls.reals import shown
 
 
 class MLSDeform(DeformingFilter):
@@ -254,7 +261,9 @@ class MLSDeform(DeformingFilter):
         super().RequestUpdateExtent(request, inInfo, outInfo)
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._ask_for_image(inInfo, outInfo)
-        return 1  # a mesh is deformed piece by piece, as it comes
+        else:  # a mesh is deformed piece by piece, as it comes
+            ask_within_the_whole(inInfo[0].GetInformationObject(0))
+        return 1
 
     def _ask_for_image(self, inInfo, outInfo):
         """Ask for all of the input image, or for what a part of the output needs."""
@@ -292,10 +301,12 @@ class MLSDeform(DeformingFilter):
     def _deform_mesh(self, mesh, inInfo, outInfo):
         """What is to be done for a mesh."""
         output = vtkDataSet.GetData(outInfo)
+        arrays.check_lengths(mesh)
         if mesh.GetNumberOfPoints() == 0:
             output.ShallowCopy(mesh)
             return []
         deformation = self._requested_deformation(inInfo)
+        self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self._splits_cells else None
         return warping.Warp(self, deformation, mesh, output, splits).tasks()
 
@@ -307,6 +318,7 @@ class MLSDeform(DeformingFilter):
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
         whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
+        self._check_reach(deformation, whole_source.grid.corners())
         whole = self._output_lattice(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
@@ -350,7 +362,7 @@ class MLSDeform(DeformingFilter):
                 raise ValueError(f"the given output grid is not one: {error}") from error
             return Lattice.of_grid(grid)
         raise ValueError(
-            f"`OutputGrid` must be one of input, fitted, given, got {self._output_grid!r}"
+            f"`OutputGrid` must be one of input, fitted, given, got {shown(self._output_grid)}"
         )
 
     def _check(self, dataset):
@@ -360,7 +372,9 @@ class MLSDeform(DeformingFilter):
             ("VoidValues", VOID_VALUES, self._void_values),
         ):
             if choice not in choices:
-                raise ValueError(f"`{name}` must be one of {', '.join(choices)}, got {choice!r}")
+                raise ValueError(
+                    f"`{name}` must be one of {', '.join(choices)}, got {shown(choice)}"
+                )
         if self.is_among_blocks():  # another block may have the arrays
             return
         data = dataset.GetPointData(), dataset.GetCellData()

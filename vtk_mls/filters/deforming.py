@@ -17,6 +17,7 @@ from vtk_mls.filters.algorithm import (
     requested_extent,
 )
 from vtk_mls.filters.handle_lists import HandleLists
+from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 _ANCHOR = np.zeros((1, 3))
@@ -327,16 +328,37 @@ class DeformingFilter(HandleLists, Algorithm):
     def _own_handles(self):
         """p, q and weights by properties; without any, a control point that stays."""
         rest, deformed, weights = self._handles()
+        if np.abs(rest).max(initial=0) > np.finfo(np.float32).max:
+            raise ValueError(
+                f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
+                "when they were laid over it; update the input, then lay or set them anew"
+            )
         return (rest, deformed, weights) if len(rest) else (_ANCHOR, _ANCHOR, None)
+
+    def _check_reach(self, deformation, corners):
+        """Raise if float32, in the control points' frame, cannot tell the data's points apart.
+
+        The data are in the box round `corners` (n, 3).
+        """
+        low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+        size = (high - low).max()
+        handles = np.concatenate([deformation.rest, deformation.deformed])
+        distance = np.abs(handles - (low + high) / 2).max()
+        if 0 < size < distance * np.finfo(np.float32).eps:
+            name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"
+            raise ValueError(
+                f"`{name}` must be where the data are: one is {distance:g} away from their middle, "
+                f"and they are {size:g} large, which float32 cannot tell from a point then"
+            )
 
     def _blended(self, rest, deformed):
         """q, or where it is on its way from p."""
         try:
-            blend = float(self._blend)
-        except (TypeError, ValueError):
+            blend = float(real("Blend", self._blend))
+        except TypeError:
             blend = np.nan
         if not np.isfinite(blend):
-            raise ValueError(f"`Blend` must be a finite number, got {self._blend!r}")
+            raise ValueError(f"`Blend` must be a finite number, got {shown(self._blend)}")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _jacobian_tasks(self, deformation, output, grid):

@@ -12,6 +12,7 @@ from vtk_mls.arrays import Lattice
 from vtk_mls.filters import cutting, extents, gathering
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.reals import shown
 
 
 class MLSDisplacementField(DeformingFilter):
@@ -92,6 +93,7 @@ class MLSDisplacementField(DeformingFilter):
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
             whole = self._sampled_lattice(self._boxes(lambda: dataset))
+        self._check_reach(deformation, whole.grid.corners())
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
         if target.is_empty:
@@ -155,7 +157,7 @@ class MLSDisplacementField(DeformingFilter):
         except (TypeError, ValueError):
             raise ValueError(
                 "`SampleDimensions` must be three positive integers (nx, ny, nz), "
-                f"got {self._sample_dimensions!r}"
+                f"got {shown(self._sample_dimensions)}"
             ) from None
         dimensions = np.where(size > 0, wanted, 1)
         steps = np.maximum(dimensions - 1, 1)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from vtk_mls import arrays
+from vtk_mls.reals import real, shown
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
@@ -153,7 +154,7 @@ def fill_polydata(polydata, rest, deformed, weights):
     points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
     polydata.SetPoints(points)
     vertices = vtkCellArray()
-    vertices.SetData(_ids(len(rest) + 1), _ids(len(rest)))
+    vertices.SetData(arrays.ids(np.arange(len(rest) + 1)), arrays.ids(np.arange(len(rest))))
     polydata.SetVerts(vertices)
     arrays.add(polydata.GetPointData(), "Displacement", deformed - rest)
     polydata.GetPointData().SetActiveVectors("Displacement")
@@ -164,16 +165,12 @@ def fill_polydata(polydata, rest, deformed, weights):
 def numbers_of(name, values, row):
     """The float64 array of shape (n, *row) of the property `name`."""
     try:
-        return np.array(values, dtype=np.float64).reshape(len(values), *row)
+        return real(name, values).reshape(len(values), *row)
     except (TypeError, ValueError):
         expected = "rows of three numbers" if row else "numbers"
-        raise ValueError(f"`{name}` must be {expected}, got {values!r:.80}") from None
+        raise ValueError(f"`{name}` must be {expected}, got {shown(values)}") from None
 
 
 def _rows(points):
     points = points.tolist() if isinstance(points, np.ndarray) else points
     return [tuple(point) for point in points]
-
-
-def _ids(count):
-    return arrays.from_numpy(np.arange(count, dtype=np.int64), VTK_ID_TYPE)

@@ -14,7 +14,7 @@ _PYRAMID = [(0, 1, 2, 4), (0, 2, 3, 4)]
 
 # Tetrahedra whose signed volumes add up to that of a cell, by VTK's numbers of cell types. The
 # corners of quadratic, Lagrange and Bezier cells come first.
-_TETRAHEDRA = {
+TETRAHEDRA = {
     **dict.fromkeys((10, 24, 71, 78), _TETRAHEDRON),
     **dict.fromkeys((12, 25, 29, 33, 72, 79), _HEXAHEDRON),
     11: _VOXEL,
@@ -42,13 +42,13 @@ def inverted(grid, before, after):
     starts = arrays.to_numpy(cells.GetOffsetsArray())[:-1]
     count = 0
     for kind in np.unique(types):
-        tetrahedra = _TETRAHEDRA.get(int(kind), [])
+        tetrahedra = TETRAHEDRA.get(int(kind), [])
         first = starts[types == kind]
         volumes = np.zeros((2, len(first)))
         for tetrahedron in tetrahedra:
             a, b, c, d = (corners[first + corner] for corner in tetrahedron)
             for total, x in zip(volumes, (before, after)):
-                area = np.cross(x[b] - x[a], x[c] - x[a])
-                total += np.sum(area * (x[d] - x[a]), axis=1, dtype=np.float64)
-        count += np.count_nonzero(volumes[0] * volumes[1] < 0)
+                ab, ac, ad = (x[end].astype(np.float64) - x[a] for end in (b, c, d))
+                total += np.sum(np.cross(ab, ac) * ad, axis=1)
+        count += np.count_nonzero(np.sign(volumes[0]) * np.sign(volumes[1]) < 0)
     return count

@@ -104,22 +104,22 @@ class Resampling:
 
     def _mark_void(self, progress):
         """Add "Void" and "VoidDistance", and hide the void."""
-        openings = []
-        tasks = [
-            lambda progress, grid=grid: openings.append(
-                self.deformation.displacement_field(grid, progress=progress).opening
-            )
-            for grid in (self.target, arrays.cell_grid(self.target))
-        ]
-        in_turn(tasks, progress)
-        points, cells = openings
-        cutting.add_void(self.output.GetPointData(), points)
-        cutting.add_void(self.output.GetCellData(), cells)
+        in_turn([self._mark_points, self._mark_cells], progress)
+
+    def _mark_points(self, progress):
+        opening = self.deformation.opening_field(self.target, progress=progress)
+        cutting.add_void(self.output.GetPointData(), opening)
         if self.wanted.GetHideVoid():
-            cutting.hide(self.output.GetPointData(), points < 0)
-            if cutting.CAN_HIDE_CELLS:
-                hidden = (cells < 0) | cutting.touched(points < 0)
-                cutting.hide(self.output.GetCellData(), hidden)
+            cutting.hide(self.output.GetPointData(), opening < 0)
+
+    def _mark_cells(self, progress):
+        data = self.output.GetCellData()
+        void = self.deformation.void_field(arrays.cell_grid(self.target), progress=progress)
+        arrays.add(data, "Void", void.ravel())
+        if self.wanted.GetHideVoid() and cutting.CAN_HIDE_CELLS:
+            points = arrays.to_numpy(self.output.GetPointData().GetArray("Void")).view(bool)
+            void |= cutting.touched(points.reshape(self.target.shape))
+            cutting.hide(data, void)
 
     def _add_gradient(self, scalars, progress):
         """Add "Gradient" of point scalars."""

@@ -8,28 +8,36 @@ it bends within one cell does not count.
 Clipping leaves two meshes that know nothing of each other. To join them again where they are not
 apart, whatever types their cells have, each point gets a key, the same for points that are to be
 one. With the keys as coordinates VTK's merging of points does the rest.
+
+Nothing gets lost: points without cells and poly-vertices stay as they are, and so do cells that
+clipping makes nothing of, as it does of some that are flat.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_ID_TYPE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
+    VTK_CONVEX_POINT_SET,
+    VTK_HEXAGONAL_PRISM,
     VTK_LINE,
     VTK_POLY_LINE,
     VTK_POLY_VERTEX,
     VTK_POLYGON,
+    VTK_POLYHEDRON,
     VTK_QUAD,
     VTK_TETRA,
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
+    VTK_WEDGE,
     vtkCellArray,
     vtkDataObject,
     vtkDataSetAttributes,
     vtkImplicitFunction,
     vtkPointSet,
     vtkPolyData,
+    vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkFiltersCore import (
@@ -42,20 +50,28 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
-from vtk_mls import HalfPlane, Plane, arrays
+from vtk_mls import Aborted, HalfPlane, Plane, arrays
+from vtk_mls.filters.orientation import TETRAHEDRA
 
+_MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
 _ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
 
 _POINT, _HEIGHT, _FOOT, _SIDE, _PLACE = "_Point", "_Height", "_Foot", "_Side", "_Place"
+_CELL = "_Cell"
+
+# Types of which the pieces get the right cell data from VTK's clipping: those with straight edges.
+_STRAIGHT = (*range(VTK_VERTEX, VTK_HEXAGONAL_PRISM + 1), VTK_CONVEX_POINT_SET, VTK_POLYHEDRON)
 
 
-def split(mesh, cuts):
+def split(mesh, cuts, progress=lambda fraction: None):
     """A mesh with its cells divided along cuts.
 
     Parameters
     ----------
     mesh : vtkDataSet
     cuts : sequence of Plane, HalfPlane and Surface
+    progress : callable, optional
+        Called with the fraction done, some times for each cut; a true answer stops the work.
 
     Returns
     -------
@@ -66,14 +82,26 @@ def split(mesh, cuts):
         From each point to where it is exactly on its cut; 0 for points on no cut.
     side : (n, 3) float64
         Normal of the cut, to the side on which the cells of the point are; 0 for points on no cut.
+
+    Raises
+    ------
+    Aborted
     """
     grid = _unstructured(mesh)
-    x = _places(grid)[np.isfinite(_places(grid)).all(axis=1)]
-    extent = np.ptp(x, axis=0).max() if len(x) > 1 else 1.0
+    extent = _extent(_places(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
-    for cut in cuts:
-        grid = _divided(grid, cut, extent)
+    whole = grid
+    for number, cut in enumerate(cuts):
+
+        def done(share, number=number):
+            if progress((number + share) / len(cuts)):
+                raise Aborted(f"stopped at cut {number + 1} of {len(cuts)} as `progress` asked")
+
+        grid = _divided(grid, cut, extent, done)
+        done(1)
+    if grid is not whole:  # what is divided has no points without cells any more
+        grid = _appended([grid, _without_cells(whole)])
     foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
     for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _PLACE):
         grid.GetPointData().RemoveArray(name)
@@ -85,19 +113,26 @@ def split(mesh, cuts):
 
 
 def crossed(mesh, cuts):
-    """Which cells of a mesh are crossed by a cut, seen between their corners: (n,) bool."""
+    """Which cells of a mesh are crossed by a cut, seen between their corners: (n,) bool.
+
+    Of cells with many corners only those count that follow each other; of points none.
+    """
     grid = _unstructured(mesh)
     places, (corners, starts) = _places(grid), _corners(grid)
-    sizes = np.diff(starts)
+    sizes, types = np.diff(starts), arrays.cell_types(grid)
     found = np.zeros(len(sizes), bool)
     for cut in cuts:
         _, low, high = _heights(grid, cut, 0)
-        cells = np.flatnonzero((low < 0) & (high >= 0) & ~found)
-        for size in np.unique(sizes[cells]):
-            some = cells[sizes[cells] == size]
+        candidates = (low < 0) & (high >= 0) & (types != VTK_POLY_VERTEX)
+        few = candidates & (sizes <= _MANY)
+        for size in np.unique(sizes[few]):
+            some = np.flatnonzero(few & (sizes == size))
             x = places[corners[starts[some][:, None] + np.arange(size)]]
             for a, b in zip(*np.triu_indices(size, 1)):
                 found[some] |= cut.opening(x[:, a], x[:, b]) < 0
+        for cell in np.flatnonzero(candidates & ~few):
+            x = places[corners[starts[cell] : starts[cell + 1]]]
+            found[cell] |= (cut.opening(x[:-1], x[1:]) < 0).any()
     return found
 
 
@@ -121,22 +156,36 @@ def _unstructured(mesh):
     return grid
 
 
-def _divided(grid, cut, extent):
-    """`grid` with its points on `cut` doubled where the cut is."""
+def _extent(places):
+    """Size of a mesh, though some of its points (n, 3) be nowhere or far away from all others."""
+    x = places[np.isfinite(places).all(axis=1)]
+    if len(x) < 2:
+        return 1.0
+    spread = 4 * np.median(np.abs(x - np.median(x, axis=0)), axis=0).max()  # if they fill a box
+    return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
+
+
+def _divided(grid, cut, extent, done):
+    """`grid` with its points on `cut` doubled where the cut is; `done` is told the share done."""
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
         return grid
+    cloud = arrays.cell_types(grid) == VTK_POLY_VERTEX  # nothing to divide
     places = _places(grid)
     _set_array(grid, _POINT, np.arange(len(places), dtype=np.float64))
     _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
-    crossing, above = touched & (low < 0) & (high > 0), touched & (low >= 0)
-    pieces = _clipped(_extracted(grid, crossing))
+    crossing, above = touched & (low < 0) & (high > 0) & ~cloud, touched & ((low >= 0) | cloud)
+    done(0.2)
+    *pieces, undivided = _clipped(_extracted(grid, crossing))
+    done(0.5)
     whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
-    parts = [(0, _extracted(grid, ~touched))]
+    parts = [(0, _appended([_extracted(grid, ~touched), undivided]))]
     parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
-    return _joined([part for _, part in parts], _keys(parts, cut, places, extent))
+    keys = _keys(parts, cut, places, extent)
+    done(0.8)
+    return _joined([part for _, part in parts], keys)
 
 
 def _keys(parts, cut, places, extent):
@@ -251,24 +300,84 @@ def _normals(height_of, places, extent):
 
 
 def _clipped(grid):
-    """The cells of `grid` above and below height 0, without those that have no size.
+    """The cells of `grid` above and below height 0, and those of which clipping makes nothing.
 
-    Of tetrahedra only tetrahedra are made: VTK's mappers of unstructured volumes want them.
+    Of tetrahedra only tetrahedra are made: VTK's mappers of unstructured volumes want them. Pieces
+    that have no size, which clipping makes of corners on the cut, are left out, but for those of
+    cells that have none themselves.
     """
+    if grid.GetNumberOfCells() == 0:
+        return grid, grid, grid
+    numbers, types = np.arange(grid.GetNumberOfCells()), arrays.cell_types(grid)
+    arrays.add(grid.GetCellData(), _CELL, numbers)
+    straight = np.isin(types, _STRAIGHT)
+    ways = [(straight, _clip), (~straight, _clip_apart)]
+    pairs = [clip(_extracted(grid, cells)) for cells, clip in ways if cells.any()]
+    pieces = [_appended(parts) for parts in zip(*pairs)]
+    if (types == VTK_TETRA).all():
+        pieces = [_tetrahedra(piece) for piece in pieces]
+    flat = ~_has_size(grid)
+    pieces = [_extracted(piece, _has_size(piece) | flat[_cells(piece)]) for piece in pieces]
+    divided = np.isin(numbers, np.concatenate([_cells(piece) for piece in pieces]))
+    results = [*pieces, _extracted(grid, ~divided)]
+    for result in results:
+        result.GetCellData().RemoveArray(_CELL)
+    return results
+
+
+def _clip(grid):
+    """The cells of `grid` above and below height 0."""
     clip = vtkTableBasedClipDataSet()
     clip.SetInputData(grid)
     clip.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, _HEIGHT)
     clip.SetValue(0)
     clip.GenerateClippedOutputOn()
     clip.Update()
-    pieces = [clip.GetOutput(), clip.GetClippedOutput()]
-    if grid.GetNumberOfCells() > 0 and (arrays.cell_types(grid) == VTK_TETRA).all():
-        pieces = [_tetrahedra(piece) for piece in pieces]
-    return [_solid(piece) for piece in pieces]
+    return [clip.GetOutput(), clip.GetClippedOutput()]
+
+
+def _clip_apart(grid):
+    """As `_clip`, for cells of which VTK mixes up the data: type 33, 37, 73 and 80 in VTK 9.7.
+
+    Cells get points of their own, which know the number of the cell, and for the time of clipping
+    lie on a lattice, so that none are merged.
+    """
+    corners, starts = _corners(grid)
+    cell = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    places = _places(grid)
+    _set_array(grid, _PLACE, places)
+    apart = vtkUnstructuredGrid()
+    arrays.set_rows(apart.GetPointData(), grid.GetPointData(), corners)
+    _set_array(apart, _CELL, cell)
+    side = int(np.ceil(np.cbrt(len(starts))))
+    room = 2 * max(np.ptp(places, axis=0).max(), np.finfo(float).tiny)
+    node = np.stack(np.unravel_index(cell, (side, side, side)), axis=1)
+    set_places(apart, (places - places[0])[corners] / room + node, VTK_DOUBLE)
+    own = np.arange(len(corners))
+    apart.SetCells(
+        arrays.from_numpy(arrays.cell_types(grid).astype(np.uint8), VTK_UNSIGNED_CHAR),
+        _cell_array(own, starts, np.ones(len(starts) - 1, bool)),
+    )
+    pieces = _clip(apart)
+    for piece in pieces:
+        set_places(piece, _values(piece, _PLACE), VTK_DOUBLE)
+        corners, starts = _corners(piece)
+        number = np.rint(_values(piece, _CELL)[corners[starts[:-1]]]).astype(np.int64)
+        arrays.set_rows(piece.GetCellData(), grid.GetCellData(), number)
+        for name in (_PLACE, _CELL):
+            piece.GetPointData().RemoveArray(name)
+    return pieces
 
 
 def _tetrahedra(grid):
-    """`grid` with its cells divided into tetrahedra whose volume is positive."""
+    """`grid` of tetrahedra and wedges, all as tetrahedra, their volume positive or 0."""
+    solid = _has_size(grid)
+    ways = [(solid, _solid_tetrahedra), (~solid, _flat_tetrahedra)]
+    parts = [divided(_extracted(grid, cells)) for cells, divided in ways if cells.any()]
+    return _appended(parts) if len(parts) > 1 else [*parts, grid][0]
+
+
+def _solid_tetrahedra(grid):
     triangulate = vtkDataSetTriangleFilter()
     triangulate.SetInputData(grid)
     triangulate.Update()
@@ -282,16 +391,46 @@ def _tetrahedra(grid):
     return grid
 
 
-def _solid(grid):
-    """`grid` without cells of no size, which clipping makes of corners on the cut."""
+def _flat_tetrahedra(grid):
+    """Of those without volume vtkDataSetTriangleFilter makes nothing."""
+    types, (corners, starts) = arrays.cell_types(grid), _corners(grid)
+    made, rows = [], []
+    for kind in (VTK_TETRA, VTK_WEDGE):
+        cells = np.flatnonzero(types == kind)
+        for four in TETRAHEDRA[kind]:
+            made.append(corners[starts[cells][:, None] + four])
+            rows.append(cells)
+    made, rows = np.concatenate(made), np.concatenate(rows)
+    flat = vtkUnstructuredGrid()
+    flat.SetPoints(grid.GetPoints())
+    flat.GetPointData().ShallowCopy(grid.GetPointData())
+    starts = 4 * np.arange(len(made) + 1)
+    flat.SetCells(VTK_TETRA, _cell_array(made.ravel(), starts, np.ones(len(made), bool)))
+    arrays.set_rows(flat.GetCellData(), grid.GetCellData(), rows)
+    return flat
+
+
+def _has_size(grid):
+    """Which cells have a length, area or volume."""
     if grid.GetNumberOfCells() == 0:
-        return grid
+        return np.zeros(0, bool)
     size = vtkCellSizeFilter()
     size.SetInputData(grid)
     size.Update()
     data = size.GetOutput().GetCellData()
     sizes = [arrays.to_numpy(data.GetArray(n)) for n in ("Length", "Area", "Volume")]
-    return _extracted(grid, np.any(sizes, axis=0))
+    return np.any(sizes, axis=0)
+
+
+def _without_cells(grid):
+    """The points of `grid` that no cell has, without cells."""
+    used = np.zeros(grid.GetNumberOfPoints(), bool)
+    used[_corners(grid)[0]] = True
+    rows = np.flatnonzero(~used)
+    loose = vtkUnstructuredGrid()
+    set_places(loose, _places(grid)[rows], VTK_DOUBLE)
+    arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
+    return loose
 
 
 def _extracted(grid, cells):
@@ -339,6 +478,12 @@ def _values(grid, name):
     return arrays.to_numpy(grid.GetPointData().GetArray(name))
 
 
+def _cells(grid):
+    """The number in `_CELL` of each cell."""
+    array = grid.GetCellData().GetArray(_CELL)
+    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)
+
+
 def _set_array(grid, name, values):
     arrays.add(grid.GetPointData(), name, values.astype(np.float64, copy=False))
 
@@ -347,10 +492,7 @@ def _cell_array(corners, starts, chosen):
     sizes = np.diff(starts)
     offsets = np.concatenate([[0], np.cumsum(sizes[chosen])])
     cells = vtkCellArray()
-    cells.SetData(
-        arrays.from_numpy(offsets, VTK_ID_TYPE),
-        arrays.from_numpy(corners[np.repeat(chosen, sizes)], VTK_ID_TYPE),
-    )
+    cells.SetData(arrays.ids(offsets), arrays.ids(corners[np.repeat(chosen, sizes)]))
     return cells
 
 

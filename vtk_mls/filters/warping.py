@@ -19,12 +19,13 @@ from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import Aborted, arrays
 from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
 from vtk_mls.gradients import pushed, turned
 
-# How far from a cut the side of a point is told, as a share of the extent of the control points:
-# more than the device's float32 blurs.
+# How far from a cut the side of a point is told, as a share of the extent of the control points or
+# of the distance from them: more than the device's float32 blurs.
 _BESIDE = 1e-5
 # Points whose Jacobians are in memory at once.
 _CHUNK = 1 << 20
@@ -80,7 +81,7 @@ class Splits:
     def __init__(self):
         self._kept = {}
 
-    def of(self, mesh, cuts):
+    def of(self, mesh, cuts, progress):
         """What `splitting.split` says."""
         self._kept = {key: kept for key, kept in self._kept.items() if kept[0].Get() is not None}
         state = _stamps(mesh), cuts
@@ -88,7 +89,7 @@ class Splits:
         if kept is None or kept[1] != state:
             alive = vtkWeakReference()
             alive.Set(mesh)
-            kept = self._kept[mesh.__this__] = alive, state, split(mesh, cuts)
+            kept = self._kept[mesh.__this__] = alive, state, split(mesh, cuts, progress)
         return kept[2]
 
 
@@ -107,21 +108,30 @@ class Warp:
     """
 
     def __init__(self, wanted, deformation, mesh, output, splits):
-        self.wanted, self.deformation, self.output = wanted, deformation, output
+        self.wanted, self.deformation, self.mesh, self.output = wanted, deformation, mesh, output
+        self.splits = splits if mesh.GetNumberOfCells() > 0 else None
         self.keeps_whole = deformation.cuts and splits is None
         self.beside = None
-        if deformation.cuts and splits is not None and mesh.GetNumberOfCells() > 0:
-            divided, foot, side = splits.of(mesh, deformation.cuts)
-            scale = max(region.handles.scale for region in deformation.regions)
-            self.beside = foot + _BESIDE * scale * side
-            output.ShallowCopy(divided)
-            output.GetFieldData().ShallowCopy(mesh.GetFieldData())
-        else:
-            _copy(mesh, output)
-        self.before = arrays.to_numpy(output.GetPoints().GetData())
 
     def tasks(self):
         """Functions of a callback for `progress`, in their order."""
+        if self.deformation.cuts and self.splits is not None:
+            return [self._split, self._warp]
+        _copy(self.mesh, self.output)
+        return [self._warp]
+
+    def _split(self, progress):
+        divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
+        handles = [region.handles for region in self.deformation.regions]
+        offsets = arrays.to_numpy(divided.GetPoints().GetData()) - handles[0].centre
+        size = np.maximum(max(each.scale for each in handles), np.abs(offsets).max(axis=1))
+        self.beside = foot + _BESIDE * np.where(np.isfinite(size), size, 0)[:, None] * side
+        self.output.ShallowCopy(divided)
+        self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
+
+    def _warp(self, progress):
+        """All that is done to the output once it has its cells."""
+        self.before = arrays.to_numpy(self.output.GetPoints().GetData())
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
             tasks.append(self._add_jacobian)
@@ -136,7 +146,7 @@ class Warp:
             )
             if directions:
                 tasks.append(partial(self._turn, attributes, places, directions))
-        return tasks
+        in_turn(tasks, progress)
 
     def _move(self, progress):
         field = self.deformation.forward_field(self._beside(self.before), progress)

@@ -1,0 +1,240 @@
+"""Random datasets, control points, cuts and properties, each from a numpy Generator."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+    vtkPointSet,
+    vtkPolyData,
+    vtkRectilinearGrid,
+    vtkStructuredGrid,
+    vtkUnstructuredGrid,
+)
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
+
+from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, HalfPlane, Plane, Surface, arrays
+from vtk_mls.reals import shown
+
+_CELL_TYPES = (3, 5, 7, 9, 10, 11, 12, 13, 14, 15, 16, 21, 22, 23, 24, 25, 26, 27, 28, 29)
+_CURVED_TYPES = (35, 37, 68, 69, 70, 71, 72, 73, 75, 76, 77, 78, 79, 80)
+_FLAT_CELLS = ((1, 1), (2, 7), (3, 2), (4, 5), (5, 3), (6, 6), (7, 5), (9, 4), (10, 4), (12, 8))
+
+
+class Scene:
+    """Where everything is: a box of random place and size, and things in it."""
+
+    def __init__(self, rng):
+        self.rng = rng
+        self.size = 10.0 ** rng.integers(-9, 10) if rng.random() < 0.3 else 1.0
+        shift = rng.choice([0, 1, 1e3], p=[0.5, 0.4, 0.1])
+        self.low = rng.normal(0, 1, 3) * self.size * shift
+
+    def places(self, count, spread=1.0):
+        """Some in the box, or as far round it as `spread` says."""
+        return self.low + self.size * (0.5 + spread * self.rng.uniform(-0.5, 0.5, (count, 3)))
+
+    def handles(self):
+        """Rest, deformed, weights."""
+        rng = self.rng
+        count = int(rng.choice([1, 2, 3, 5, 12, 40]))
+        rest = self.places(count)
+        if rng.random() < 0.2:  # on a plane or a line
+            rest[:, : rng.integers(1, 3)] = rest[0, 0]
+        deformed = rest + rng.normal(0, self.size * rng.choice([0, 0.03, 0.1, 0.5]), rest.shape)
+        if rng.random() < 0.2:
+            still = rng.random(count) < 0.7
+            deformed[still] = rest[still]
+        if rng.random() < 0.1:
+            deformed[rng.integers(count)] = deformed[0]
+        weights = rng.uniform(0.1, 10, count) if rng.random() < 0.2 else None
+        return rest, deformed, weights
+
+    def cut(self):
+        """One of each kind."""
+        rng = self.rng
+        place, normal, inward = self.places(1)[0], rng.normal(size=3), rng.normal(size=3)
+        if rng.random() < 0.3:
+            normal = np.eye(3)[rng.integers(3)]
+        kind = rng.choice(["plane", "half-plane", "polygon", "bent"])
+        if kind == "plane":
+            return Plane(place, normal)
+        if kind == "half-plane":
+            return HalfPlane(place, normal, inward)
+        corners = self.places(4, 1.5)
+        return (
+            Surface.polygon(corners[:3])
+            if kind == "polygon"
+            else Surface(corners, [(0, 1, 2), (1, 2, 3)])
+        )
+
+    def dataset(self, may_be_composite=True):
+        """Any that the filter takes."""
+        rng = self.rng
+        makers = [
+            self.image,
+            self.image,
+            self.cells,
+            self.cells,
+            self.flat_cells,
+            self.polydata,
+            self.structured,
+            self.rectilinear,
+            self.point_set,
+        ]
+        if may_be_composite and rng.random() < 0.08:
+            blocks = vtkMultiBlockDataSet()
+            for number in range(rng.integers(0, 4)):
+                some = None if rng.random() < 0.2 else self.dataset(False)
+                blocks.SetBlock(number, some)
+            return blocks
+        data = makers[rng.integers(len(makers))]()
+        if isinstance(data, vtkPointSet) and data.GetNumberOfPoints() and rng.random() < 0.15:
+            spoilt = arrays.to_numpy(data.GetPoints().GetData()).copy()
+            bad = rng.choice([np.nan, np.inf, 1e30, -1e12, 1e3])
+            spoilt[rng.integers(len(spoilt)), rng.integers(3)] = bad
+            self._set_places(data, spoilt)
+        self._add_arrays(data)
+        return data
+
+    def image(self):
+        rng, image = self.rng, vtkImageData()
+        dimensions = rng.integers(1, 14, 3)
+        start = rng.integers(-3, 4, 3) if rng.random() < 0.3 else np.zeros(3, int)
+        image.SetExtent([int(i) for a, n in zip(start, dimensions) for i in (a, a + n - 1)])
+        image.SetSpacing(*(self.size / np.maximum(dimensions - 1, 1)))
+        image.SetOrigin(*self.low)
+        if rng.random() < 0.3:
+            turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+            image.SetDirectionMatrix(*turn.ravel())
+        return image
+
+    def cells(self):
+        rng, source = self.rng, vtkCellTypeSource()
+        types = _CELL_TYPES if rng.random() < 0.7 else _CURVED_TYPES
+        source.SetCellType(int(rng.choice(types)))
+        blocks = int(rng.integers(1, 4))
+        source.SetBlocksDimensions(blocks, blocks, blocks)
+        source.Update()
+        mesh = source.GetOutput()
+        for data in (mesh.GetPointData(), mesh.GetCellData()):
+            data.Initialize()
+        x = arrays.to_numpy(mesh.GetPoints().GetData())
+        self._set_places(mesh, self.low + self.size * x / blocks)
+        return mesh
+
+    def flat_cells(self):
+        """Cells of any shape: many have no size, or are tangled."""
+        rng, mesh = self.rng, vtkUnstructuredGrid()
+        chosen = [_FLAT_CELLS[i] for i in rng.integers(0, len(_FLAT_CELLS), rng.integers(1, 6))]
+        x = self.places(sum(count for _, count in chosen) + 2)
+        x[:, : rng.integers(0, 3)] = x[0, 0]
+        self._set_places(mesh, x)
+        first = 0
+        for kind, count in chosen:
+            mesh.InsertNextCell(kind, count, list(range(first, first + count)))
+            first += count
+        return mesh
+
+    def polydata(self):
+        rng, mesh = self.rng, vtkPolyData()
+        count = int(rng.integers(0, 30))
+        self._set_places(mesh, self.places(count))
+        for add in (mesh.SetVerts, mesh.SetLines, mesh.SetPolys, mesh.SetStrips):
+            least = {"SetVerts": 1, "SetLines": 2}.get(add.__name__, 3)
+            if count > 6 and rng.random() < 0.6:
+                cells = vtkCellArray()
+                for _ in range(rng.integers(1, 5)):
+                    size = int(rng.integers(least, 7))
+                    cells.InsertNextCell(size, rng.permutation(count)[:size].tolist())
+                add(cells)
+        return mesh
+
+    def structured(self):
+        mesh, dimensions = vtkStructuredGrid(), self.rng.integers(1, 5, 3)
+        mesh.SetDimensions(*dimensions.tolist())
+        axes = [np.linspace(0, 1, n) for n in dimensions]
+        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+        x = np.stack([x, y, z + 0.1 * x * y], axis=-1).reshape(-1, 3)
+        self._set_places(mesh, self.low + self.size * x)
+        return mesh
+
+    def rectilinear(self):
+        mesh, dimensions = vtkRectilinearGrid(), self.rng.integers(1, 5, 3)
+        mesh.SetDimensions(*dimensions.tolist())
+        for axis, name in enumerate("XYZ"):
+            t = np.sort(self.rng.uniform(0, 1, dimensions[axis]))
+            values = arrays.from_numpy(self.low[axis] + self.size * t, VTK_DOUBLE)
+            getattr(mesh, f"Set{name}Coordinates")(values)
+        return mesh
+
+    def point_set(self):
+        mesh = vtkPointSet()
+        self._set_places(mesh, self.places(int(self.rng.integers(0, 20)), 1.3))
+        return mesh
+
+    def _set_places(self, mesh, x):
+        points, single = vtkPoints(), self.rng.random() < 0.4
+        points.SetDataType(VTK_FLOAT if single else VTK_DOUBLE)
+        with np.errstate(all="ignore"):
+            x = np.ascontiguousarray(x, np.float32 if single else np.float64)
+        points.SetData(arrays.from_numpy(x, points.GetDataType()))
+        mesh.SetPoints(points)
+
+    def _add_arrays(self, data):
+        """Numbers of several types; now and then too few of them."""
+        rng = self.rng
+        short = rng.random() < 0.03
+        for attributes, count in (
+            (data.GetPointData(), data.GetNumberOfPoints()),
+            (data.GetCellData(), data.GetNumberOfCells()),
+        ):
+            for name in ("a", "b", "vectors"):
+                if rng.random() < 0.4:
+                    rows = max(0, count - 2) if short else count
+                    shape = (rows, 3) if name == "vectors" else (rows,)
+                    dtype = [np.float32, np.float64, np.uint8][rng.integers(3)]
+                    arrays.add(attributes, name, rng.uniform(0, 200, shape).astype(dtype))
+
+    def properties(self):
+        """Setters of `MLSDeform` with values; now and then one that is wrong."""
+        rng, found = self.rng, {}
+        choices = {
+            "Kind": KINDS,
+            "Alpha": (0.5, 1.0, 1.3, 2.0, 3.0),
+            "Degree": (1, 2, 3),
+            "Nu": (1.1, 2.0, 3.0),
+            "Blend": (0.0, 0.5, 1.0, -1.0, 2.0),
+            "Interpolation": INTERPOLATIONS,
+            "Background": (0.0, -3.5, 1e9),
+            "OutputGrid": ("input", "input", "fitted", "given"),
+            "VoidValues": VOID_VALUES,
+            "HideVoid": (True, False),
+            "SplitCells": (True, False),
+            "GenerateJacobian": (True, False),
+            "GenerateJacobianDeterminant": (True, False),
+            "SampleDimensions": ((4, 5, 6), (2, 1, 3)),
+            "OutputDimensions": ((5, 4, 3), (1, 1, 1)),
+            "OutputSpacing": (tuple([self.size / 4] * 3),),
+            "OutputOrigin": (tuple(self.low.tolist()),),
+            "CutType": ("none", "none", "plane", "half-plane"),
+            "CutOrigin": (tuple(self.places(1)[0].tolist()),),
+            "CutNormal": ((1.0, 0.0, 0.0), (0.3, -1.0, 2.0)),
+            "CutInward": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.2)),
+        }
+        wrong = ("Alpha", -1.0), ("Kind", "rigit"), ("Degree", 7), ("Nu", 0.5), ("Blend", np.nan)
+        wrong += ("OutputGrid", "none"), ("CutNormal", (0, 0, 0)), ("Alpha", 10**400)
+        for name in rng.permutation(list(choices))[: rng.integers(1, 9)]:
+            found[str(name)] = choices[name][rng.integers(len(choices[name]))]
+        if rng.random() < 0.08:
+            name, value = wrong[rng.integers(len(wrong))]
+            found[name] = value
+        return found
+
+
+def told(properties):
+    """Properties on one line."""
+    return ", ".join(f"{name} {shown(value)}" for name, value in sorted(properties.items()))
