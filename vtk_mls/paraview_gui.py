@@ -25,11 +25,10 @@ _watching = False
 
 
 def start():
-    """Watch the pipelines of all sessions, if this is ParaView's GUI and nobody does yet."""
+    """Watch the pipelines of all sessions, those to come too, unless somebody does already."""
     global _watching
     manager = vtkSMProxyManager.GetProxyManager()
-    # only the GUI has undo
-    if _watching or manager is None or manager.GetUndoStackBuilder() is None:
+    if _watching or manager is None:
         return
     _watching = True
     modules = vtkProcessModule.GetProcessModule()
@@ -48,10 +47,13 @@ def start():
 
 
 def _watch(manager):
-    """Watch what a session's proxy manager registers."""
+    """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
 
     def changed(manager, event):
+        # Only the GUI has undo, and not yet while it loads the plugins of PV_PLUGIN_PATH.
+        if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
+            return
         here = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
         for number in pipelines.keys() - here.keys():
             del pipelines[number]
