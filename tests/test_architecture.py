@@ -47,8 +47,12 @@ ALLOWED = {
     "io": {"filters", "handle_files", "image_files", "vtkmodules"},
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
-    "paraview_gui": {"filters", "handle_files", "numpy", "paraview"},
+    "paraview_gui": {
+        *{"filters", "handle_files", "paraview_undo"},
+        *{"numpy", "paraview", "vtkmodules"},
+    },
     "paraview_scene": {"paraview"},
+    "paraview_undo": {"paraview"},
     "reference": {"guesses", "handles", "interpolation", "numpy"},
     "regions": {"handles", "numpy"},
     "resources": set(),

@@ -4,6 +4,9 @@ ParaView's handle widget edits one list of places. While an edit waits for Apply
 ("unchecked") value of a server-manager property, and whoever changes it, a drag, a table or a
 button, an event of the property tells so. Here these events are answered by pending edits of the
 lists beside, so that Apply, Reset, Undo, trace and states work on all lists as on one.
+
+The widget joins the handles by a line, which moves all of them when it is dragged. It is made
+transparent: then VTK's pickers pass it by as well.
 """
 
 from __future__ import annotations
@@ -11,15 +14,21 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
+
+# An object that Python meets before its class stays one of a base class: import those of views,
+# their representations and widgets first.
+import paraview.modules.vtkRemotingViews
+import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingCore import vtkProcessModule
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
 
-from vtk_mls import handle_files
+from vtk_mls import handle_files, paraview_undo
 from vtk_mls.filters.control_points import lattice
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
+_LISTS = ("RestPoints", "DeformedPoints", "Weights")
 _LAYING = ("Mode", "LatticeDimensions", "Bounds", "FileName", "DeformedFileName")
 _watching = False
 
@@ -49,6 +58,14 @@ def start():
 def _watch(manager):
     """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
+    views = set()
+
+    def widgets_changed(shown, event):
+        sources = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
+        for widget in map(shown.GetProxy, range(shown.GetNumberOfProxies())):
+            for number, handles in pipelines.items():
+                if number in sources and _shows(widget, sources[number]):
+                    handles.take(widget)
 
     def changed(manager, event):
         # Only the GUI has undo, and not yet while it loads the plugins of PV_PLUGIN_PATH.
@@ -60,6 +77,11 @@ def _watch(manager):
         for number in here.keys() - pipelines.keys():
             if here[number].GetXMLName() in (*_FILTERS, _SOURCE):
                 pipelines[number] = _Handles(here[number])
+        for view in _proxies(manager, "views"):
+            shown = view.GetProperty("HiddenRepresentations")
+            if shown and view.GetGlobalID() not in views:
+                views.add(view.GetGlobalID())
+                shown.AddObserver("ModifiedEvent", widgets_changed)
 
     manager.AddObserver("RegisterEvent", changed)
     manager.AddObserver("UnRegisterEvent", changed)
@@ -70,14 +92,17 @@ class _Handles:
     """What is to know of a proxy's handles between two events."""
 
     def __init__(self, proxy):
-        self._busy = False
+        self._busy = self._is_held = False
+        self._number, self._widgets = proxy.GetGlobalID(), set()
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
         self._rest = _pending(proxy.GetProperty("RestPoints"))
+        self._settled = _lists(proxy)
         for name, answer in (
             ("DeformedPoints", self._deformed_edited),
             ("RestPoints", self._rest_edited),
+            ("Weights", lambda weights, proxy: None),
             *((name, self._laid) for name in _LAYING),
         ):
             if proxy.GetProperty(name):
@@ -91,10 +116,56 @@ class _Handles:
                 self._busy = True
                 try:
                     method(changed, changed.GetParent())
+                    self._settle(changed.GetParent())
                 finally:
                     self._busy = False
 
         return callback
+
+    def take(self, widget):
+        """Make a widget that shows these handles free of its line, and listen to its drags."""
+        if widget.GetGlobalID() in self._widgets:
+            return
+        self._widgets.add(widget.GetGlobalID())
+        line = widget.GetClientSideObject().GetRepresentation()
+        for each in (line.GetLineProperty(), line.GetSelectedLineProperty()):
+            each.SetOpacity(0)
+
+        def held(widget, event):
+            self._is_held = True
+
+        def let_go(widget, event):
+            self._is_held = False
+            proxy = _find(self._number)
+            if proxy:
+                self._settle(proxy)
+
+        widget.AddObserver("StartInteractionEvent", held)
+        widget.AddObserver("EndInteractionEvent", let_go)
+
+    def restore(self, lists):
+        """Make these lists the pending ones: Undo or Redo asks for it."""
+        proxy = _find(self._number)
+        if proxy is None:
+            return
+        self._busy = True
+        try:
+            for name, values in zip(_LISTS, lists):
+                proxy.GetProperty(name).SetUncheckedElements(values, len(values))
+            self._remember(proxy)
+            self._settled = _lists(proxy)
+        finally:
+            self._busy = False
+
+    def _settle(self, proxy):
+        """Tell Undo what an edit has changed, at the end of a drag, or that all is applied."""
+        if self._is_held:
+            return
+        before, self._settled = self._settled, _lists(proxy)
+        if not any(_is_pending(proxy.GetProperty(name)) for name in _LISTS):
+            paraview_undo.forget(self)
+        elif before != self._settled:
+            paraview_undo.add("Edit Handles", self, before, self._settled)
 
     def _begin(self, proxy):
         """A source without deformed points gets them where the rest points are, to be dragged."""
@@ -147,7 +218,7 @@ class _Handles:
         found = _layout(proxy) if _is_pending(changed) else None
         if found is None:
             return
-        for name, rows in zip(("RestPoints", "DeformedPoints", "Weights"), found):
+        for name, rows in zip(_LISTS, found):
             _set_pending(proxy.GetProperty(name), rows)
         self._remember(proxy)
         for view in _proxies(proxy.GetSessionProxyManager(), "views"):
@@ -167,6 +238,22 @@ def _proxies(manager, group):
     while not iterator.IsAtEnd():
         yield iterator.GetProxy()
         iterator.Next()
+
+
+def _find(number):
+    """The source or filter of the active session with this id, if it is still there."""
+    manager = vtkSMProxyManager.GetProxyManager().GetActiveSessionProxyManager()
+    found = (each for each in _proxies(manager, "sources") if each.GetGlobalID() == number)
+    return next(found, None)
+
+
+def _shows(widget, proxy):
+    """Whether a representation is the widget of a proxy's handles: ParaView keeps them alike."""
+    if widget.GetXMLName() != "PolyLineWidgetRepresentation":
+        return False
+    places = _elements(widget.GetProperty("HandlePositions"))
+    lists = (proxy.GetProperty(name) for name in ("RestPoints", "DeformedPoints"))
+    return any(places == _elements(each) for each in lists)
 
 
 def _layout(proxy):
@@ -196,6 +283,11 @@ def _bounds(proxy):
 def _elements(changed):
     """The pending elements of a property."""
     return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
+
+
+def _lists(proxy):
+    """The pending elements of all lists."""
+    return [_elements(proxy.GetProperty(name)) for name in _LISTS]
 
 
 def _pending(changed):
