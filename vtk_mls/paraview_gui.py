@@ -17,7 +17,7 @@ import numpy as np
 
 # An object that Python meets before its class stays one of a base class: import those of views,
 # their representations and widgets first.
-import paraview.modules.vtkRemotingViews
+import paraview.modules.vtkRemotingViews  # noqa: F401
 import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingCore import vtkProcessModule
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
@@ -30,6 +30,15 @@ _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _LISTS = ("RestPoints", "DeformedPoints", "Weights")
 _LAYING = ("Mode", "LatticeDimensions", "Bounds", "FileName", "DeformedFileName")
+# Of a display, beside the representation.
+_LOOK = (
+    *("ColorArrayName", "LookupTable", "MapScalars", "InterpolateScalarsBeforeMapping"),
+    *("UseSeparateColorMap", "ScalarOpacityFunction", "UseTransfer2D", "TransferFunction2D"),
+    *("UseSeparateOpacityArray", "OpacityArrayName", "Opacity", "AmbientColor", "DiffuseColor"),
+    *("EdgeColor", "LineWidth", "PointSize", "Interpolation", "Specular", "Shade", "BlendMode"),
+    *("InterpolationType", "VolumeRenderingMode", "ScalarOpacityUnitDistance"),
+    *("IsosurfaceValues", "Slice", "SliceMode"),
+)
 _watching = False
 
 
@@ -58,14 +67,21 @@ def start():
 def _watch(manager):
     """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
-    views = set()
+    views, displays = set(), set()  # ids
 
     def widgets_changed(shown, event):
         sources = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
-        for widget in map(shown.GetProxy, range(shown.GetNumberOfProxies())):
+        for widget in _proxies_of(shown):
             for number, handles in pipelines.items():
                 if number in sources and _shows(widget, sources[number]):
                     handles.take(widget)
+
+    def displays_changed(shown, event):
+        every = {each.GetGlobalID(): each for each in _proxies_of(shown)}
+        for number in every.keys() - displays:
+            displays.add(number)
+            if not manager.GetInLoadXMLState() and not paraview_undo.is_busy():
+                _show_as_input(every[number], every.values())
 
     def changed(manager, event):
         # Only the GUI has undo, and not yet while it loads the plugins of PV_PLUGIN_PATH.
@@ -82,6 +98,9 @@ def _watch(manager):
             if shown and view.GetGlobalID() not in views:
                 views.add(view.GetGlobalID())
                 shown.AddObserver("ModifiedEvent", widgets_changed)
+                shown = view.GetProperty("Representations")
+                displays.update(each.GetGlobalID() for each in _proxies_of(shown))
+                shown.AddObserver("ModifiedEvent", displays_changed)
 
     manager.AddObserver("RegisterEvent", changed)
     manager.AddObserver("UnRegisterEvent", changed)
@@ -238,6 +257,30 @@ def _proxies(manager, group):
     while not iterator.IsAtEnd():
         yield iterator.GetProxy()
         iterator.Next()
+
+
+def _proxies_of(changed):
+    """The proxies that a property has."""
+    return [changed.GetProxy(number) for number in range(changed.GetNumberOfProxies())]
+
+
+def _show_as_input(display, others):
+    """Show the output of MLSDeform as its input is shown, if it is, in the same view."""
+    deform = display.GetProperty("Input").GetProxy(0) if display.GetProperty("Input") else None
+    if deform is None or deform.GetXMLName() != "MLSDeform":
+        return
+    source = deform.GetProperty("Input")
+    wanted = source.GetProxy(0), source.GetOutputPortForConnection(0)
+    for other in others:
+        shown = other.GetProperty("Input")
+        if shown and (shown.GetProxy(0), shown.GetOutputPortForConnection(0)) == wanted:
+            for name in _LOOK:
+                if display.GetProperty(name) and other.GetProperty(name):
+                    display.GetProperty(name).Copy(other.GetProperty(name))
+            display.UpdateVTKObjects()
+            if display.GetProperty("Representation") and other.GetProperty("Representation"):
+                display.SetRepresentationType(other.GetProperty("Representation").GetElement(0))
+            return
 
 
 def _find(number):

@@ -27,23 +27,28 @@ def add(label, owner, before, after):
     before, after : any
         The states of this edit.
     """
-    stack = _stack()
-    if vtkPVGeneralSettings.GetInstance().GetAutoApply() or stack.GetInUndo() or stack.GetInRedo():
+    if vtkPVGeneralSettings.GetInstance().GetAutoApply() or is_busy():
         return
+    stack = _stack()
     stack.Push(label, vtkUndoSet())  # of which it makes another
     _steps[stack.GetNextUndoSet()] = owner, before, after
 
 
 def forget(owner):
     """Remove the edits of an owner: they were applied, or taken back in another way."""
-    stack = _stack()
-    if stack.GetInUndo() or stack.GetInRedo():
+    if is_busy():
         return
+    stack = _stack()
     ended = {step for step, (editor, *_) in _steps.items() if editor is owner}
     while stack.CanUndo() and stack.GetNextUndoSet() in ended:
         stack.PopUndoStack()
     for step in ended:
         del _steps[step]
+
+
+def is_busy():
+    """Whether what happens now is an Undo or a Redo."""
+    return _stack().GetInUndo() or _stack().GetInRedo()
 
 
 def _stack():
