@@ -295,7 +295,9 @@ def draggable(deformed, rest, *hints):
 
 OWN = shown_when("ControlPoints", "null")
 
-# Handles of the filter's own, and how far they have gone.
+# Handles of the filter's own, and which arrays say the same of connected ones. The latter come after
+# Input: a property that names another one makes it, here ControlPoints, and the menu connects what
+# is selected to the input that was made first.
 HANDLES = [
     *draggable(
         lattice(
@@ -331,17 +333,25 @@ HANDLES = [
         OWN,
         panel_visibility="advanced",
     ),
-    vector(
-        "Double",
-        "Blend",
-        1.0,
-        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
-        was.""",
-        limits("Double", min=0, max=1),
+    handle_array(
+        "DisplacementArray",
+        0,
+        "Displacement",
+        arrays_of("vectors", "ControlPoints"),
+        "Point vector array of the control points with their displacement q - p.",
+    ),
+    handle_array(
+        "WeightArray",
+        1,
+        "Weight",
+        arrays_of("factors", "ControlPoints"),
+        """Point array of the control points with a positive factor for each; without it all count
+        alike.""",
     ),
 ]
 
-# What both filters ask of the deformation, in the order of the panel.
+# What both filters ask of the deformation. The panel has the order of the work, and the long tables
+# of the handles stand below all of which there are few: kind and cut.
 DEFORMATION = [
     choice(
         "Kind",
@@ -367,28 +377,20 @@ DEFORMATION = [
         1 / r^(2 alpha). Must be greater than 0.""",
         limits("Double", min=0.1, max=4),
     ),
-    handle_array(
-        "DisplacementArray",
-        0,
-        "Displacement",
-        arrays_of("vectors", "ControlPoints"),
-        "Point vector array of the control points with their displacement q - p.",
-    ),
-    handle_array(
-        "WeightArray",
-        1,
-        "Weight",
-        arrays_of("factors", "ControlPoints"),
-        """Point array of the control points with a positive factor for each; without it all count
-        alike.""",
+    vector(
+        "Double",
+        "Blend",
+        1.0,
+        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
+        was.""",
+        limits("Double", min=0, max=1),
     ),
 ]
 
 HAS_CUT = shown_when("CutType", "none", inverse=1)
 
 # A cut by properties, and what all cuts have in common. ParaView shows the plane's widget where the
-# first property of its group stands, which is Input: that comes between these two, and before the
-# other inputs, for the menu connects what is selected to the first.
+# first property of its group stands, which is Input: that comes between these two.
 CUT_TYPE = choice(
     "CutType",
     ("none", "plane", "half-plane"),
@@ -470,7 +472,6 @@ DEFORM = [
         exact inverse, so that both stay together. Cuts open it: the void in an image is in the
         array Void, and cells of a mesh are split along them."""
     ),
-    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -486,6 +487,7 @@ DEFORM = [
     CONTROL_POINTS,
     CUTS,
     *CUT,
+    *HANDLES,
     choice(
         "Interpolation",
         vtk_mls.INTERPOLATIONS,
@@ -580,7 +582,6 @@ FIELD = [
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
         place that the material now at v came from."""
     ),
-    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -593,6 +594,7 @@ FIELD = [
     CONTROL_POINTS,
     CUTS,
     *CUT,
+    *HANDLES,
     vector(
         "Int",
         "SampleDimensions",
