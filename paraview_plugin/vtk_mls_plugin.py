@@ -295,7 +295,7 @@ def draggable(deformed, rest, *hints):
 
 OWN = shown_when("ControlPoints", "null")
 
-# Handles of the filter's own, and which arrays say the same of connected ones. The latter come after
+# Handles of the filter's own, and which arrays say the same of connected ones. These come after
 # Input: a property that names another one makes it, here ControlPoints, and the menu connects what
 # is selected to the input that was made first.
 HANDLES = [
