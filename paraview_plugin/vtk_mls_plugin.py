@@ -11,10 +11,12 @@ setters, and before ParaView 5.12 the panel would list their properties in alpha
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 # This file lies in <checkout>/paraview_plugin or <site-packages>/vtk_mls/paraview_plugin.  Folders
 # are appended to sys.path, not put in front: a site-packages may hold a VTK and a numpy, which must
@@ -28,7 +30,9 @@ except ModuleNotFoundError as error:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, paraview_gui
+from vtk_mls import filters, io, paraview_gui
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters.algorithm import Algorithm
 
 _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
@@ -668,6 +672,19 @@ SOURCE = [
 ]
 
 
+READER = [
+    documentation(
+        """Reads NIfTI images (.nii, .nii.gz) in world coordinates, as vtk-mls deform does: with the
+        orientation and the scaling that the file has."""
+    ),
+    vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
+    xml(
+        "Hints",
+        xml("ReaderFactory", extensions="nii nii.gz", file_description="NIfTI images (MLS)"),
+    ),
+]
+
+
 @smproxy.filter(name="MLSDeform", label="MLS Deform")
 @MENU
 @smproperty.xml("".join(DEFORM))
@@ -691,3 +708,39 @@ class MLSDisplacementField(filters.MLSDisplacementField):
 @smproperty.xml("".join(SOURCE))
 class MLSControlPoints(filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
+
+
+@smproxy.source(name="MLSImageReader", label="MLS Image Reader")
+@smproperty.xml("".join(READER))
+class MLSImageReader(Algorithm):
+    """A reader for what ParaView's own reads without its orientation, and not compressed."""
+
+    def __init__(self):
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
+        self._file_name, self._read = "", None
+
+    def SetFileName(self, name):
+        """A .nii or .nii.gz file."""
+        self._read = None
+        self._set("_file_name", name or "")
+
+    def GetFileName(self):
+        """For ParaView, which names the data after it."""
+        return self._file_name
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        with suppress(ValueError):  # RequestData says it
+            Lattice.of_image(self._image()).announce(outInfo.GetInformationObject(0))
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        vtkImageData.GetData(outInfo).ShallowCopy(self._image())
+        return 1
+
+    def _image(self):
+        if self._read is None:
+            try:
+                self._read = io.read_dataset(self._file_name)
+            except OSError as error:
+                raise ValueError(f"`FileName`: {error}") from error
+        return self._read

@@ -85,15 +85,29 @@ class Gui:
         for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
             self._xdotool("mousemove", "--sync", x + shift, y)
 
-    def scroll_to(self, name):
-        """Turn the mouse wheel until a drop-down list can be seen."""
-        turn, seen = f"to_scroll({name!r})", f"drop_down({name!r})"
+    def scroll_to(self, what, name):
+        """Turn the mouse wheel until what `gui_places` calls `what` can be seen."""
+        turn, seen = f"to_scroll({what!r}, {name!r})", f"{what}({name!r})"
         self._wait(lambda: self._place(turn) or self._place(seen), seen)
         while before := self._place(turn):
             x, y, direction, _ = before
             self._xdotool("mousemove", "--sync", x, y)
             self._xdotool("click", direction)
             self._wait(lambda: self._place(turn) != before, "the panel to scroll")
+
+    def find_and_click(self, what, name):
+        """Click on it, after scrolling if need be."""
+        self.scroll_to(what, name)
+        self.click(f"{what}({name!r})")
+
+    def widen(self, dock, by):
+        """Pull at the edge of a dock."""
+        x, y = self._place(f"dock_edge({dock!r})")
+        self._xdotool("mousemove", "--sync", x, y)
+        self._xdotool("mousedown", 1)
+        for step in range(1, 6):
+            self._xdotool("mousemove", "--sync", x + step * by // 5, y)
+        self._xdotool("mouseup", 1)
 
     def type(self, text):
         """Type text and Return into what has the focus."""

@@ -236,7 +236,7 @@ def test_clicks_of_the_readme(start, brain):
         gui.click("menu_item('MLS Deform')")
         gui.until("simple.GetActiveSource() != file")
         gui.run("deform = simple.GetActiveSource()")
-        gui.scroll_to("CutType")
+        gui.scroll_to("drop_down", "CutType")
         gui.click("drop_down('CutType')")
         gui.click("option('CutType', 'plane')")
         with gui.dragging(FOREHEAD, ASIDE):

@@ -43,10 +43,9 @@ _watching = False
 
 
 def start():
-    """Watch the pipelines of all sessions, those to come too, unless somebody does already."""
+    """Watch the pipelines of all sessions of ParaView's GUI, unless somebody does already."""
     global _watching
-    manager = vtkSMProxyManager.GetProxyManager()
-    if _watching or manager is None:
+    if _watching or vtkSMProxyManager.GetProxyManager() is None:
         return
     _watching = True
     modules = vtkProcessModule.GetProcessModule()
@@ -54,18 +53,21 @@ def start():
     sessions.UnRegister(None)
     sessions.InitTraversal()
     while not sessions.IsDoneWithTraversal():
-        _watch(manager.GetSessionProxyManager(sessions.GetCurrentSession()))
+        _watch(sessions.GetCurrentSession())
         sessions.GoToNextItem()
 
+    # Plugins of PV_PLUGIN_PATH are loaded before there is a session.
     def connected(modules, event):
-        session = modules.GetSession(modules.GetEventCallDataSessionId())
-        _watch(manager.GetSessionProxyManager(session))
+        _watch(modules.GetSession(modules.GetEventCallDataSessionId()))
 
     modules.AddObserver("ConnectionCreatedEvent", connected)
 
 
-def _watch(manager):
+def _watch(session):
     """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
+    if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
+        return  # only the GUI has undo; pvpython's manager outlives Python and would call it still
+    manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
 
@@ -84,9 +86,6 @@ def _watch(manager):
                 _show_as_input(every[number], every.values())
 
     def changed(manager, event):
-        # Only the GUI has undo, and not yet while it loads the plugins of PV_PLUGIN_PATH.
-        if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
-            return
         here = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
         for number in pipelines.keys() - here.keys():
             del pipelines[number]
@@ -228,7 +227,8 @@ class _Handles:
             edits = dict.fromkeys((other, "Weights"), lambda rows: rows[kept])
         for name, edit in edits.items():
             rows = _pending(proxy.GetProperty(name))
-            if len(rows) == len(before):
+            is_unused = name == "Weights" and len(rows) == 0  # all handles count alike
+            if len(rows) == len(before) and not is_unused:
                 _set_pending(proxy.GetProperty(name), edit(rows))
         self._remember(proxy)
 

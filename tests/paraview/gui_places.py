@@ -45,9 +45,37 @@ def option(name, text):
     return _middle(view.viewport(), view.visualRect(view.model().index(found.findText(text), 0)))
 
 
-def to_scroll(name):
-    """Where to turn the mouse wheel which way, for a drop-down list to come into sight."""
-    found = _drop_down(name)
+def tool(name):
+    """A button with a picture, by the name of its widget."""
+    found = _tool(name)
+    return _middle(found, found.rect()) if found and found.isEnabled() else None
+
+
+def field(name):
+    """The first line to type into of a property."""
+    found = _field(name)
+    return _middle(found, found.rect()) if found and found.isEnabled() else None
+
+
+def table(name):
+    """The first cell of the table in a widget."""
+    found = _table(name)
+    view = found and found.parentWidget()
+    return _middle(found, view.visualRect(view.model().index(0, 0))) if found else None
+
+
+def dock_edge(name):
+    """What to drag to make a dock wider."""
+    for dock in _visible(QtWidgets.QDockWidget):
+        if dock.objectName() == name:
+            corner = dock.mapToGlobal(dock.rect().topRight())
+            return [corner.x() + 3, corner.y() + dock.height() // 2]
+    return None
+
+
+def to_scroll(what, name):
+    """Where to turn the mouse wheel which way, for one of the above to come into sight."""
+    found = {"drop_down": _drop_down, "tool": _tool, "field": _field, "table": _table}[what](name)
     if not found or _middle(found, found.rect()):
         return None
     area = found
@@ -59,10 +87,30 @@ def to_scroll(name):
 
 
 def _drop_down(name):
+    return _part(name, QtWidgets.QComboBox)
+
+
+def _field(name):
+    return _part(name, QtWidgets.QLineEdit)
+
+
+def _table(name):
+    found = _part(name, QtWidgets.QTableView)
+    return found and found.viewport()  # which hides the table itself
+
+
+def _tool(name):
+    tools = _visible(QtWidgets.QToolButton)
+    return next((each for each in tools if each.objectName() == name), None)
+
+
+def _part(name, kind):
+    """The first visible widget of a kind in a widget with a name."""
     for widget in _visible(QtWidgets.QWidget):
         if widget.objectName() == name:
-            for found in widget.findChildren(QtWidgets.QComboBox):
-                return found
+            for found in widget.findChildren(kind):
+                if found.isVisible():
+                    return found
     return None
 
 
