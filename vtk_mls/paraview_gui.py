@@ -11,6 +11,7 @@ transparent: then VTK's pickers pass it by as well.
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 
 import numpy as np
@@ -39,6 +40,7 @@ _LOOK = (
     *("InterpolationType", "VolumeRenderingMode", "ScalarOpacityUnitDistance"),
     *("IsosurfaceValues", "Slice", "SliceMode"),
 )
+_AT_ONCE = 1.0  # seconds: what a click on *+* takes at most
 _watching = False
 
 
@@ -111,6 +113,7 @@ class _Handles:
 
     def __init__(self, proxy):
         self._busy = self._is_held = False
+        self._added = None  # when handles were last added to which list, and what was before
         self._number, self._widgets = proxy.GetGlobalID(), set()
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
@@ -197,8 +200,12 @@ class _Handles:
     def _deformed_edited(self, deformed, proxy):
         """A handle was dragged, added or removed, or an edit was applied or taken back."""
         before, self._deformed = self._deformed, _pending(deformed)
-        if len(before) != len(self._deformed) and _is_pending(deformed):
+        if not _is_pending(deformed):
+            return
+        if len(before) != len(self._deformed):
             self._count_changed(proxy, before, self._deformed, "RestPoints")
+        else:
+            self._correct("RestPoints", proxy, self._deformed)
 
     def _rest_edited(self, rest, proxy):
         """A rest position was moved, added or removed: the handle goes along."""
@@ -207,15 +214,41 @@ class _Handles:
             return
         if len(before) != len(self._rest):
             self._count_changed(proxy, before, self._rest, "DeformedPoints")
+        elif self._correct("DeformedPoints", proxy, self._rest):
+            return
         elif len(before) == len(self._deformed):
             self._deformed = self._deformed + (self._rest - before)
             _set_pending(proxy.GetProperty("DeformedPoints"), self._deformed)
 
     def _count_changed(self, proxy, before, after, other):
         """Add or remove in the lists beside what was added to or removed from one."""
+        beside = {name: _pending(proxy.GetProperty(name)) for name in (other, "Weights")}
+        is_added = len(after) > len(before)
+        self._added = (time.monotonic(), other, before, beside) if is_added else None
+        self._insert_or_remove(proxy, before, after, other)
+
+    def _correct(self, other, proxy, after):
+        """Whether an edit is the second part of *+*: the table has appended a row, now it has
+        moved it to its place between the others. Then the lists beside get it there as well.
+        """
+        if self._added is None or self._is_held:
+            return False
+        since, expected, before, beside = self._added
+        if expected != other or time.monotonic() - since > _AT_ONCE:
+            return False
+        first, count = _first_difference(before, after), len(after) - len(before)
+        if not np.array_equal(np.delete(after, slice(first, first + count), axis=0), before):
+            return False
+        for name, rows in beside.items():
+            _set_pending(proxy.GetProperty(name), rows)
+        self._insert_or_remove(proxy, before, after, other)
+        paraview_undo.amend(self, _lists(proxy))
+        self._settled = _lists(proxy)
+        return True
+
+    def _insert_or_remove(self, proxy, before, after, other):
         if len(after) > len(before):
-            differs = (before != after[: len(before)]).any(axis=1)
-            first = int(differs.argmax()) if differs.any() else len(before)
+            first = _first_difference(before, after)
             new = after[first : first + len(after) - len(before)]
             places = np.full(len(new), first)
             edits = {
@@ -350,6 +383,12 @@ def _is_pending(changed):
 
 def _set_pending(changed, rows):
     changed.SetUncheckedElements(np.ravel(rows).tolist(), rows.size)
+
+
+def _first_difference(before, after):
+    """The first row in which `after`, which is not shorter, differs from `before`."""
+    differs = (before != after[: len(before)]).any(axis=1)
+    return int(differs.argmax()) if differs.any() else len(before)
 
 
 def _kept(before, after):

@@ -34,6 +34,13 @@ def add(label, owner, before, after):
     _steps[stack.GetNextUndoSet()] = owner, before, after
 
 
+def amend(owner, after):
+    """Count what was done since the owner's last edit as part of it."""
+    step = _stack().GetNextUndoSet() if _stack().CanUndo() else None
+    if step in _steps and _steps[step][0] is owner:
+        _steps[step] = owner, _steps[step][1], after
+
+
 def forget(owner):
     """Remove the edits of an owner: they were applied, or taken back in another way."""
     if is_busy():

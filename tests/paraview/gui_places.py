@@ -58,19 +58,16 @@ def field(name):
 
 
 def table(name):
-    """The first cell of the table in a widget."""
+    """The cell in the middle of the table in a widget."""
     found = _table(name)
-    view = found and found.parentWidget()
-    return _middle(found, view.visualRect(view.model().index(0, 0))) if found else None
+    return _middle(found, found.rect()) if found else None
 
 
-def dock_edge(name):
-    """What to drag to make a dock wider."""
-    for dock in _visible(QtWidgets.QDockWidget):
-        if dock.objectName() == name:
-            corner = dock.mapToGlobal(dock.rect().topRight())
-            return [corner.x() + 3, corner.y() + dock.height() // 2]
-    return None
+def widen(name, width):
+    """Make a dock so wide that all of its panel is in sight."""
+    (dock,) = (each for each in _visible(QtWidgets.QDockWidget) if each.objectName() == name)
+    horizontal = import_module(f"PyQt{_version}.QtCore").Qt.Orientation.Horizontal
+    dock.window().resizeDocks([dock], [width], horizontal)
 
 
 def to_scroll(what, name):
