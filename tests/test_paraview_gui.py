@@ -340,11 +340,11 @@ def test_edits_after_vtk_mls(start):
         gui.until("counts() == [81, 81, 0]")
 
         # Move the cut.
-        gui.find_and_click("field", "InteractivePlane")
+        gui.find_and_click("field", "originX")
         gui.press("ctrl+a")
-        gui.type("80")
+        gui.type("4")
         gui.press("alt+a")
-        gui.until("deform.CutOrigin[0] == 80")
+        gui.until("deform.CutOrigin[0] == 4")
         gui.run("simple.Render(view)")
         gui.screenshot("5_cut_moved")
 
@@ -361,6 +361,56 @@ def test_edits_after_vtk_mls(start):
         gui.run("edited.SetUncheckedElements([2, 2, 2], 3)")
         assert gui.value("counts()") == [24, 24, 0]
         assert noise(gui) == []
+
+
+WATCHED = """
+wavelet = simple.Wavelet()
+wavelet.UpdatePipeline()
+deform = simple.MLSDeform(Input=wavelet)
+edited = deform.SMProxy.GetProperty("LatticeDimensions")
+edited.SetUncheckedElements([2, 2, 2], 3)
+answer = deform.SMProxy.GetProperty("RestPoints").GetNumberOfUncheckedElements()
+"""
+
+
+def test_handles_are_watched_when_loaded_by_path(start, paraview):  # noqa: F811
+    folder = "/project" if paraview.prefix else str(PROJECT)
+    with start(PV_PLUGIN_PATH=f"{folder}/paraview_plugin") as gui:
+        assert gui.run(WATCHED) == 24
+        gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
+        assert gui.run(WATCHED) == 24
+        assert noise(gui) == []
+
+
+def test_handles_are_watched_when_loaded_by_mouse(start):
+    with start() as gui:
+        if not gui.run(HAS_QT):
+            unavailable("no Qt for Python beside this ParaView")
+        gui.click("menu_item('Tools')")
+        gui.click("menu_item('Manage Plugins')")
+        gui.click("button('Load New')")
+        gui.hover("button('Cancel')")
+        gui.type("paraview_plugin/vtk_mls_plugin.py")
+        gui.until("hasattr(servermanager.filters, 'MLSDeform')")
+        gui.click("button('Close')")
+        gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
+        assert gui.run(WATCHED) == 24
+        assert noise(gui) == []
+
+
+def test_weights_that_are_not_used_stay_so(start):
+    """Also when all handles are removed and others added."""
+    with start() as gui:
+        gui.run(SETUP)
+        gui.run("""
+proxy = servermanager.filters.MLSDeform(Input=wavelet)  # without a panel, whose widget wants one
+servermanager.Register(proxy)
+lists = [proxy.SMProxy.GetProperty(name) for name in ("DeformedPoints", "RestPoints", "Weights")]
+counts = []
+for values in ([], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]):
+    lists[0].SetUncheckedElements(values, len(values))
+    counts.append([each.GetNumberOfUncheckedElements() for each in lists])""")
+        assert gui.value("counts") == [[0, 0, 0], [3, 3, 0], [6, 6, 0]]
 
 
 def test_auto_apply_follows_the_drag(gui):

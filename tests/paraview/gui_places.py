@@ -102,10 +102,10 @@ def _tool(name):
 
 
 def _part(name, kind):
-    """The first visible widget of a kind in a widget with a name."""
+    """The first visible widget of a kind that has a name or is in a widget that has."""
     for widget in _visible(QtWidgets.QWidget):
         if widget.objectName() == name:
-            for found in widget.findChildren(kind):
+            for found in [widget] if isinstance(widget, kind) else widget.findChildren(kind):
                 if found.isVisible():
                     return found
     return None
