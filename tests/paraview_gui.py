@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 
 LISTENER = "tests/paraview/gui_listener.py"
 PLAIN = ("paraview", "--dr", f"--script={LISTENER}")
-PATIENCE = 30  # seconds, for whatever is waited for
+PATIENCE = 60  # seconds, for whatever is waited for
 WIDTH, HEIGHT = 1280, 1024
 
 

@@ -404,7 +404,7 @@ def test_weights_that_are_not_used_stay_so(start):
         gui.run(SETUP)
         gui.run("""
 proxy = servermanager.filters.MLSDeform(Input=wavelet)  # without a panel, whose widget wants one
-servermanager.Register(proxy)
+servermanager.ProxyManager().RegisterProxy("sources", "alone", proxy)
 lists = [proxy.SMProxy.GetProperty(name) for name in ("DeformedPoints", "RestPoints", "Weights")]
 counts = []
 for values in ([], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]):
