@@ -11,10 +11,12 @@ setters, and before ParaView 5.12 the panel would list their properties in alpha
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 # This file lies in <checkout>/paraview_plugin or <site-packages>/vtk_mls/paraview_plugin.  Folders
 # are appended to sys.path, not put in front: a site-packages may hold a VTK and a numpy, which must
@@ -31,7 +33,9 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, paraview_gui
+from vtk_mls import filters, io, paraview_gui
+from vtk_mls.arrays import Lattice
+from vtk_mls.filters.algorithm import Algorithm
 
 _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
@@ -298,7 +302,9 @@ def draggable(deformed, rest, *hints):
 
 OWN = shown_when("ControlPoints", "null")
 
-# Handles of the filter's own, and how far they have gone.
+# Handles of the filter's own, and which arrays say the same of connected ones. These come after
+# Input: a property that names another one makes it, here ControlPoints, and the menu connects what
+# is selected to the input that was made first.
 HANDLES = [
     *draggable(
         lattice(
@@ -334,17 +340,25 @@ HANDLES = [
         OWN,
         panel_visibility="advanced",
     ),
-    vector(
-        "Double",
-        "Blend",
-        1.0,
-        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
-        was.""",
-        limits("Double", min=0, max=1),
+    handle_array(
+        "DisplacementArray",
+        0,
+        "Displacement",
+        arrays_of("vectors", "ControlPoints"),
+        "Point vector array of the control points with their displacement q - p.",
+    ),
+    handle_array(
+        "WeightArray",
+        1,
+        "Weight",
+        arrays_of("factors", "ControlPoints"),
+        """Point array of the control points with a positive factor for each; without it all count
+        alike.""",
     ),
 ]
 
-# What both filters ask of the deformation, in the order of the panel.
+# What both filters ask of the deformation. The panel has the order of the work, and the long tables
+# of the handles stand below all of which there are few: kind and cut.
 DEFORMATION = [
     choice(
         "Kind",
@@ -370,28 +384,20 @@ DEFORMATION = [
         1 / r^(2 alpha). Must be greater than 0.""",
         limits("Double", min=0.1, max=4),
     ),
-    handle_array(
-        "DisplacementArray",
-        0,
-        "Displacement",
-        arrays_of("vectors", "ControlPoints"),
-        "Point vector array of the control points with their displacement q - p.",
-    ),
-    handle_array(
-        "WeightArray",
-        1,
-        "Weight",
-        arrays_of("factors", "ControlPoints"),
-        """Point array of the control points with a positive factor for each; without it all count
-        alike.""",
+    vector(
+        "Double",
+        "Blend",
+        1.0,
+        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
+        was.""",
+        limits("Double", min=0, max=1),
     ),
 ]
 
 HAS_CUT = shown_when("CutType", "none", inverse=1)
 
 # A cut by properties, and what all cuts have in common. ParaView shows the plane's widget where the
-# first property of its group stands, which is Input: that comes between these two, and before the
-# other inputs, for the menu connects what is selected to the first.
+# first property of its group stands, which is Input: that comes between these two.
 CUT_TYPE = choice(
     "CutType",
     ("none", "plane", "half-plane"),
@@ -473,7 +479,6 @@ DEFORM = [
         exact inverse, so that both stay together. Cuts open it: the void in an image is in the
         array Void, and cells of a mesh are split along them."""
     ),
-    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -489,6 +494,7 @@ DEFORM = [
     CONTROL_POINTS,
     CUTS,
     *CUT,
+    *HANDLES,
     choice(
         "Interpolation",
         vtk_mls.INTERPOLATIONS,
@@ -583,7 +589,6 @@ FIELD = [
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
         place that the material now at v came from."""
     ),
-    *HANDLES,
     *DEFORMATION,
     CUT_TYPE,
     data_input(
@@ -596,6 +601,7 @@ FIELD = [
     CONTROL_POINTS,
     CUTS,
     *CUT,
+    *HANDLES,
     vector(
         "Int",
         "SampleDimensions",
@@ -669,6 +675,19 @@ SOURCE = [
 ]
 
 
+READER = [
+    documentation(
+        """Reads NIfTI images (.nii, .nii.gz) in world coordinates, as vtk-mls deform does: with the
+        orientation and the scaling that the file has."""
+    ),
+    vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
+    xml(
+        "Hints",
+        xml("ReaderFactory", extensions="nii nii.gz", file_description="NIfTI images (MLS)"),
+    ),
+]
+
+
 @smproxy.filter(name="MLSDeform", label="MLS Deform")
 @MENU
 @smproperty.xml("".join(DEFORM))
@@ -692,3 +711,39 @@ class MLSDisplacementField(filters.MLSDisplacementField):
 @smproperty.xml("".join(SOURCE))
 class MLSControlPoints(filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
+
+
+@smproxy.source(name="MLSImageReader", label="MLS Image Reader")
+@smproperty.xml("".join(READER))
+class MLSImageReader(Algorithm):
+    """A reader for what ParaView's own reads without its orientation, and not compressed."""
+
+    def __init__(self):
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
+        self._file_name, self._read = "", None
+
+    def SetFileName(self, name):
+        """A .nii or .nii.gz file."""
+        self._read = None
+        self._set("_file_name", name or "")
+
+    def GetFileName(self):
+        """For ParaView, which names the data after it."""
+        return self._file_name
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        with suppress(ValueError):  # RequestData says it
+            Lattice.of_image(self._image()).announce(outInfo.GetInformationObject(0))
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        vtkImageData.GetData(outInfo).ShallowCopy(self._image())
+        return 1
+
+    def _image(self):
+        if self._read is None:
+            try:
+                self._read = io.read_dataset(self._file_name)
+            except OSError as error:
+                raise ValueError(f"`FileName`: {error}") from error
+        return self._read

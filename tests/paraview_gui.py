@@ -10,6 +10,7 @@ import time
 from contextlib import contextmanager, suppress
 
 LISTENER = "tests/paraview/gui_listener.py"
+PLAIN = ("paraview", "--dr", f"--script={LISTENER}")
 PATIENCE = 60  # seconds, for whatever is waited for
 WIDTH, HEIGHT = 1280, 1024
 
@@ -85,15 +86,20 @@ class Gui:
         for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
             self._xdotool("mousemove", "--sync", x + shift, y)
 
-    def scroll_to(self, name):
-        """Turn the mouse wheel until a drop-down list can be seen."""
-        turn, seen = f"to_scroll({name!r})", f"drop_down({name!r})"
+    def scroll_to(self, what, name):
+        """Turn the mouse wheel until what `gui_places` calls `what` can be seen."""
+        turn, seen = f"to_scroll({what!r}, {name!r})", f"{what}({name!r})"
         self._wait(lambda: self._place(turn) or self._place(seen), seen)
         while before := self._place(turn):
             x, y, direction, _ = before
-            self._xdotool("mousemove", "--sync", x, y)
+            self._xdotool("mousemove", x, y)  # it may be there already, then --sync would wait
             self._xdotool("click", direction)
             self._wait(lambda: self._place(turn) != before, "the panel to scroll")
+
+    def find_and_click(self, what, name):
+        """Click on it, after scrolling if need be."""
+        self.scroll_to(what, name)
+        self.click(f"{what}({name!r})")
 
     def type(self, text):
         """Type text and Return into what has the focus."""
@@ -176,7 +182,7 @@ answer = list(coordinate.GetComputedDisplayValue(view.GetRenderer()))""")
 
 
 @contextmanager
-def running(paraview, project, folder, display):
+def running(paraview, project, folder, display, command=PLAIN, **variables):
     """A ParaView with a `Gui`, ended at the end.
 
     Parameters
@@ -185,17 +191,21 @@ def running(paraview, project, folder, display):
     project : Path
     folder : Path, relative to the project
     display : str
+    command : sequence of str, optional
+        Starts it.
+    **variables : str
+        Of its environment.
     """
     (project / folder).mkdir(parents=True, exist_ok=True)
     for name in ("request.py", "reply.json"):
         (project / folder / name).unlink(missing_ok=True)
     environment = paraview.environment(
-        DISPLAY=display, QT_QPA_PLATFORM="xcb", PARAVIEW_GUI_FOLDER=str(folder)
+        DISPLAY=display, QT_QPA_PLATFORM="xcb", PARAVIEW_GUI_FOLDER=str(folder), **variables
     )
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)
     with (project / folder / "log.txt").open("w") as log:
         process = subprocess.Popen(
-            [*paraview.prefix, "paraview", "--dr", f"--script={LISTENER}"],
+            [*paraview.prefix, *command],
             cwd=project,
             env=environment,
             stdin=subprocess.DEVNULL,

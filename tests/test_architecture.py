@@ -62,8 +62,12 @@ ALLOWED = {
     },
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
-    "paraview_gui": {"filters", "handle_files", "numpy", "paraview"},
+    "paraview_gui": {
+        *{"filters", "handle_files", "paraview_undo"},
+        *{"numpy", "paraview", "vtkmodules"},
+    },
     "paraview_scene": {"paraview"},
+    "paraview_undo": {"paraview"},
     "proof": {"announcements", "device", "records", "resources"},
     "records": {"caches"},
     "reals": {"numpy"},

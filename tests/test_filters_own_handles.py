@@ -18,6 +18,7 @@ from vtk_fixtures import (  # noqa: F401
 
 from vtk_mls import KINDS, arrays
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters.control_points import lattice
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
 
@@ -49,6 +50,10 @@ def with_handles(filter_type, image, *lists, **settings):
 def result(deforming):
     output = update(deforming)
     return values_of(output, output.GetPointData().GetArrayName(0))
+
+
+def result_of(deforming, name):
+    return values_of(update(deforming), name)
 
 
 @FILTERS
@@ -98,6 +103,60 @@ def test_a_dragged_handle_is_followed_once(filter_type, image):
     np.testing.assert_array_equal(result(deforming), expected)
     assert not np.array_equal(rest, expected)
     assert runs.count == 2
+
+
+@pytest.mark.parametrize("cut_type", ["plane", "half-plane"])
+@pytest.mark.parametrize("axis", range(3))
+def test_every_side_handle_of_a_lattice_opens_a_cut_through_its_middle(cut_type, axis):
+    image = make_image((40, 40, 40))
+    bounds = np.reshape(image.GetBounds(), (3, 2))
+    middle, normal = bounds.mean(axis=1), np.eye(3)[axis]
+    deforming = alone(MLSDeform, image)
+    deforming.SetCutType(cut_type)
+    deforming.SetCutOrigin(middle)
+    deforming.SetCutNormal(normal)
+    deforming.SetCutInward(np.roll(normal, 1))
+    rest = lattice((3, 3, 3), bounds.ravel())
+    deforming.SetRestPoints(rest)
+    deforming.SetDeformedPoints(rest)
+    assert not result_of(deforming, "Void").any()
+    size = np.ptp(bounds, axis=1)
+    reach = (rest - middle) @ np.roll(normal, 1)
+    # those beyond the edge of a half-plane hold or move both sides
+    is_side = (np.abs(rest - middle) > 0.49 * size).any(axis=1)
+    for number in np.flatnonzero(is_side & ((cut_type == "plane") | (reach > 0))):
+        away = np.where((rest[number] - middle) @ normal < 0, -1, 1) * 0.4 * size * normal
+        deformed = rest.copy()
+        deformed[number] += away
+        deforming.SetDeformedPoints(deformed)
+        assert result_of(deforming, "Void").any(), rest[number]
+
+
+def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
+    """Their weights go with them; what is dragged, or beside the cut, or beyond its edge counts."""
+    deforming = alone(MLSDeform, image)
+    deforming.SetCutType("half-plane")
+    deforming.SetCutOrigin(4, 4, 3)
+    rest = np.vstack([REST, [(4, 1, 6), (4, 7, 6), (4, 1, 1), (4.1, 3, 5)]])
+    deformed = np.vstack([DEFORMED, rest[8:]])
+    deformed[9] += (0.5, 0, 0)
+    counts = np.arange(12) != 8
+    weights = np.arange(1.0, 13)
+
+    def outcome(numbers):
+        deforming.SetRestPoints(rest[numbers])
+        deforming.SetDeformedPoints(deformed[numbers])
+        deforming.SetWeights(weights[numbers])
+        return result(deforming)
+
+    everything = outcome(counts | True)
+    np.testing.assert_array_equal(everything, outcome(counts))
+    for number in range(9, 12):
+        assert not np.array_equal(everything, outcome(counts & (np.arange(12) != number)))
+    deforming.SetRestPoints([(4, 1, 6)])
+    deforming.SetDeformedPoints(())
+    deforming.SetWeights(())
+    np.testing.assert_array_equal(result(deforming), values_of(image, "value"))
 
 
 @FILTERS

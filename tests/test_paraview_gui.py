@@ -7,7 +7,7 @@ import shutil
 from functools import partial
 
 import pytest
-from paraview_gui import running
+from paraview_gui import LISTENER, running
 from test_paraview import (  # noqa: F401
     NOISE,
     PICTURES,
@@ -15,7 +15,7 @@ from test_paraview import (  # noqa: F401
     display,
     paraview,
 )
-from vtkmodules.vtkImagingCore import vtkImageShrink3D
+from vtkmodules.vtkImagingCore import vtkImageShrink3D, vtkRTAnalyticSource
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
@@ -23,8 +23,7 @@ from vtk_mls import demo_volumes
 
 HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
 PULL = (60, 50)  # pixels
-FOREHEAD = (97, 230, 186)  # the handle in front of the brain, on the cut
-ASIDE = (-220, 60)
+ASIDE = (120, 40)
 
 SETUP = """
 import numpy as np
@@ -71,31 +70,48 @@ except ModuleNotFoundError:
     answer = False
 """
 
-OPEN = """
-import os
+BRAIN = """
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-os.environ["VTK_MLS_OPEN"] = os.path.abspath("{file}")
-exec(open("vtk_mls/paraview_scene.py").read())  # as vtk-mls paraview FILE
 file = simple.GetActiveSource()
 
 def output(proxy):
     data = proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0)
-    return data if data and data.GetNumberOfPoints() else None
+    return data if data and data.GetPointData().GetNumberOfArrays() else None
 
 def values(proxy, name):
     return vtk_to_numpy(output(proxy).GetPointData().GetArray(name))
 
-def is_dragged():
-    moved = deform.SMProxy.GetProperty("DeformedPoints")
-    count = moved.GetNumberOfUncheckedElements()
-    return [moved.GetUncheckedElement(i) for i in range(count)] != list(deform.RestPoints)
+def pending(name):
+    changed = deform.SMProxy.GetProperty(name)
+    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
+
+def dragged():  # numbers of the handles that are not where they rest, pending edits included
+    rest, moved = (np.reshape(pending(n), (-1, 3)) for n in ("RestPoints", "DeformedPoints"))
+    return [int(i) for i in np.flatnonzero((moved != rest).any(axis=1))]
+
+def counts():
+    return [len(pending(n)) for n in ("RestPoints", "DeformedPoints", "Weights")]
+
+def in_sight():  # numbers and places of handles on the sides with no other before or behind
+    from vtkmodules.vtkRenderingCore import vtkCoordinate
+    places = np.reshape(pending("DeformedPoints"), (-1, 3))
+    coordinate = vtkCoordinate()
+    coordinate.SetCoordinateSystemToWorld()
+    seen = []
+    for place in places:
+        coordinate.SetValue(*place)
+        seen.append(coordinate.GetComputedDisplayValue(view.GetRenderer()))
+    seen = np.array(seen)
+    near = np.linalg.norm(seen[:, None] - seen, axis=2) < 20
+    is_side = ((places == places.min(axis=0)) | (places == places.max(axis=0))).any(axis=1)
+    return [(n, list(p)) for n, p in enumerate(places) if is_side[n] and near[n].sum() == 1]
 
 def is_bent():
     return not np.array_equal(values(deform, "T1"), values(file, "T1"))
 
 def is_cut():
-    return bool(values(deform, "Void").any())
+    return output(deform).GetPointData().HasArray("Void") and bool(values(deform, "Void").any())
 """
 
 REPLAY = """
@@ -213,8 +229,160 @@ def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
         gui.until("len(dragged(pending=True)) == 1")
 
 
+def by_vtk_mls(file):
+    """How `vtk-mls paraview FILE` starts a ParaView."""
+    options = ("--dr", f"--script={LISTENER}")
+    command = ("python3", "-m", "vtk_mls", "paraview", str(file))
+    return (*command, *(f"--option={each}" for each in options))
+
+
 def test_clicks_of_the_readme(start, brain):
-    """From an opened file to a volume that is bent and cut open, by mouse alone."""
+    """From `vtk-mls paraview FILE` to a volume that is bent and cut open, and on; by mouse."""
+    with start(command=by_vtk_mls(brain)) as gui:
+        if not gui.run(HAS_QT):
+            unavailable("no Qt for Python beside this ParaView")
+        gui.run(BRAIN)
+        assert gui.value("next(iter(simple.GetSources()))[0]") == "brain.vti"
+        gui.run("simple.Render(view)")
+        gui.screenshot("1_opened")
+        gui.clicks = 0
+        gui.click("menu_item('Filters')")
+        gui.hover("menu_item('MLS Deformation')")
+        gui.click("menu_item('MLS Deform')")
+        gui.until("simple.GetActiveSource() != file")
+        gui.run("deform = simple.GetActiveSource()")
+        gui.click("drop_down('CutType')")  # in sight without scrolling
+        gui.click("option('CutType', 'plane')")
+        clicks = gui.clicks
+
+        # Any handle of a side can be taken hold of, alone, and let go again.
+        handles = gui.value("in_sight()")
+        assert len(handles) > 10
+        for number, place in handles[::5]:
+            with gui.dragging(place, (12, 9)):
+                gui.until("dragged()")
+            assert gui.value("dragged()") == [number]
+            gui.press("ctrl+z")
+            gui.until("not dragged()")
+
+        gui.clicks = clicks
+        number, place = max(handles, key=lambda each: each[1][0])
+        with gui.dragging(place, ASIDE):
+            gui.until("dragged()")
+            gui.screenshot("2_dragging")
+        gui.click("button('Apply')")
+        assert gui.clicks == 6
+        gui.until("output(deform) and is_cut() and is_bent()")
+        assert gui.value("dragged()") == [number]
+        assert gui.value("is_cut()")
+        gui.run("shown = [simple.GetDisplayProperties(each, view) for each in (file, deform)]")
+        assert gui.value("[each.Representation == 'Volume' for each in shown]") == [True, True]
+        assert gui.value("[each.ColorArrayName[1] for each in shown]") == ["T1", "T1"]
+        assert gui.value("shown[0].LookupTable.SMProxy is shown[1].LookupTable.SMProxy")
+        gui.run("simple.Render(view)")
+        gui.screenshot("3_open")
+
+        # Ctrl+Z after one more drag takes back that drag alone.
+        with gui.dragging(handles[0][1], (30, 20)):
+            gui.until("len(dragged()) == 2")
+        gui.press("ctrl+z")
+        gui.until(f"dragged() == [{number}]")
+        gui.press("ctrl+y")
+        gui.until("len(dragged()) == 2")
+        gui.press("ctrl+z")
+        assert gui.value("is_bent()")
+        assert noise(gui) == []
+
+
+def test_edits_after_vtk_mls(start):
+    """Handles added, removed and laid anew, undo, redo, the cut moved, a state."""
+    file = PICTURES / "wavelet.vti"
+    wavelet = vtkRTAnalyticSource()
+    writer = vtkXMLImageDataWriter()
+    writer.SetInputConnection(wavelet.GetOutputPort())
+    (PROJECT / PICTURES).mkdir(parents=True, exist_ok=True)
+    writer.SetFileName(str(PROJECT / file))
+    assert writer.Write()
+    with start(command=by_vtk_mls(file)) as gui:
+        if not gui.run(HAS_QT):
+            unavailable("no Qt for Python beside this ParaView")
+        gui.run(BRAIN)
+        gui.run("simple.GetDisplayProperties(file, view).SetRepresentationType('Outline')")
+        gui.launch("MLS Deform")
+        gui.run("deform = simple.GetActiveSource()")
+        gui.click("drop_down('CutType')")
+        gui.click("option('CutType', 'plane')")
+        with gui.dragging((10, 10, 0), PULL):
+            gui.until("dragged()")
+        gui.press("alt+a")
+        gui.until("output(deform) and is_cut()")
+
+        # Add and remove a handle, undo and redo that; and lay a lattice.
+        gui.run("import gui_places; gui_places.widen('propertiesDock', 550)")
+        gui.find_and_click("table", "InteractivePolyLine")
+        gui.find_and_click("tool", "Add")
+        gui.until("counts() == [84, 84, 0] and len(dragged()) == 1")  # the lists are in step
+        gui.press("ctrl+z")
+        gui.until("counts() == [81, 81, 0]")
+        gui.press("ctrl+y")
+        gui.until("counts() == [84, 84, 0]")
+        gui.find_and_click("table", "InteractivePolyLine")
+        gui.find_and_click("tool", "Remove")
+        gui.until("counts() == [81, 81, 0]")
+        gui.press("alt+a")
+        gui.find_and_click("tool", "AdvancedButton")
+        gui.find_and_click("field", "LatticeDimensions")
+        gui.press("ctrl+a")
+        gui.type("2")
+        gui.until("counts() == [54, 54, 0] and not dragged()")
+        gui.screenshot("4_lattice")
+        gui.click("button('Reset')")
+        gui.until("counts() == [81, 81, 0]")
+
+        # Move the cut.
+        gui.find_and_click("field", "originX")
+        gui.press("ctrl+a")
+        gui.type("4")
+        gui.press("alt+a")
+        gui.until("deform.CutOrigin[0] == 4")
+        gui.run("simple.Render(view)")
+        gui.screenshot("5_cut_moved")
+
+        # A state, and what the mouse does to what it brings back.
+        gui.run("wanted = values(deform, 'RTData').copy()")
+        gui.run(f"simple.SaveState('{gui.folder}/state.pvsm')")
+        gui.run("simple.Delete(deform); simple.Delete(file); del deform, file")
+        gui.until("not simple.GetSources()")
+        gui.run(f"simple.LoadState('{gui.folder}/state.pvsm')")
+        gui.run("deform = simple.FindSource('MLSDeform1'); deform.UpdatePipeline()")
+        assert gui.value("np.array_equal(values(deform, 'RTData'), wanted)")
+        gui.run("simple.SetActiveSource(deform); before = dragged()")
+        gui.run("edited = deform.SMProxy.GetProperty('LatticeDimensions')")
+        gui.run("edited.SetUncheckedElements([2, 2, 2], 3)")
+        assert gui.value("counts()") == [24, 24, 0]
+        assert noise(gui) == []
+
+
+WATCHED = """
+wavelet = simple.Wavelet()
+wavelet.UpdatePipeline()
+deform = simple.MLSDeform(Input=wavelet)
+edited = deform.SMProxy.GetProperty("LatticeDimensions")
+edited.SetUncheckedElements([2, 2, 2], 3)
+answer = deform.SMProxy.GetProperty("RestPoints").GetNumberOfUncheckedElements()
+"""
+
+
+def test_handles_are_watched_when_loaded_by_path(start, paraview):  # noqa: F811
+    folder = "/project" if paraview.prefix else str(PROJECT)
+    with start(PV_PLUGIN_PATH=f"{folder}/paraview_plugin") as gui:
+        assert gui.run(WATCHED) == 24
+        gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
+        assert gui.run(WATCHED) == 24
+        assert noise(gui) == []
+
+
+def test_handles_are_watched_when_loaded_by_mouse(start):
     with start() as gui:
         if not gui.run(HAS_QT):
             unavailable("no Qt for Python beside this ParaView")
@@ -224,35 +392,25 @@ def test_clicks_of_the_readme(start, brain):
         gui.hover("button('Cancel')")
         gui.type("paraview_plugin/vtk_mls_plugin.py")
         gui.until("hasattr(servermanager.filters, 'MLSDeform')")
-        gui.screenshot("0_loaded")
         gui.click("button('Close')")
-        gui.run(OPEN.format(file=brain))
-        gui.run("simple.Render(view)")
-        gui.screenshot("1_opened")
-
-        gui.clicks = 0
-        gui.click("menu_item('Filters')")
-        gui.hover("menu_item('MLS Deformation')")
-        gui.click("menu_item('MLS Deform')")
-        gui.until("simple.GetActiveSource() != file")
-        gui.run("deform = simple.GetActiveSource()")
-        gui.scroll_to("CutType")
-        gui.click("drop_down('CutType')")
-        gui.click("option('CutType', 'plane')")
-        with gui.dragging(FOREHEAD, ASIDE):
-            gui.until("is_dragged()")
-            gui.screenshot("2_dragging")
-        gui.click("button('Apply')")
-        gui.until("output(deform)")
-        gui.click("drop_down('displayRepresentation')")
-        gui.click("option('displayRepresentation', 'Volume')")
-        gui.click("button('Yes')")
-        gui.until("simple.GetDisplayProperties(deform, view).Representation == 'Volume'")
-        assert gui.clicks < 10
-        assert gui.value("is_bent() and is_cut()")
-        gui.run("simple.Render(view)")
-        gui.screenshot("3_open")
+        gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
+        assert gui.run(WATCHED) == 24
         assert noise(gui) == []
+
+
+def test_weights_that_are_not_used_stay_so(start):
+    """Also when all handles are removed and others added."""
+    with start() as gui:
+        gui.run(SETUP)
+        gui.run("""
+proxy = servermanager.filters.MLSDeform(Input=wavelet)  # without a panel, whose widget wants one
+servermanager.ProxyManager().RegisterProxy("sources", "alone", proxy)
+lists = [proxy.SMProxy.GetProperty(name) for name in ("DeformedPoints", "RestPoints", "Weights")]
+counts = []
+for values in ([], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]):
+    lists[0].SetUncheckedElements(values, len(values))
+    counts.append([each.GetNumberOfUncheckedElements() for each in lists])""")
+        assert gui.value("counts") == [[0, 0, 0], [3, 3, 0], [6, 6, 0]]
 
 
 def test_auto_apply_follows_the_drag(gui):

@@ -14,6 +14,9 @@ from paraview import servermanager, simple
 folder = os.environ["PARAVIEW_GUI_FOLDER"]
 sys.path.append("tests/paraview")
 names = {"simple": simple, "servermanager": servermanager}
+if "VTK_MLS_OPEN" in os.environ:  # started by vtk-mls, which runs one script, this
+    with open("vtk_mls/paraview_scene.py") as scene:
+        exec(scene.read(), {})
 
 
 def listen(interactor, event):

@@ -45,9 +45,34 @@ def option(name, text):
     return _middle(view.viewport(), view.visualRect(view.model().index(found.findText(text), 0)))
 
 
-def to_scroll(name):
-    """Where to turn the mouse wheel which way, for a drop-down list to come into sight."""
-    found = _drop_down(name)
+def tool(name):
+    """A button with a picture, by the name of its widget."""
+    found = _tool(name)
+    return _middle(found, found.rect()) if found and found.isEnabled() else None
+
+
+def field(name):
+    """The first line to type into of a property."""
+    found = _field(name)
+    return _middle(found, found.rect()) if found and found.isEnabled() else None
+
+
+def table(name):
+    """The cell in the middle of the table in a widget."""
+    found = _table(name)
+    return _middle(found, found.rect()) if found else None
+
+
+def widen(name, width):
+    """Make a dock so wide that all of its panel is in sight."""
+    (dock,) = (each for each in _visible(QtWidgets.QDockWidget) if each.objectName() == name)
+    horizontal = import_module(f"PyQt{_version}.QtCore").Qt.Orientation.Horizontal
+    dock.window().resizeDocks([dock], [width], horizontal)
+
+
+def to_scroll(what, name):
+    """Where to turn the mouse wheel which way, for one of the above to come into sight."""
+    found = {"drop_down": _drop_down, "tool": _tool, "field": _field, "table": _table}[what](name)
     if not found or _middle(found, found.rect()):
         return None
     area = found
@@ -59,10 +84,30 @@ def to_scroll(name):
 
 
 def _drop_down(name):
+    return _part(name, QtWidgets.QComboBox)
+
+
+def _field(name):
+    return _part(name, QtWidgets.QLineEdit)
+
+
+def _table(name):
+    found = _part(name, QtWidgets.QTableView)
+    return found and found.viewport()  # which hides the table itself
+
+
+def _tool(name):
+    tools = _visible(QtWidgets.QToolButton)
+    return next((each for each in tools if each.objectName() == name), None)
+
+
+def _part(name, kind):
+    """The first visible widget of a kind that has a name or is in a widget that has."""
     for widget in _visible(QtWidgets.QWidget):
         if widget.objectName() == name:
-            for found in widget.findChildren(QtWidgets.QComboBox):
-                return found
+            for found in [widget] if isinstance(widget, kind) else widget.findChildren(kind):
+                if found.isVisible():
+                    return found
     return None
 
 

@@ -21,6 +21,7 @@ from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 _ANCHOR = np.zeros((1, 3))
+_ON_CUT = 1e-6  # times the extent of the handles
 
 
 class DeformingFilter(HandleLists, Algorithm):
@@ -47,7 +48,8 @@ class DeformingFilter(HandleLists, Algorithm):
     ----------
     RestPoints, DeformedPoints, Weights
         Control points of the filter's own, see `HandleLists`; unused where input port 1 is
-        connected.
+        connected. Those that rest on the cut of CutType belong to neither of its sides and do not
+        count: they would hold it shut, and a lattice has some on a cut through its middle.
     Blend : float
         Which part of the way from p to q the control points go: 1 all of it, 0 none, and then the
         deformation is exactly the identity.
@@ -310,12 +312,16 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
-        own = self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
+        own = self._own_cut()
         state = own, self._cuts, [(each, each.GetMTime()) for each in surfaces]
         if self._known_cuts is None or self._known_cuts[0] != state:
             found = [cut for each in surfaces for cut in cutting.surfaces(each)]
             self._known_cuts = state, (*cutting.own_cuts(*own), *self._cuts, *found)
         return self._known_cuts[1]
+
+    def _own_cut(self):
+        """What describes the cut of CutType."""
+        return self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
 
     def _handle_arrays(self, polydata):
         """Names of the arrays with q - p and, or None, with weights."""
@@ -333,7 +339,12 @@ class DeformingFilter(HandleLists, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        return (rest, deformed, weights) if len(rest) else (_ANCHOR, _ANCHOR, None)
+        held = np.zeros(len(rest), bool)
+        for cut in cutting.own_cuts(*self._own_cut()):
+            held |= (rest == deformed).all(axis=1) & _is_on(cut, rest)
+        if held.all():
+            return _ANCHOR, _ANCHOR, None
+        return rest[~held], deformed[~held], None if weights is None else weights[~held]
 
     def _check_reach(self, deformation, corners):
         """Raise if float32, in the control points' frame, cannot tell the data's points apart.
@@ -386,3 +397,10 @@ class DeformingFilter(HandleLists, Algorithm):
             active = polydata.GetPointData().GetAbstractAttribute(kind)
             return active.GetName() if active else None
         return None
+
+
+def _is_on(cut, places):
+    """Whether places (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
+    with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
+        size = np.ptp(places, axis=0).max(initial=0)
+        return cut.opening(places, places) <= _ON_CUT * size
