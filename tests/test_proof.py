@@ -117,13 +117,25 @@ def test_a_driver_that_fails_at_every_width(child, monkeypatch):
     assert proof.verdicts([FAKE])[0].lanes == 16
 
 
-def test_what_failed_may_try_again_another_day(child, monkeypatch):
-    child(LIES)
-    proof.verdicts([FAKE])
+@pytest.mark.parametrize(
+    ("behaviour", "next_day"),
+    [
+        pytest.param(LIES, 16, id="failed at every width"),
+        pytest.param(f"if lanes == 16: {HANGS}", 16, id="did not end"),
+        pytest.param(f"if lanes == 16: {LIES}", 8, id="narrower"),
+    ],
+)
+def test_what_may_have_been_the_machines_fault_is_tested_again(
+    child, behaviour, next_day, monkeypatch
+):
+    child(behaviour)
+    (before,) = proof.verdicts([FAKE])
     child("")
     monkeypatch.setattr(proof, "_known", {})
-    monkeypatch.setattr(proof, "_SECONDS_OF_A_FAILURE", -1)
-    assert proof.verdicts([FAKE])[0].lanes == 16
+    assert proof.verdicts([FAKE]) == [before]
+    monkeypatch.setattr(proof, "_known", {})
+    monkeypatch.setattr(proof, "_SECONDS_OF_A_DOUBT", -1)
+    assert proof.verdicts([FAKE])[0].lanes == next_day
 
 
 def test_a_device_that_fails_while_its_speed_is_measured(child):

@@ -40,7 +40,7 @@ def on(device):
 
 
 def _question(method):
-    """Driver errors of a question as sentences; where memory is short, again in smaller pieces."""
+    """One question at a time; driver errors as sentences; short of memory, in smaller pieces."""
 
     @functools.wraps(method)
     def ask(self, *arguments, **options):
@@ -106,14 +106,13 @@ class Engine:
         """v - x with G(v) = x at `points` x (m, 3), (m, 3) float32; whether there is one (m,)."""
         displacement = np.empty((len(points), 3), np.float32)
         found = np.zeros(len(points), bool)
-        with self._lock:
-            searches = [
-                InverseSearch(self, deformation, r, points, progress) for r in deformation.regions
-            ]
-            for part in _stepped(self.search_slabs(len(points), deformation), progress):
-                for search in searches:
-                    where = _held(deformation, search.region, points, part)
-                    displacement[where], found[where] = search.forward(points[where])
+        searches = [
+            InverseSearch(self, deformation, r, points, progress) for r in deformation.regions
+        ]
+        for part in _stepped(self.search_slabs(len(points), deformation), progress):
+            for search in searches:
+                where = _held(deformation, search.region, points, part)
+                displacement[where], found[where] = search.forward(points[where])
         return displacement, found
 
     @_question
@@ -121,24 +120,23 @@ class Engine:
         """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
         displacement = np.empty((grid.size, 3), dtype=np.float32)
         opening = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
-        with self._lock:
-            for part in _stepped(self._slabs(grid.size, deformation, 16), progress):
-                with ExitStack() as buffers:
-                    outputs = [buffers.enter_context(self._written(displacement[part]))]
-                    if deformation.cuts:
-                        outputs.append(buffers.enter_context(self._written(opening[part])))
-                    for region in deformation.regions:
-                        handles = region.handles
-                        self._launch_grid(
-                            "grid_displacement",
-                            deformation,
-                            region,
-                            grid,
-                            part,
-                            np.float32(handles.scale),
-                            packing.float4(handles.drift),
-                            *outputs,
-                        )
+        for part in _stepped(self._slabs(grid.size, deformation, 16), progress):
+            with ExitStack() as buffers:
+                outputs = [buffers.enter_context(self._written(displacement[part]))]
+                if deformation.cuts:
+                    outputs.append(buffers.enter_context(self._written(opening[part])))
+                for region in deformation.regions:
+                    handles = region.handles
+                    self._launch_grid(
+                        "grid_displacement",
+                        deformation,
+                        region,
+                        grid,
+                        part,
+                        np.float32(handles.scale),
+                        packing.float4(handles.drift),
+                        *outputs,
+                    )
         opening = opening.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), opening
 
@@ -146,11 +144,10 @@ class Engine:
     def jacobian_field(self, deformation, grid, progress=None):
         """(dG/dv)^T (nz, ny, nx, 3, 3) float32 at the points v of `grid`."""
         result = np.empty((grid.size, 9), dtype=np.float32)
-        with self._lock:
-            for part in _stepped(self._slabs(grid.size, deformation, 36), progress):
-                with self._written(result[part]) as out:
-                    for region in deformation.regions:
-                        self._launch_grid("grid_jacobian", deformation, region, grid, part, out)
+        for part in _stepped(self._slabs(grid.size, deformation, 36), progress):
+            with self._written(result[part]) as out:
+                for region in deformation.regions:
+                    self._launch_grid("grid_jacobian", deformation, region, grid, part, out)
         return result.reshape(*grid.shape, 3, 3)
 
     @_question
@@ -160,25 +157,24 @@ class Engine:
         """Each of `arrays` on the grid `source`, deformed, at the points of the grid `target`."""
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
-        with self._lock:
-            sources = _Sources(self, arrays, source)
-            slabs = self._slabs(
-                target.size, deformation, 12 + largest, _CACHED if self._in_place else None
-            )
-            index = self._scratch(12 * (slabs[0].stop - slabs[0].start))
-            for part in _stepped(slabs, progress):
-                count = part.stop - part.start
-                self._launch_source_index(deformation, source, target, part, continued, index)
-                for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
-                    rows = result.reshape(-1, *array.shape[3:])[part]
-                    if not self._can_sample(array.dtype):
-                        planes = np.empty((3, count), np.float32)
-                        cl.enqueue_copy(self.queue, planes, index)
-                        where = planes.T.astype(np.float64)
-                        rows[:] = interpolation.sample(array, where, method, background, source)
-                        continue
-                    for rest in sources.fitting(number, index, count):
-                        self._sample(rest, array, source, method, background, rows)
+        sources = _Sources(self, arrays, source)
+        slabs = self._slabs(
+            target.size, deformation, 12 + largest, _CACHED if self._in_place else None
+        )
+        index = self._scratch(12 * (slabs[0].stop - slabs[0].start))
+        for part in _stepped(slabs, progress):
+            count = part.stop - part.start
+            self._launch_source_index(deformation, source, target, part, continued, index)
+            for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
+                rows = result.reshape(-1, *array.shape[3:])[part]
+                if not self._can_sample(array.dtype):
+                    planes = np.empty((3, count), np.float32)
+                    cl.enqueue_copy(self.queue, planes, index)
+                    where = planes.T.astype(np.float64)
+                    rows[:] = interpolation.sample(array, where, method, background, source)
+                    continue
+                for rest in sources.fitting(number, index, count):
+                    self._sample(rest, array, source, method, background, rows)
         return results
 
     @_question
@@ -188,40 +184,39 @@ class Engine:
         """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the opening."""
         result = np.empty((target.size, 3), np.float32)
         opening = np.empty(target.size if deformation.cuts else 0, np.float32)
-        with self._lock:
-            sources = _Sources(self, [vectors], source)
-            slabs = self._slabs(target.size, deformation, 64, _CACHED if self._in_place else None)
-            planes = self._scratch(48 * (slabs[0].stop - slabs[0].start))
-            for part in _stepped(slabs, progress):
-                count, rows = part.stop - part.start, result[part]
-                with ExitStack() as buffers:
+        sources = _Sources(self, [vectors], source)
+        slabs = self._slabs(target.size, deformation, 64, _CACHED if self._in_place else None)
+        planes = self._scratch(48 * (slabs[0].stop - slabs[0].start))
+        for part in _stepped(slabs, progress):
+            count, rows = part.stop - part.start, result[part]
+            with ExitStack() as buffers:
+                if deformation.cuts:
+                    there = buffers.enter_context(self._written(opening[part]))
+                for region in deformation.regions:
+                    outputs = [planes]
                     if deformation.cuts:
-                        there = buffers.enter_context(self._written(opening[part]))
-                    for region in deformation.regions:
-                        outputs = [planes]
-                        if deformation.cuts:
-                            outputs += [np.float32(region.handles.scale), there]
-                        self._launch_grid(
-                            "grid_source_frame",
-                            deformation,
-                            region,
-                            target,
-                            part,
-                            *packing.to_source(source, target, region.handles, continued),
-                            *outputs,
-                        )
-                for rest in sources.fitting(0, planes, count):
-                    self._sample(rest, vectors, source, method, 0.0, rows)
-                with self._exchanged(rows) as moved:
-                    self._launch(
-                        "turn",
-                        (("LANES", self.device.lanes),),
-                        count,
-                        np.int64(count),
-                        planes,
-                        np.int32(normalise),
-                        moved,
+                        outputs += [np.float32(region.handles.scale), there]
+                    self._launch_grid(
+                        "grid_source_frame",
+                        deformation,
+                        region,
+                        target,
+                        part,
+                        *packing.to_source(source, target, region.handles, continued),
+                        *outputs,
                     )
+            for rest in sources.fitting(0, planes, count):
+                self._sample(rest, vectors, source, method, 0.0, rows)
+            with self._exchanged(rows) as moved:
+                self._launch(
+                    "turn",
+                    (("LANES", self.device.lanes),),
+                    count,
+                    np.int64(count),
+                    planes,
+                    np.int32(normalise),
+                    moved,
+                )
         opening = opening.reshape(target.shape) if deformation.cuts else None
         return result.reshape(*target.shape, 3), opening
 
@@ -229,15 +224,14 @@ class Engine:
     def source_bounds(self, deformation, source, target, continued, progress=None):
         """Lowest and highest index (2, 3) of `source.whole` that points of `target` come from."""
         bounds = interpolation.NO_BOUNDS
-        with self._lock:
-            slabs = self._slabs(target.size, deformation, 12, _CACHED if self._in_place else None)
-            size = slabs[0].stop - slabs[0].start
-            index, planes = self._scratch(12 * size), np.empty(3 * size, np.float32)
-            for part in _stepped(slabs, progress):
-                self._launch_source_index(deformation, source, target, part, continued, index)
-                here = planes[: 3 * (part.stop - part.start)].reshape(3, -1)
-                cl.enqueue_copy(self.queue, here, index)
-                bounds = interpolation.joined_bounds(bounds, here.T, source.whole.dimensions)
+        slabs = self._slabs(target.size, deformation, 12, _CACHED if self._in_place else None)
+        size = slabs[0].stop - slabs[0].start
+        index, planes = self._scratch(12 * size), np.empty(3 * size, np.float32)
+        for part in _stepped(slabs, progress):
+            self._launch_source_index(deformation, source, target, part, continued, index)
+            here = planes[: 3 * (part.stop - part.start)].reshape(3, -1)
+            cl.enqueue_copy(self.queue, here, index)
+            bounds = interpolation.joined_bounds(bounds, here.T, source.whole.dimensions)
         return bounds
 
     # What the search for the inverse asks for
@@ -300,17 +294,16 @@ class Engine:
 
     def _at_points(self, name, deformation, points, planes, progress):
         """Rows of `points`, the handle set there, and the kernel's planes (planes, m)."""
-        with self._lock:
-            slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
-            for part in _stepped(slabs, progress):
-                for region in deformation.regions:
-                    where = _held(deformation, region, points, part)
-                    local = self.local_points(region.handles, points[where])
-                    if local.shape[1] == 0:
-                        continue
-                    result = np.empty((planes, local.shape[1]), np.float32)
-                    self.run_at(name, deformation, region, local, outputs=[result])
-                    yield where, region.handles, result
+        slabs = self._slabs(len(points), deformation, 4 * (3 + planes))
+        for part in _stepped(slabs, progress):
+            for region in deformation.regions:
+                where = _held(deformation, region, points, part)
+                local = self.local_points(region.handles, points[where])
+                if local.shape[1] == 0:
+                    continue
+                result = np.empty((planes, local.shape[1]), np.float32)
+                self.run_at(name, deformation, region, local, outputs=[result])
+                yield where, region.handles, result
 
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
