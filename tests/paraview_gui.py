@@ -61,8 +61,11 @@ class Gui:
         """Create a source or filter by the quick-launch dialog, as from the menu."""
         active = "getattr(simple.GetActiveSource(), 'GetGlobalID', int)()"
         before = self.value(active)
+        known = set(self._windows())
         self.press("ctrl+space")
-        self._wait(lambda: len(self._windows()) > 1, "the quick-launch dialog")
+        self._wait(lambda: set(self._windows()) - known, "the quick-launch dialog")
+        # without a window manager nobody else gives it the keyboard in time
+        self._xdotool("windowfocus", "--sync", *set(self._windows()) - known)
         self._xdotool("type", "--delay", 50, name)
         self._xdotool("key", "--delay", 100, "Return")
         self.until(f"{active} != {before}")
