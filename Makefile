@@ -15,6 +15,8 @@
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
+# tests that start whole programs, or have the mouse
+ALONE := $(addprefix tests/test_,paraview.py paraview_gui.py mpi.py installation.py)
 PY := .venv/bin/python
 
 demo: .venv/demo-$(OPENCL).stamp
@@ -26,7 +28,8 @@ test: .venv/test-$(OPENCL).stamp
 	@bash tests/paraview/install.sh
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
-	$(PY) -m pytest
+	$(PY) -m pytest --numprocesses auto $(foreach file,$(ALONE),--ignore $(file))
+	$(PY) -m pytest $(ALONE)
 
 lint: .venv/test-$(OPENCL).stamp
 	$(PY) -m ruff check .

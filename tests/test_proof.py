@@ -169,12 +169,18 @@ def test_devices_of_one_kind_are_tested_once(child):
     assert sentences[0].count("Processor") == 1
 
 
-def test_several_devices_are_tested_side_by_side(child):
-    child("time.sleep(1)")
+def test_several_devices_are_tested_side_by_side(child, fresh):
+    """Each child waits until all of them are there."""
+    child(
+        f"""
+folder = {str(fresh)!r}
+open(os.path.join(folder, "here" + str(os.getpid())), "w").close()
+while sum(name.startswith("here") for name in os.listdir(folder)) < 3:
+    time.sleep(0.05)
+"""
+    )
     others = [dataclasses.replace(FAKE, name=name) for name in "abc"]
-    start = time.monotonic()
     assert [v.lanes for v in proof.verdicts(others)] == [16] * 3
-    assert time.monotonic() - start < 2.9
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"lanes": 3}', '{"lanes": "x", "time": 0}', "\0"])
@@ -320,14 +326,20 @@ def test_processes_that_start_together(tmp_path, home):
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
 def test_an_interrupt_ends_the_children(tmp_path):
+    code = f"""
+import sys
+from vtk_mls import proof
+proof.interpreter = lambda: [sys.executable, "-c", "import time; time.sleep(600)"]
+proof._SECONDS_PER_STEP = 600
+{ASK}"""
     variables = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "TMPDIR": str(tmp_path)}
     process = subprocess.Popen(
-        [sys.executable, "-c", ASK], env=variables, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", code], env=variables, stderr=subprocess.PIPE, text=True
     )
     assert "Testing OpenCL" in process.stderr.readline()
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    assert "KeyboardInterrupt" in process.communicate(timeout=4)[1]
+    assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
     assert not list(tmp_path.glob("vtk_mls-*"))  # what children had is gone
 
 
