@@ -214,7 +214,11 @@ def _deform(options):
     for name in options.label:
         deform.AddLabelArray(name)
     with step("deform", options.input):
-        _update(deform, options.progress or sys.stderr.isatty())
+        try:
+            _update(deform, options.progress or sys.stderr.isatty())
+        except ValueError as error:  # the command has files, not inputs
+            text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
+            raise ValueError(text) from error
     output = deform.GetOutput()
     with step("write", options.output):
         io.write_dataset(output, options.output)
