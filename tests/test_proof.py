@@ -23,15 +23,19 @@ FAKE = device.Device("0:0", "Processor", "Maker", "cpu", "OpenCL 3.0", HANDLE, "
 
 # Stands for Python in a child: reads the request, and does as `{behaviour}` says.
 STUB = """
-import json, os, runpy, signal, sys, time
-request = sys.stdin.readline()
-lanes = json.loads(request)["lanes"]
+import json, os, signal, sys, time
+folder = os.path.dirname(sys.argv[1])
+with open(os.path.join(folder, "request.json")) as file:
+    lanes = json.load(file)["lanes"]
 def tell(**what):
     print({mark!r} + json.dumps(what), flush=True)
+def wait():
+    while not os.path.exists(os.path.join(folder, "measure")):
+        time.sleep(0.01)
 tell(step="the first step")
 {behaviour}
 tell(proven="")
-sys.stdin.readline()
+wait()
 tell(speed=2e6 * lanes)
 """
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
@@ -139,7 +143,7 @@ def test_what_may_have_been_the_machines_fault_is_tested_again(
 
 
 def test_a_device_that_fails_while_its_speed_is_measured(child):
-    child("if lanes == 16: tell(proven=''); sys.stdin.readline(); sys.exit(1)")
+    child("if lanes == 16: tell(proven=''); wait(); sys.exit(1)")
     (verdict,) = proof.verdicts([FAKE])
     assert verdict.lanes == 8
     assert "ends by status 1" in verdict.failures[0]
@@ -173,9 +177,9 @@ def test_several_devices_are_tested_side_by_side(child, fresh):
     """Each child waits until all of them are there."""
     child(
         f"""
-folder = {str(fresh)!r}
-open(os.path.join(folder, "here" + str(os.getpid())), "w").close()
-while sum(name.startswith("here") for name in os.listdir(folder)) < 3:
+place = {str(fresh)!r}
+open(os.path.join(place, "here" + str(os.getpid())), "w").close()
+while sum(name.startswith("here") for name in os.listdir(place)) < 3:
     time.sleep(0.05)
 """
     )
@@ -260,6 +264,10 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
     assert proof.interpreter() is None
     pvpython = program("pvpython")
     assert proof.interpreter() == [pvpython]
+    monkeypatch.setattr(sys, "executable", pvpython)
+    (tmp_path / "bin").mkdir()
+    python = program("bin/python{}.{}".format(*sys.version_info))
+    assert proof.interpreter() == [python]  # which loads less
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
@@ -268,10 +276,9 @@ def test_wrong_numbers_are_noticed(fresh, monkeypatch):
     stub = fresh / "stub.py"
     stub.write_text(
         """
-import io, json, runpy, sys
-request = sys.stdin.readline()
-sys.stdin = io.StringIO(request + "\\n")
-sys.path[:] = json.loads(request)["path"]
+import json, os, runpy, sys
+with open(os.path.join(os.path.dirname(sys.argv[1]), "request.json")) as file:
+    sys.path[:] = json.load(file)["path"]
 from vtk_mls import engine
 right = engine.Engine.jacobian
 def wrong(self, *arguments):

@@ -36,13 +36,17 @@ _NO_END = "it does not come to an end"
 # something just then.
 _SECONDS_OF_A_DOUBT = 24 * 3600
 MARK = "vtk_mls self-test: "  # before what a child tells
+# A child is asked by files beside this script: pvpython keeps standard input for itself.
 _CHILD = """
 import json, sys
-request = json.loads(sys.stdin.readline())
+folder = __file__.rpartition("child.py")[0]
+with open(folder + "request.json") as file:
+    request = json.load(file)
 sys.path[:] = request["path"]
 from vtk_mls import self_test
-self_test.main(request)
+self_test.main(request, folder)
 """
+_MEASURE = "measure"  # a file that tells it to go on
 # Programs started by a child must not take themselves for a process of the parent's MPI job.
 _MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDRA|HYDI)_")
 
@@ -284,10 +288,16 @@ class _Trial:
         self._folder = tempfile.TemporaryDirectory(prefix="vtk_mls-", ignore_cleanup_errors=True)
         script = Path(self._folder.name, "child.py")
         script.write_text(_CHILD)
+        request = {
+            "path": [os.path.abspath(folder) for folder in sys.path],
+            "device": described(device),
+            "lanes": lanes,
+        }
+        script.with_name("request.json").write_text(json.dumps(request))
         try:
             self._child = subprocess.Popen(
                 [*python, str(script)],
-                stdin=subprocess.PIPE,
+                stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 env=self._environment(),
@@ -298,8 +308,6 @@ class _Trial:
             self._child, self._problem = None, str(error)
             return
         threading.Thread(target=self._read, daemon=True).start()
-        path = [os.path.abspath(folder) for folder in sys.path]
-        self._say(json.dumps({"path": path, "device": described(device), "lanes": lanes}))
 
     def prove(self):
         """Wait for what becomes of it.
@@ -314,7 +322,7 @@ class _Trial:
 
     def speed(self):
         """Points per second. Raises _FailedError."""
-        self._say("")
+        Path(self._folder.name, _MEASURE).touch()
         return float(self._wait_for("speed"))
 
     def kill(self):
@@ -325,9 +333,7 @@ class _Trial:
         self.kill()
         if self._child is not None:
             self._child.wait()
-            for pipe in (self._child.stdin, self._child.stdout):
-                with contextlib.suppress(OSError, ValueError):
-                    pipe.close()
+            self._child.stdout.close()
         self._folder.cleanup()
 
     def _environment(self):
@@ -339,11 +345,6 @@ class _Trial:
             "POCL_CACHE_DIR": os.path.join(own, "pocl"),
             "CUDA_CACHE_PATH": os.path.join(own, "cuda"),
         }
-
-    def _say(self, line):
-        with contextlib.suppress(OSError):  # it has ended: the next answer says so
-            self._child.stdin.write(line + "\n")
-            self._child.stdin.flush()
 
     def _read(self):
         with contextlib.suppress(ValueError):  # closed meanwhile
@@ -397,8 +398,14 @@ def interpreter() -> list[str] | None:
     candidates += [Path(sys.base_prefix, "bin", f"python{version}")]
     candidates += [Path(sys.base_prefix, f"python{suffix}")]
     candidates += [folder / f"pvpython{suffix}" for folder in beside]
-    for candidate in filter(None, candidates):
-        is_python = re.fullmatch(r"(pv|vtk)?python[\d.]*(\.exe)?", Path(candidate).name.lower())
-        if is_python and os.access(candidate, os.X_OK):
-            return [str(candidate)]
+    found = [
+        str(candidate) for candidate in candidates if candidate and os.access(candidate, os.X_OK)
+    ]
+    for pattern in (
+        r"python[\d.]*(\.exe)?",
+        r"(pv|vtk)python[\d.]*(\.exe)?",
+    ):  # these load much more
+        for candidate in found:
+            if re.fullmatch(pattern, Path(candidate).name.lower()):
+                return [candidate]
     return None
