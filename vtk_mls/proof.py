@@ -398,14 +398,10 @@ def interpreter() -> list[str] | None:
     candidates += [Path(sys.base_prefix, "bin", f"python{version}")]
     candidates += [Path(sys.base_prefix, f"python{suffix}")]
     candidates += [folder / f"pvpython{suffix}" for folder in beside]
-    found = [
-        str(candidate) for candidate in candidates if candidate and os.access(candidate, os.X_OK)
-    ]
-    for pattern in (
-        r"python[\d.]*(\.exe)?",
-        r"(pv|vtk)python[\d.]*(\.exe)?",
-    ):  # these load much more
+    found = [str(each) for each in candidates if each and os.access(each, os.X_OK)]
+    names = (r"python[\d.]*(\.exe)?", r"(pv|vtk)python[\d.]*(\.exe)?")  # the latter load much more
+    for name in names:
         for candidate in found:
-            if re.fullmatch(pattern, Path(candidate).name.lower()):
+            if re.fullmatch(name, Path(candidate).name.lower()):
                 return [candidate]
     return None
