@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from functools import cache
 
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 import vtkmodules.vtkRenderingOpenGL2
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
-from vtk_fixtures import FAST, messages  # noqa: F401  (a fixture)
+from vtk_fixtures import FAST, can_draw, messages  # noqa: F401  (a fixture)
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter
@@ -38,30 +37,16 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform
 SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their centre, pixels per voxel
 OPAQUE = 255
 
-_PROBE = """
-import vtkmodules.vtkRenderingOpenGL2
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
-window = vtkRenderWindow()
-window.SetOffScreenRendering(True)
-window.Render()
-raise SystemExit(not window.SupportsOpenGL())
-"""
-
 
 @pytest.fixture(scope="module", autouse=True)
 def opengl():
-    """Asked in a process of its own, which a machine without OpenGL may take down."""
+    """Pictures can be drawn."""
     with pytest.MonkeyPatch.context() as patch:
         if sys.platform == "linux" and not os.environ.get("DISPLAY"):
             patch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # X11 would complain
-        yield from _opengl()
-
-
-def _opengl():
-    probe = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, check=False)
-    if probe.returncode != 0:
-        pytest.skip("VTK cannot draw here")
-    yield
+        if not can_draw():
+            pytest.skip("VTK cannot draw here")
+        yield
 
 
 def _ball():

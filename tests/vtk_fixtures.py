@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -130,3 +132,19 @@ class Executions:
 
     def _add(self, *_):
         self.count += 1
+
+
+_PROBE = """
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+window = vtkRenderWindow()
+window.SetOffScreenRendering(True)
+window.Render()
+raise SystemExit(not window.SupportsOpenGL())
+"""
+
+
+def can_draw():
+    """Asked in a process of its own, which a machine without OpenGL may take down."""
+    probe = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, check=False)
+    return probe.returncode == 0
