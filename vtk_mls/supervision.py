@@ -52,6 +52,7 @@ def supervise(work):
     if worker == 0:
         _become_worker(entries, supervisor, signals)
         status = work()
+        sys.stdout.flush()  # before the interpreter's end, which may fail
         _note("done", str(status))
         return status
     os.close(entries)
