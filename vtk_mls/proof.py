@@ -46,7 +46,7 @@ sys.path[:] = request["path"]
 from vtk_mls import self_test
 self_test.main(request, folder)
 """
-_MEASURE = "measure"  # a file that tells it to go on
+MEASURE = "measure"  # a file that tells it to go on
 # Programs started by a child must not take themselves for a process of the parent's MPI job.
 _MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDRA|HYDI)_")
 
@@ -119,8 +119,7 @@ def _unknown(names, found):
 def identity(device: devices.Device) -> str:
     """Everything that a verdict depends on: drivers, processor, kernels."""
     others = sorted({(d.platform, d.driver) for d in devices.list_devices()})
-    about = (device.name, device.platform, device.kind, device.version, device.driver)
-    return repr((about, others, _processor(), _kernels()))
+    return repr((described(device)[1:], others, _processor(), _kernels()))
 
 
 def _processor():
@@ -322,7 +321,7 @@ class _Trial:
 
     def speed(self):
         """Points per second. Raises _FailedError."""
-        Path(self._folder.name, _MEASURE).touch()
+        Path(self._folder.name, MEASURE).touch()
         return float(self._wait_for("speed"))
 
     def kill(self):

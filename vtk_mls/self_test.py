@@ -16,7 +16,7 @@ import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, device, reference
 from vtk_mls.engine import Engine
-from vtk_mls.proof import MARK, described
+from vtk_mls.proof import MARK, MEASURE, described
 
 EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
@@ -47,7 +47,7 @@ def main(request, folder):
             if not error <= bound:  # NaN, too
                 return _tell(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
         _tell(proven="")
-        while not os.path.exists(os.path.join(folder, "measure")):
+        while not os.path.exists(os.path.join(folder, MEASURE)):
             if os.getppid() != parent:  # nobody will ask any more
                 return
             time.sleep(0.005)
