@@ -30,8 +30,9 @@ typedef GLUE(int, LANES) integer;
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
 
-// A kernel that is vectors already: without the hint Intel's compiler takes them apart to make its own.
-#define KERNEL __kernel __attribute__((vec_type_hint(real)))
+// A kernel that needs no vectors of a compiler's own. Intel's would take ours apart for them, or fill
+// them with work items, whose results then depend in the last bit on those beside them.
+#define KERNEL __kernel __attribute__((vec_type_hint(float16)))
 
 // Lane l of a vector, to read or to write.
 #define LANE(vector, l) (((float *)&(vector))[l])
