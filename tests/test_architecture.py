@@ -16,10 +16,8 @@ ALLOWED = {
     "arguments": {"cuts", "grid", "numpy", "reals"},
     "arrays": {"grid", "numpy", "vtkmodules"},
     "caches": set(),
-    "cli": {
-        *{"", "demo", "doctor", "filters", "installation", "io", "resources", "supervision"},
-        *{"vtkmodules"},
-    },
+    "cli": {"", "commands", "demo", "doctor", "resources", "supervision"},
+    "commands": {"", "filters", "installation", "io", "supervision", "vtkmodules"},
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy", "reals"},
     "deformation": {
@@ -47,6 +45,7 @@ ALLOWED = {
         *{"vtkmodules"},
     },
     "fitting": {"grid", "numpy"},
+    "frames": {"numpy"},
     "gradients": {"interpolation", "numpy"},
     "grid": {"numpy", "reals"},
     "guesses": {"numpy"},

@@ -1,0 +1,1 @@
+"""Commands of `vtk-mls`, a module each: `add(commands)` says its arguments."""
