@@ -16,7 +16,8 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls import KINDS, Deformation, DeviceError, arrays
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters.handle_lists import fill_polydata
 
 # How far G(v) may be from x where v was called found, next to the size of what is deformed: what
 # the search leaves, and what the device's float32 blurs.
@@ -90,21 +91,25 @@ def _check_filter(scene, device):
     rng = scene.rng
     make = MLSDisplacementField if rng.random() < 0.15 else MLSDeform
     filter_, settings, cuts = make(), {"Device": device}, ()
-    data, handles = scene.dataset(), scene.handles()
+    data, handles, surfaces = scene.dataset(), scene.connected_handles(), None
     for _ in range(rng.integers(1, 4)):
         if rng.random() < 0.3:
             data = scene.dataset()
         if rng.random() < 0.5:
-            handles = scene.handles()
+            handles = scene.connected_handles()
         settings.update(scene.properties())
         if rng.random() < 0.4:
             cuts = tuple(scene.cut() for _ in range(rng.integers(0, 3)))
+        # the specification would take minutes along many polygons
+        if device != "reference" and rng.random() < 0.3:
+            surfaces = scene.surfaces() if rng.random() < 0.7 else None
         what = f"{make.__name__} of {data.GetClassName()} in a world of {scene.size:g}"
-        what = f"{what}, {len(cuts)} cuts, {told(settings)}"
-        before = _state(data)
-        reused = _outcome(_set(filter_, data, handles, settings, cuts))
-        fresh = _outcome(_set(make(), data, handles, settings, cuts))
-        assert _same(before, _state(data)), f"the input has changed: {what}"
+        what = f"{what}, handles {handles[0]}, {len(cuts)} cuts, {told(settings)}"
+        given = data, handles, settings, cuts, surfaces
+        before = _state(data), _state(surfaces)
+        reused = _outcome(_set(filter_, *given))
+        fresh = _outcome(_set(make(), *given))
+        assert _same(before, (_state(data), _state(surfaces))), f"the input has changed: {what}"
         assert _same(reused, fresh), f"a reused filter is not as a fresh one: {what}"
         if (
             make is MLSDeform
@@ -115,12 +120,10 @@ def _check_filter(scene, device):
             _check_mesh(data, filter_.GetOutput(), what)
 
 
-def _set(filter_, data, handles, settings, cuts):
-    rest, deformed, weights = handles
+def _set(filter_, data, handles, settings, cuts, surfaces):
     filter_.SetInputDataObject(0, data)
-    filter_.SetRestPoints(rest)
-    filter_.SetDeformedPoints(deformed)
-    filter_.SetWeights([] if weights is None else weights.tolist())
+    filter_.SetInputDataObject(2, surfaces)
+    _set_handles(filter_, *handles)
     filter_.ClearCuts()
     for cut in cuts:
         filter_.AddCut(cut)
@@ -128,6 +131,22 @@ def _set(filter_, data, handles, settings, cuts):
         if hasattr(filter_, f"Set{name}"):
             getattr(filter_, f"Set{name}")(value)
     return filter_
+
+
+def _set_handles(filter_, origin, rest, deformed, weights):
+    """Give a filter its own handles, or connect a polydata, or a source that makes one."""
+    owner = MLSControlPoints() if origin == "source" else filter_
+    if origin != "polydata":
+        owner.SetRestPoints(rest)
+        owner.SetDeformedPoints(deformed)
+        owner.SetWeights([] if weights is None else weights.tolist())
+    filter_.SetInputDataObject(1, None)
+    if origin == "source":
+        filter_.SetInputConnection(1, owner.GetOutputPort())
+    elif origin == "polydata":
+        polydata = vtkPolyData()
+        fill_polydata(polydata, rest, deformed, weights)
+        filter_.SetInputDataObject(1, polydata)
 
 
 def _outcome(filter_):

@@ -53,6 +53,18 @@ class Scene:
         weights = rng.uniform(0.1, 10, count) if rng.random() < 0.2 else None
         return rest, deformed, weights
 
+    def connected_handles(self):
+        """How a filter gets control points, and these."""
+        return str(self.rng.choice(["own", "polydata", "source"])), *self.handles()
+
+    def surfaces(self):
+        """Polygons to cut along, that hang together or not, and other cells, which are no cuts."""
+        rng, mesh = self.rng, self.polydata()
+        if rng.random() < 0.5:
+            for drop in (mesh.SetVerts, mesh.SetLines, mesh.SetStrips):
+                drop(vtkCellArray())
+        return mesh
+
     def cut(self):
         """One of each kind."""
         rng = self.rng
