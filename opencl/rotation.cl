@@ -86,6 +86,7 @@ inline real largest_root(const mat *c, real *slope) {
   real excess = 2 * sqrt(cof2 + select(2 * cof2, 3.4641016f * det, det > 0));
   real root = excess / (1 + sqrt(1 + excess));
   integer moving = (real)(0) == 0;
+  *slope = 0;  // it is read before all lanes have set it: compilers may make anything of that
   for (int step = 0; step < 8 && ANY(moving); ++step) {
     real t = root * (root + 2);
     real value = fma(t, t, -4 * fma(2 * det, root + 1, cof2));

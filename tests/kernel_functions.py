@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from vtk_mls import device
@@ -50,7 +52,9 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     text = "\n".join([device.source(name) for name in ("types.cl", *files)] + [text])
     options = [f"-D{name}={value}" for name, value in {"LANES": lanes, **constants}.items()]
     context, queue = device.context(chosen), device.queue(chosen)
-    kernel = cl.Program(context, text).build(options=["-w", *options]).call
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a compiler's praise of itself
+        kernel = cl.Program(context, text).build(options=["-w", *options]).call
     copied = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     tables, planes = (
         cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(each, np.float32))

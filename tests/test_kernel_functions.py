@@ -1,4 +1,4 @@
-"""Each small function of the kernels alone, against float64, with the bound that its comment says."""
+"""Each small function of the kernels alone, against float64, with the bound of its comment."""
 
 import itertools
 from functools import partial
@@ -63,7 +63,8 @@ def test_exp2(of, rng):
 
 def test_exp2_of_what_is_out_of_range_is_its_end(of):
     got = of(["powers.cl"], "r[0] = fast_exp2(a[0]);", [[-140], [-1e30]], 1, TWICE_ALPHA=0)
-    assert (got <= 2.0**-125).all() and (got >= 0).all()
+    assert (got <= 2.0**-125).all()
+    assert (got >= 0).all()
 
 
 def test_log2(of, rng):
@@ -85,7 +86,8 @@ def test_powers(of, alpha, rng):
     bound = 3e-7 if twice else 1e-6 + 1e-7 * alpha * -np.log2(np.maximum(x, 1e-30))
     kept = truth > 1e-36
     assert (np.abs(got - truth)[kept] <= (bound * truth)[kept]).all()
-    assert got[-2] == 0 and abs(got[-1] - 1) <= (0 if twice else 2e-7)
+    assert got[-2] == 0
+    assert abs(got[-1] - 1) <= (0 if twice else 2e-7)
 
 
 def test_unit_vectors(of, rng):
@@ -160,7 +162,7 @@ def covariances(rng, ratios, scale=1.0):
 
 
 @pytest.mark.parametrize(
-    "ratios, bound",
+    ("ratios", "bound"),
     [
         ((1, 0.7, 0.4), 1e-6),
         ((1, 1, 1), 1e-6),
@@ -186,7 +188,7 @@ def test_no_covariance_is_no_rotation(of):
 
 @pytest.mark.parametrize("ratios", [(1, 0.7, 0.4), (1, 0.5, 0), (1, 0.3, -0.2), (1, 0.03, 0.01)])
 def test_the_largest_root(of, ratios, rng):
-    """Of Horn's matrix, less 1: it is the sum of the singular values, the last with the sign of det."""
+    """Of Horn's matrix, less 1: the sum of singular values, the last with the sign of det."""
     c, _ = covariances(rng, np.array(ratios) / np.linalg.norm(ratios))
     body = f"{matrix('c')} real slope; r[0] = largest_root(&c, &slope);"
     got = of(ROTATION, body, c.reshape(-1, 9), 1)[:, 0]
@@ -226,7 +228,7 @@ def test_a_mirror_takes_its_vector_to_the_x_axis(of, rng):
     np.testing.assert_allclose(np.linalg.norm(got[:, 3:], axis=1), other, rtol=2e-6)
 
 
-@pytest.mark.parametrize("degree, functions", [(1, 3), (2, 9), (3, 19)])
+@pytest.mark.parametrize(("degree", "functions"), [(1, 3), (2, 9), (3, 19)])
 def test_monomials(of, degree, functions, rng):
     """Differences keep their digits when the points are near each other."""
     q = rng.uniform(-1, 1, (COUNT, 3)).astype(np.float32)
@@ -293,7 +295,7 @@ def test_a_detour_round_a_half_plane_is_the_shortest(of, rng):
     x = rng.uniform(-1, 1, (COUNT, 6))
     body = f"""{V_AND_Q} frame_t b = frame_of(table, q), f = frame_of(table, v);
     r[0] = sqrt(half_plane_path2(f, b)); vec at = half_plane_bend(table, f, b);
-    r[1] = at.x; r[2] = at.y; r[3] = at.z; 
+    r[1] = at.x; r[2] = at.y; r[3] = at.z;
     r[4] = select((real)(0), (real)(1), half_plane_blocks(f, b) != 0);"""
     got = of(CUT_FILES, body, x, 5, table=table, **CUTS).astype(float)
     v, q = x[:, :3], x[:, 3:]

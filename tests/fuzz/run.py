@@ -13,7 +13,7 @@ import traceback
 from collections import Counter
 from functools import partial
 
-_BATCH = 50  # cases of one child
+_BATCH = 200  # cases of one child
 _SECONDS = 20  # that a case may take, at most, on average in a batch
 
 
