@@ -59,9 +59,10 @@ ALLOWED = {
         *{"numpy", "vtkmodules"},
     },
     "io": {
-        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
-        *{"validity", "vtkmodules"},
+        *{"arguments", "arrays", "filters", "handle_files", "image_files", "mesh_frames"},
+        *{"replacing", "validity", "vtkmodules"},
     },
+    "mesh_frames": {"arrays", "frames", "provenance", "vtkmodules"},
     "meta_image": {"numpy", "volumes"},
     "nifti": {"frames", "numpy", "volumes"},
     "nrrd": {"frames", "numpy", "volumes"},
