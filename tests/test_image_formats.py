@@ -281,7 +281,10 @@ AnatomicalOrientation = RAI
             "BinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n",
             VALUES.astype(">i2").tobytes(),
         ),
-        ("BinaryData = False\nElementDataFile = x.raw\n", " ".join(map(str, VALUES.flat)).encode()),
+        (
+            "BinaryData = False\nElementDataFile = x.raw\n",
+            " ".join(map(str, VALUES.flat)).encode() + b"\n",
+        ),
         ("HeaderSize = 5\nElementDataFile = x.raw\n", b"12345" + VALUES.tobytes()),
         ("HeaderSize = -1\nElementDataFile = sub/x.raw\n", b"123" + VALUES.tobytes()),
         ("ElementDataFile = LIST\nx0.raw\nx1.raw\nx2.raw\nx3.raw\nx4.raw\nx5.raw\nx6.raw\n", None),
