@@ -1,7 +1,7 @@
 """Draw docs/frames.png: `python docs/frames_picture.py`, with the packages of `make demo`.
 
-You will see a brain with the axes of LPS and of RAS, one control point with its numbers in each, and
-where it goes if they are mixed up.
+You will see a brain with the axes of LPS and of RAS, one control point with its numbers in each,
+and where it goes if they are mixed up.
 """
 
 from __future__ import annotations

@@ -112,6 +112,16 @@ def test_a_sheared_nifti_has_no_qform(tmp_path):
     assert back.header["qform_code"] == 0
 
 
+def test_a_long_nifti_is_of_version_2(tmp_path):
+    values = np.arange(40_000, dtype=np.int32).reshape(1, 2, 20_000).repeat(2, axis=2)
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(tmp_path / "x.mha"))
+    io.write_dataset(io.read_dataset(tmp_path / "x.mha"), tmp_path / "x.nii")
+    back = nibabel.load(tmp_path / "x.nii")
+    assert isinstance(back, nibabel.Nifti2Image)
+    np.testing.assert_array_equal(np.asarray(back.dataobj).T, values)
+    np.testing.assert_array_equal(scalars(io.read_dataset(tmp_path / "x.nii")), values.ravel())
+
+
 def test_nifti_colours(tmp_path):
     for components, names in ((3, "RGB"), (4, "RGBA")):
         dtype = np.dtype([(name, "u1") for name in names])

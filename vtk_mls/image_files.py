@@ -24,8 +24,8 @@ from vtk_mls.arrays import Lattice
 from vtk_mls.volumes import Volume
 
 _HEAD = 1 << 20  # bytes of a .vti file in which its extents are
-# values that one byte of a .vti file can become, by its compressor
-_MOST = {None: 1, "ZLib": 1032, "LZ4": 255, "LZMA": 10_000}
+# values (of a bit each) that one byte of a .vti file can become, by its compressor
+_MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 
 def read(reader, path):
