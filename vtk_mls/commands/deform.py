@@ -15,8 +15,8 @@ def add(commands):
         "deform",
         help="deform an image or a mesh file",
         description="Deform an image or a mesh file. World coordinates are LPS (x to the left, y "
-        "to the back of a patient), whatever the frame of the file; it is written in its own again. "
-        "Formats with one array (MetaImage, NIfTI, NRRD) get the active scalars.",
+        "to the back of a patient), whatever the frame of the file, which is written in its own "
+        "again. Formats with one array (MetaImage, NIfTI, NRRD) get the active scalars.",
     )
     deform.add_argument(
         "input",
