@@ -487,3 +487,39 @@ def test_handles_far_from_an_image_name_both_files(tmp_path, capsys):
     arguments = ["x.mha", "h.csv", "out.mha"]
     assert main(["deform", *(str(tmp_path / name) for name in arguments)]) == 1
     assert re.search(r"h\.csv` must be where the data of `.*x\.mha` are", capsys.readouterr().err)
+
+
+def test_field_data_cannot_change_what_a_nrrd_header_says(tmp_path):
+    image = io.read_dataset(_written(tmp_path / "x.mha", VALUES))
+    lines = ["data file: /etc/passwd", "encoding: raw", "a:=b\n\nc", "content: d\nsizes: 1 1 1"]
+    provenance.keep(image, provenance.NRRD_HEADER, lines)
+    io.write_dataset(image, tmp_path / "x.nrrd")
+    back = io.read_dataset(tmp_path / "x.nrrd")
+    np.testing.assert_array_equal(scalars(back), VALUES.ravel())
+    kept = provenance.kept(back, provenance.NRRD_HEADER)
+    assert kept == ("content: d\\nsizes: 1 1 1", "a:=b\\n\\nc")
+
+
+def test_active_vectors_are_vectors_in_nrrd(tmp_path):
+    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
+    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
+    image = io.read_dataset(tmp_path / "x.mha")
+    image.GetPointData().SetActiveVectors("MetaImage")
+    io.write_dataset(image, tmp_path / "x.nrrd")
+    assert b"\nkinds: vector domain" in (tmp_path / "x.nrrd").read_bytes()
+    back = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "x.nrrd")))
+    np.testing.assert_array_equal(back, VECTORS)
+    assert io.read_dataset(tmp_path / "x.nrrd").GetPointData().GetVectors() is not None
+
+
+@pytest.mark.parametrize("centers", ["", "centers: node node node\n", "centers: cell node cell\n"])
+def test_a_nrrd_without_directions_begins_where_itk_sees_it(tmp_path, centers):
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 9 8 7\nspacings: 2 3 4\naxis mins: 5 6 7\n"
+        f"{centers}endian: little\nencoding: raw\n\n"
+    )
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + VALUES.tobytes())
+    itk = SimpleITK.ReadImage(str(tmp_path / "x.nrrd"))
+    image = io.read_dataset(tmp_path / "x.nrrd")
+    assert image.GetOrigin() == itk.GetOrigin()
+    assert image.GetSpacing() == itk.GetSpacing() == (2, 3, 4)
