@@ -124,6 +124,32 @@ def test_a_long_nifti_is_of_version_2(tmp_path):
     np.testing.assert_array_equal(scalars(io.read_dataset(tmp_path / "x.nii")), values.ravel())
 
 
+@pytest.mark.parametrize("order", "<>")
+def test_nifti_in_two_files(tmp_path, order):
+    source = as_nifti(LEFT)
+    pair = nibabel.Nifti1Pair(source.dataobj, source.affine, source.header.as_byteswapped(order))
+    nibabel.save(pair, tmp_path / "x.hdr")
+    image = io.read_dataset(tmp_path / "x.hdr")
+    np.testing.assert_array_equal(scalars(image), VALUES.ravel())
+    np.testing.assert_allclose(matrix(image), in_lps(source.affine), atol=1e-5)
+    (tmp_path / "x.img").unlink()
+    with pytest.raises(ValueError, match=r"x\.hdr` .*there is no data file `.*x\.img`"):
+        io.read_dataset(tmp_path / "x.hdr")
+    nibabel.AnalyzeImage(VALUES.T, None).to_filename(tmp_path / "y.hdr")
+    with pytest.raises(ValueError, match=r"y\.hdr` .*Analyze 7\.5 does not say"):
+        io.read_dataset(tmp_path / "y.hdr")
+
+
+@pytest.mark.parametrize("suffix", [".nii.gz", ".nrrd", ".mha"])
+def test_a_wrong_checksum_is_noticed(tmp_path, suffix):
+    SimpleITK.WriteImage(as_itk(RIGHT), str(tmp_path / f"x{suffix}"), useCompression=True)
+    content = bytearray((tmp_path / f"x{suffix}").read_bytes())
+    content[-1 if suffix == ".mha" else -8] ^= 1
+    (tmp_path / f"x{suffix}").write_bytes(content)
+    with pytest.raises(ValueError, match=rf"x\{suffix}` .*incorrect data check"):
+        io.read_dataset(tmp_path / f"x{suffix}")
+
+
 def test_nifti_colours(tmp_path):
     for components, names in ((3, "RGB"), (4, "RGBA")):
         dtype = np.dtype([(name, "u1") for name in names])
@@ -441,7 +467,7 @@ def test_truncated_files(tmp_path, suffix, rng):
     [
         (_nifti_header((9, 8, 7, 3)), "is a series of 3 volumes; give one volume"),
         (_nifti_header((9, 8, 7, 1, 1, 2)), "more than one axis of components"),
-        (_nifti_header((9, 8, 7), magic=b"ni2\0"), "in another file"),
+        (_nifti_header((9, 8, 7), magic=b"ni2\0"), "give the one whose name ends in .hdr"),
         (_nifti_header((9, 8, 7), magic=b""), "Analyze 7.5 does not say where left and right are"),
         (_nifti_header((9, 8, 7), datatype=32), "the datatype 32 are not known"),
         (_nifti_header((9, 8, 7), datatype=1), "the datatype 1 are not known"),

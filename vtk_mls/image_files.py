@@ -187,6 +187,7 @@ READERS = {".vti": _read_xml, ".vtk": _read_legacy} | {
     for name, (module, suffixes) in _FORMATS.items()
     for suffix in suffixes
 }
+READERS[".hdr"] = READERS[".nii"]
 WRITERS = {".vti": _write_xml, ".vtk": _write_legacy} | {
     suffix: _write_with(module.write, name)
     for name, (module, suffixes) in _FORMATS.items()

@@ -20,7 +20,7 @@ def add(commands):
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj",
     )
     deform.add_argument(
