@@ -41,8 +41,8 @@ ALLOWED = {
         *{"numpy", "pyopencl"},
     },
     "filters": {
-        *{"", "announcements", "arrays", "gradients", "handle_files", "numpy", "reals"},
-        *{"vtkmodules"},
+        *{"", "announcements", "arrays", "gradients", "handle_files", "provenance", "reals"},
+        *{"numpy", "vtkmodules"},
     },
     "fitting": {"grid", "numpy"},
     "frames": {"numpy"},
@@ -54,17 +54,24 @@ ALLOWED = {
     "installation": {"resources"},
     "intel_runtime": {"caches"},
     "interpolation": {"numpy"},
-    "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
-    "io": {
-        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
-        *{"validity", "vtkmodules"},
+    "image_files": {
+        *{"arrays", "meta_image", "nifti", "nrrd", "provenance", "volumes"},
+        *{"numpy", "vtkmodules"},
     },
-    "nrrd": {"numpy"},
+    "io": {
+        *{"arguments", "arrays", "filters", "handle_files", "image_files", "mesh_frames"},
+        *{"replacing", "validity", "vtkmodules"},
+    },
+    "mesh_frames": {"arrays", "frames", "provenance", "vtkmodules"},
+    "meta_image": {"numpy", "volumes"},
+    "nifti": {"frames", "numpy", "volumes"},
+    "nrrd": {"frames", "numpy", "volumes"},
     "packing": {"handles", "numpy"},
     "paraview_gui": {
         *{"filters", "handle_files", "paraview_undo"},
         *{"numpy", "paraview", "vtkmodules"},
     },
+    "provenance": {"vtkmodules"},
     "paraview_scene": {"paraview"},
     "paraview_undo": {"paraview"},
     "proof": {"announcements", "device", "records", "resources"},
@@ -76,6 +83,7 @@ ALLOWED = {
     "resources": set(),
     "self_test": {"", "device", "engine", "numpy", "proof", "reference"},
     "supervision": {"replacing"},
+    "volumes": {"numpy"},
     "validity": {"arrays", "numpy", "vtkmodules"},
     "search": {"guesses", "numpy", "packing"},
 }
