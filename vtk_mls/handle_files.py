@@ -22,7 +22,7 @@ import numpy as np
 from vtk_mls import elastix_points, markups, point_tables
 from vtk_mls.frames import signs
 from vtk_mls.landmarks import Handles, Landmarks, handles
-from vtk_mls.replacing import replacing
+from vtk_mls.replacing import check_replaceable, replacing
 
 FORMATS = (".csv", ".txt", ".pts", ".fcsv", ".mrk.json")
 _TABLES = (".csv", ".txt")  # to which control points are written as pairs
@@ -83,7 +83,7 @@ def read_landmarks(path, space="LPS", is_alone=False):
         Naming the file.
     """
     path = Path(path)
-    suffix = _suffix(path, "read control points from")
+    suffix = _suffix(path, "read points from")
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     try:
@@ -128,6 +128,14 @@ def write(path, rest, deformed, weights=None, labels=()):
             _WRITERS[suffix](file, points)
 
 
+def check_writable(path):
+    """`path` as a Path, if landmarks can be written to a file of this name, and there is room."""
+    path = Path(path)
+    _suffix(path, "write points to")
+    check_replaceable(path)
+    return path
+
+
 def write_landmarks(path, points, source=None, space="LPS"):
     """Write points with their labels.
 
@@ -155,7 +163,7 @@ def write_landmarks(path, points, source=None, space="LPS"):
     OSError, ValueError
         Naming the file.
     """
-    path = Path(path)
+    path = check_writable(path)
     suffix = _suffix(path, "write points to")
     rewrite = source and _rewriter(Path(source), suffix)
     with _written(path) as file:
