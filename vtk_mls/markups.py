@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from contextlib import contextmanager
 
 import numpy as np
@@ -73,7 +74,7 @@ def write_json(file, landmarks):
         }
         points.append(_placed(point, np.array(place)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    file.write(json.dumps({"@schema": _SCHEMA, "markups": [markups]}, indent=1))
+    file.write(_json({"@schema": _SCHEMA, "markups": [markups]}))
     return 0
 
 
@@ -105,7 +106,7 @@ def rewrite_json(path, file, places, space):
             markups.update(kept, type="Fiducial", controlPoints=points)
         markups.pop("measurements", None)  # are those of the old places
     document.setdefault("@schema", _SCHEMA)
-    file.write(json.dumps(document, indent=1))
+    file.write(_json(document))
     return 0
 
 
@@ -182,6 +183,12 @@ def rewrite_fcsv(path, file, places, space):
             continue
         writer.writerow(row)
     return left_out
+
+
+def _json(document):
+    """A document as text, with numbers side by side; a line's end is never within a text."""
+    text = json.dumps(document, indent=1)
+    return re.sub(r'\[\n[^][{}"]*\]', lambda found: " ".join(found[0].split()), text)
 
 
 def _document(path):

@@ -141,13 +141,13 @@ def write_handles(file, handles):
     file : text file
     handles : Handles
     """
-    lines = csv.writer(file, lineterminator="\n")
+    write_row = _row_writer(file)
     has_labels, has_weights = any(handles.labels), handles.weights is not None
     names = ["px", "py", "pz", *_PARTNERS]
-    lines.writerow(["label"] * has_labels + names + ["weight"] * has_weights)
+    write_row(["label"] * has_labels + names + ["weight"] * has_weights)
     columns = [handles.rest, handles.deformed] + [np.c_[handles.weights]] * has_weights
     for label, numbers in zip(handles.labels, np.hstack(columns).tolist()):
-        lines.writerow([label] * has_labels + numbers)
+        write_row([label] * has_labels + numbers)
 
 
 def write(file, landmarks):
@@ -164,11 +164,11 @@ def write(file, landmarks):
     int
         How many are left out.
     """
-    lines = csv.writer(file, lineterminator="\n")
-    lines.writerow(["x", "y", "z", "t", "label", "comment"])
+    write_row = _row_writer(file)
+    write_row(["x", "y", "z", "t", "label", "comment"])
     for i in np.flatnonzero(landmarks.is_placed).tolist():
         place = landmarks.places[i].tolist()
-        lines.writerow([*place, 0, landmarks.labels[i], landmarks.descriptions[i]])
+        write_row([*place, 0, landmarks.labels[i], landmarks.descriptions[i]])
     return int((~landmarks.is_placed).sum())
 
 
@@ -192,26 +192,53 @@ def rewrite(path, file, places, space):
         How many are left out.
     """
     table, left_out = _Table(path), 0
-    writer = csv.writer(file, lineterminator="\n", delimiter="," if table.has_commas else " ")
-    places = iter(places)
+    write_cells, places = _row_writer(file), iter(places)
+
+    def write_row(row):
+        if table.has_commas:
+            write_cells(row)
+        else:
+            file.write(" ".join(row) + "\n")
+
     for layout, _, row in table.rows(with_header=True):
         if layout is None:
-            writer.writerow(row)
+            write_row(row)
             continue
-        place = next(places)
-        if np.isfinite(place).all():
-            cells = map(repr, (place * signs(layout.frame or space)).tolist())
-        elif layout.active is not None:
-            row[layout.active], cells = "false", 3 * ["Infinity"]
-        elif layout.defined is not None:
-            row[layout.defined], cells = "0", [row[column] for column in layout.place]
+        if _put(layout, row, next(places) * signs(layout.frame or space)):
+            write_row(row)
         else:
             left_out += 1
-            continue
-        for column, cell in zip(layout.place, cells):
-            row[column] = cell
-        writer.writerow(row)
     return left_out
+
+
+def _put(layout, row, place):
+    """Put a row at another place, NaN for none; False if it cannot say that it has none."""
+    cells = [row[column] for column in layout.place]
+    if np.isfinite(place).all():
+        cells = map(repr, place.tolist())
+    elif layout.active is not None:
+        row[layout.active], cells = "false", 3 * ["Infinity"]
+    elif layout.defined is not None:
+        row[layout.defined] = "0"
+    else:
+        return False
+    for column, cell in zip(layout.place, cells):
+        row[column] = cell
+    return True
+
+
+def _row_writer(file):
+    """A function that writes cells as a line, in which a # is in quotation marks."""
+    plain, quoting = (
+        csv.writer(file, lineterminator="\n", quoting=quoting)
+        for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)
+    )
+
+    def write(row):
+        has_mark = any("#" in cell for cell in row if isinstance(cell, str))
+        (quoting if has_mark else plain).writerow(row)
+
+    return write
 
 
 class _Table:
@@ -220,7 +247,7 @@ class _Table:
     def __init__(self, path):
         self._path = path
         self.has_commas = True
-        self._doubt = ""  # what is wrong with a header, if the lines after it look right
+        self._doubt = ""  # what is wrong with a header, if there are numbers below
 
     def rows(self, with_header=False):
         """(layout, number of the line, cells) of each point; a header, if asked for, has None."""
@@ -234,9 +261,9 @@ class _Table:
                     if with_header:
                         yield None, number, row
                     continue
-                layout = self._unnamed(number, row)
-                if self._doubt:
+                if self._doubt and any(_numbers([cell]) for cell in row):
                     raise ValueError(self._doubt)
+                layout = self._unnamed(number, row)
             if len(row) != layout.width:
                 raise self._wrong(number, layout, row)
             yield layout, number, row
