@@ -24,7 +24,7 @@ _SCHEMA = (
     "Schema/markups-schema-v1.0.3.json#"
 )
 _STATUSES = ("undefined", "preview", "defined", "missing")  # in the order of Slicer's numbers
-_DEFINED = _STATUSES.index("defined")
+_UNDEFINED, _DEFINED = _STATUSES.index("undefined"), _STATUSES.index("defined")
 _BENT_TYPES = ("Fiducial", "Line", "Angle", "Curve", "ClosedCurve")  # what stays such when bent
 _UPRIGHT = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # Slicer's axes, which are RAS, in LPS
 _FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
@@ -174,14 +174,15 @@ def rewrite_fcsv(path, file, places, space):
         file.writelines(line.rstrip("\r\n") + "\n" for line in lines if line.startswith("#"))
     writer = csv.writer(file, lineterminator="\n")
     for (row, _), place in zip(_fcsv_rows(path, {}), places):
-        if np.isfinite(place).all():
+        is_placed, has_status = bool(np.isfinite(place).all()), len(row) > _STATUS
+        if has_status:
+            row[_STATUS] = str(_DEFINED if is_placed else _UNDEFINED)
+        if is_placed:
             row[1:4] = map(repr, place.tolist())
-        elif len(row) > _STATUS:
-            row[_STATUS] = "0"
+        if is_placed or has_status:
+            writer.writerow(row)
         else:
             left_out += 1
-            continue
-        writer.writerow(row)
     return left_out
 
 
@@ -250,7 +251,8 @@ def _json_place(path, number, point):
 def _placed(point, place):
     """A control point of JSON, put to another place; without one if that is NaN."""
     if np.isfinite(place).all():
-        return point | {"position": place.tolist()}
+        status = {"positionStatus": "defined"} if "positionStatus" in point else {}
+        return point | {"position": place.tolist()} | status
     return {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
 
 

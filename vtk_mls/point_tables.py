@@ -213,15 +213,19 @@ def rewrite(path, file, places, space):
 
 def _put(layout, row, place):
     """Put a row at another place, NaN for none; False if it cannot say that it has none."""
-    cells = [row[column] for column in layout.place]
-    if np.isfinite(place).all():
+    is_placed = np.isfinite(place).all()
+    if not is_placed and layout.active is None and layout.defined is None:
+        return False
+    if layout.defined is not None:
+        row[layout.defined] = "1" if is_placed else "0"
+    if layout.active is not None and not is_placed:
+        row[layout.active] = "false"
+    if is_placed:
         cells = map(repr, place.tolist())
     elif layout.active is not None:
-        row[layout.active], cells = "false", 3 * ["Infinity"]
-    elif layout.defined is not None:
-        row[layout.defined] = "0"
+        cells = 3 * ["Infinity"]
     else:
-        return False
+        return True
     for column, cell in zip(layout.place, cells):
         row[column] = cell
     return True
