@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import json
-import re
+import math
 from contextlib import contextmanager
 
 import numpy as np
@@ -28,19 +28,21 @@ _UNDEFINED, _DEFINED = _STATUSES.index("undefined"), _STATUSES.index("defined")
 _BENT_TYPES = ("Fiducial", "Line", "Angle", "Curve", "ClosedCurve")  # what stays such when bent
 _UPRIGHT = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # Slicer's axes, which are RAS, in LPS
 _FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
+_NOWHERE = [math.nan] * 3
 _LABEL, _DESCRIPTION, _STATUS = 11, 12, 14  # columns of .fcsv
 
 
 def read_json(path):
     """The points of a .mrk.json, in LPS."""
-    places, labels, descriptions = [], [], []
+    places, labels, descriptions = [np.empty((0, 3))], [], []
     for _, factors, points in _lists(path, _document(path)):
+        start = len(labels) + 1
+        found = [_json_place(path, number, point) for number, point in enumerate(points, start)]
+        places.append(np.reshape(found, (-1, 3)) * factors)
         for point in points:
-            place = _json_place(path, len(places) + 1, point)
-            places.append(factors * place)
             labels.append(_text(point.get("label", "")))
             descriptions.append(_text(point.get("description", "")))
-    return Landmarks(path, np.reshape(places, (-1, 3)), "LPS", labels, descriptions)
+    return Landmarks(path, np.concatenate(places), "LPS", labels, descriptions)
 
 
 def write_json(file, landmarks):
@@ -74,7 +76,7 @@ def write_json(file, landmarks):
         }
         points.append(_placed(point, np.array(place)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    file.write(_json({"@schema": _SCHEMA, "markups": [markups]}))
+    _write(file, {"@schema": _SCHEMA, "markups": [markups]})
     return 0
 
 
@@ -106,7 +108,7 @@ def rewrite_json(path, file, places, space):
             markups.update(kept, type="Fiducial", controlPoints=points)
         markups.pop("measurements", None)  # are those of the old places
     document.setdefault("@schema", _SCHEMA)
-    file.write(_json(document))
+    _write(file, document)
     return 0
 
 
@@ -186,10 +188,23 @@ def rewrite_fcsv(path, file, places, space):
     return left_out
 
 
-def _json(document):
-    """A document as text, with numbers side by side; a line's end is never within a text."""
-    text = json.dumps(document, indent=1)
-    return re.sub(r'\[\n[^][{}"]*\]', lambda found: " ".join(found[0].split()), text)
+def _write(file, document):
+    """Write a document, with each point on a line of its own."""
+    file.write("{\n")
+    for key, value in document.items():
+        if key != "markups":
+            file.write(f" {json.dumps(key)}: {json.dumps(value)},\n")
+    file.write(' "markups": [')
+    for number, markups in enumerate(document["markups"]):
+        file.write(",\n  {\n" if number else "\n  {\n")
+        for key, value in markups.items():
+            if key != "controlPoints":
+                file.write(f"   {json.dumps(key)}: {json.dumps(value)},\n")
+        file.write('   "controlPoints": [')
+        for i, point in enumerate(markups.get("controlPoints", [])):
+            file.write((",\n    " if i else "\n    ") + json.dumps(point))
+        file.write("\n   ]\n  }")
+    file.write("\n ]\n}\n")
 
 
 def _document(path):
@@ -227,7 +242,7 @@ def _as_sentence(path):
 
 
 def _json_place(path, number, point):
-    """The place (3,) of a control point, NaN if it has none."""
+    """The place of a control point, three numbers; NaN if it has none."""
     status, place = point.get("positionStatus", "defined"), point.get("position", "")
     if status not in _STATUSES:
         raise ValueError(
@@ -235,11 +250,11 @@ def _json_place(path, number, point):
             f"got {shortened(str(status))}"
         )
     if status != "defined" or place == "":
-        return np.full(3, np.nan)
+        return _NOWHERE
     are_numbers = isinstance(place, list) and all(type(each) in (int, float) for each in place)
     try:
         if are_numbers and len(place) == 3:
-            return _finite(path, f"point {number}", np.array(place, dtype=np.float64))
+            return _finite(path, f"point {number}", [float(each) for each in place])
     except OverflowError:
         pass
     raise ValueError(
@@ -278,21 +293,23 @@ def _fcsv_rows(path, header):
 
 
 def _fcsv_place(path, number, row):
-    """The place (3,) of a row, NaN if it has none."""
+    """The place of a row, three numbers; NaN if it has none."""
     if _cell(row, _STATUS).strip() not in ("", str(_DEFINED)):
-        return np.full(3, np.nan)
+        return _NOWHERE
     try:
-        x, y, z = (float(cell) for cell in row[1:4])
+        place = [float(cell) for cell in row[1:4]]
+        if len(place) != 3:
+            raise ValueError
     except ValueError:
         raise ValueError(
             f"`{path}` has a place that is not three numbers in line {number}: "
             + shortened(",".join(row))
         ) from None
-    return _finite(path, f"line {number}", np.array([x, y, z]))
+    return _finite(path, f"line {number}", place)
 
 
 def _finite(path, where, place):
-    if not np.isfinite(place).all():
+    if not all(map(math.isfinite, place)):
         raise ValueError(f"`{path}` has a coordinate that is not a finite number in {where}")
     return place
 

@@ -25,6 +25,7 @@ what it deforms: p is the first, q the second. Lines that are not active do not 
 from __future__ import annotations
 
 import csv
+import math
 import re
 from dataclasses import dataclass
 
@@ -200,11 +201,14 @@ def rewrite(path, file, places, space):
         else:
             file.write(" ".join(row) + "\n")
 
+    factors = None
     for layout, _, row in table.rows(with_header=True):
         if layout is None:
             write_row(row)
             continue
-        if _put(layout, row, next(places) * signs(layout.frame or space)):
+        if factors is None:
+            factors = signs(layout.frame or space)
+        if _put(layout, row, next(places) * factors):
             write_row(row)
         else:
             left_out += 1
@@ -281,7 +285,7 @@ class _Table:
 
     def pair(self, layout, number, row):
         """p and q of a row, NaN where they are not placed or do not count; q None without."""
-        nowhere = 3 * (float("nan"),)
+        nowhere = 3 * (math.nan,)
         if layout.defined is not None and row[layout.defined].strip() in ("0", "false", "False"):
             return nowhere, nowhere
         p = self.numbers(layout, number, row, layout.place)
@@ -290,13 +294,14 @@ class _Table:
         if activity not in _BOOLEANS:
             raise self._wrong(number, layout, row)
         is_active = activity == "true"
-        if is_active and not np.isfinite(p + (q or [])).all():
+        is_finite = all(map(math.isfinite, p))
+        if is_active and not (is_finite and all(map(math.isfinite, q or ()))):
             raise ValueError(
                 f"`{self._path}` has a coordinate that is not a finite number in line {number}"
             )
         if layout.is_offset:
             q = [start + way for start, way in zip(p, q)]
-        return p if np.isfinite(p).all() else nowhere, q if is_active else nowhere
+        return p if is_finite else nowhere, q if is_active else nowhere
 
     def _cells(self):
         """(number of its last line, cells) of each row with something in it."""

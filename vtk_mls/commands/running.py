@@ -27,7 +27,10 @@ def update(algorithm, options):
         try:
             _update(algorithm, shows_progress(options))
         except ValueError as error:  # the command has files, not inputs
-            text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
+            names = " and ".join(
+                f"`{each}`" for each in (options.handles, options.deformed) if each
+            )
+            text = str(error).replace("`ControlPoints`", names)
             raise ValueError(text) from error
 
 
