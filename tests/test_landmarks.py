@@ -251,3 +251,20 @@ def test_a_source_says_the_frame(tmp_path, messages):  # noqa: F811
     source.SetSpace("xyz")
     assert not source.GetExecutive().Update()
     messages.assert_one("`Space` must be one of lps, ras, got 'xyz'")
+
+
+@pytest.mark.parametrize(
+    ("field", "frame", "sign"),
+    [("Space", "LPS", 1), ("Space", "RAS", -1), ("FileSpace", "RAS", 1), ("Other", "RAS", -1)],
+)
+def test_polydata_say_their_frame(tmp_path, field, frame, sign):
+    polydata = update(control_points())
+    arrays.add_texts(polydata.GetFieldData(), field, [frame])
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(polydata)
+    writer.SetFileName(str(tmp_path / "x.vtp"))
+    writer.Write()
+    found = io.read_control_points(tmp_path / "x.vtp", space="RAS")  # counts if there is no Space
+    p, q, _ = arrays.control_points(found, "Displacement")
+    np.testing.assert_array_equal(p, REST * [sign, sign, 1])
+    np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)

@@ -151,6 +151,17 @@ def test_fiducials_of_old_and_new_slicers(tmp_path):
     assert found.is_placed.tolist() == [True, False]
 
 
+def test_markups_are_written_for_older_slicers(tmp_path):
+    handle_files.write(tmp_path / "x.fcsv", [[1, 2, 3]], [[1, 2, 3]], None, ["a\nb"])
+    lines = (tmp_path / "x.fcsv").read_text().splitlines()
+    assert lines[1] == "# CoordinateSystem = 1"  # versions before 4.11 read a number
+    assert lines[3] == "1,1.0,2.0,3.0,0,0,0,1,1,1,0,a b,,"
+    handle_files.write(tmp_path / "x.mrk.json", [[1, 2, 3]], [[1, 2, 3]])
+    schema = json.loads((tmp_path / "x.mrk.json").read_text())["@schema"]
+    folder = "Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#"
+    assert schema == f"https://raw.githubusercontent.com/slicer/slicer/master/{folder}"
+
+
 @pytest.mark.parametrize("space", ["lps", "ras"])
 def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
     sign = {"lps": 1, "ras": -1}[space]

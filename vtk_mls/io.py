@@ -32,6 +32,7 @@ from vtk_mls.landmarks import Landmarks, handles
 from vtk_mls.replacing import check_replaceable, replacing
 
 _WEIGHT = "Weight"
+_SPACE, _FILE_SPACE = "Space", "FileSpace"  # field arrays: the frame of the data, of their file
 _LONGEST = 200  # characters of what others say in an error
 
 
@@ -158,7 +159,7 @@ def control_points(rest, deformed=None):
         arguments.points("rest", found.rest)
         arguments.points("deformed", found.deformed)
         arguments.positive_weights(found.weights, len(found.rest))
-    arrays.add_texts(polydata.GetFieldData(), "Space", ["LPS"])
+    arrays.add_texts(polydata.GetFieldData(), _SPACE, ["LPS"])
     return polydata
 
 
@@ -331,7 +332,9 @@ def _landmarks(path, polydata, is_alone):
         places = arrays.to_numpy(polydata.GetPoints().GetData()).astype(float)
         weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
     arguments.points("rest", places)
-    frame = "".join(arrays.texts(polydata.GetFieldData(), "Space"))
+    fields = polydata.GetFieldData()
+    was_turned = bool(arrays.texts(fields, _FILE_SPACE))
+    frame = "LPS" if was_turned else "".join(arrays.texts(fields, _SPACE))
     labels = arrays.texts(data, "Label")
     return Landmarks(path, places, frame, labels, partners=partners, weights=weights)
 
