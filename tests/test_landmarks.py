@@ -17,7 +17,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import arrays, handle_files, io
 from vtk_mls.cli import main
-from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.filters import MLSControlPoints, MLSDeform, gathering
 from vtk_mls.landmarks import Landmarks, handles
 
 NOWHERE = (np.nan,) * 3
@@ -158,18 +158,24 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
     assert np.ptp(values[0]) > 0
 
 
-@pytest.mark.parametrize("name", ["rest.csv", "rest.vtp", "q.fcsv"])
+@pytest.mark.parametrize("name", ["rest.csv", "rest.vtp", "q.fcsv", "handles.csv", "pairs.vtp"])
 def test_the_command_says_what_does_not_fit(dragged, name, capsys):
     (dragged / "rest.csv").write_text("a,1,2,3\nb,1,2,3\n")
     handle_files.write("q.fcsv", REST, REST)
     with open("rest.vtp", "w") as file:
         file.write("nothing")
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(io.read_control_points("handles.csv"))
+    writer.SetFileName("pairs.vtp")
+    writer.Write()
     options = ["--deformed", name, "--device", FAST]
     assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
     error = capsys.readouterr().err
     expected = {
         "rest.csv": "the labels of `rest.mrk.json` and `rest.csv` do not fit: only `rest.mrk.json`",
         "rest.vtp": "`rest.vtp`: VTK says: ",
+        "handles.csv": "`handles.csv` says two places for a point; the file of places that",
+        "pairs.vtp": "`pairs.vtp` says two places for a point; the file of places that control",
         "q.fcsv": "the labels of `rest.mrk.json` and `q.fcsv` do not fit: only `rest.mrk.json` has",
     }
     assert error.startswith(f"vtk-mls: {expected[name]}")
@@ -197,6 +203,10 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     writer.Write()
     assert arrays.texts(update(reader).GetPointData(), "Label") == list("abcdefgh")
     assert io.read_landmarks(tmp_path / "x.vtp").labels == list("abcdefgh")
+
+    # between processes
+    there = gathering._joined([gathering._packed(found)])
+    assert arrays.texts(there.GetPointData(), "Label") == list("abcdefgh")
 
     # the labels do not disturb a filter
     deform, plain, unnamed = MLSDeform(), MLSDeform(), control_points()

@@ -322,10 +322,10 @@ def _read_with(kind):
 
 
 def _landmarks(path, polydata, is_alone):
-    """The points of polydata, in its frame; their partners only if it `is_alone`."""
+    """The points of polydata, in its frame; they must have partners if it `is_alone`."""
     data, partners = polydata.GetPointData(), None
     weight = _WEIGHT if data.HasArray(_WEIGHT) else None
-    if is_alone:
+    if is_alone or data.HasArray("Displacement"):
         places, partners, weights = arrays.control_points(polydata, "Displacement", weight)
         arguments.points("deformed", partners)
     else:
