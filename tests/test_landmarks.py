@@ -182,6 +182,14 @@ def test_the_command_says_what_does_not_fit(dragged, name, capsys):
     assert error.count("\n") == 1
 
 
+def test_handles_far_from_the_data_name_all_files(dragged, capsys):
+    handle_files.write("far.fcsv", REST, REST + 1e12, None, list("abcdefgh"))
+    options = ["--deformed", "far.fcsv", "--device", FAST]
+    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
+    error = capsys.readouterr().err
+    assert "`rest.mrk.json` and `far.fcsv` must be where the data of `in.vti` are" in error
+
+
 def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):  # noqa: F811
     source = MLSControlPoints()
     source.SetMode("file")

@@ -27,10 +27,9 @@ def update(algorithm, options):
         try:
             _update(algorithm, shows_progress(options))
         except ValueError as error:  # the command has files, not inputs
-            names = " and ".join(
-                f"`{each}`" for each in (options.handles, options.deformed) if each
-            )
-            text = str(error).replace("`ControlPoints`", names)
+            names = [f"`{each}`" for each in (options.handles, options.deformed) if each]
+            text = str(error).replace("`ControlPoints`", " and ".join(names))
+            text = text.replace("where the data are", f"where the data of `{options.input}` are")
             raise ValueError(text) from error
 
 
