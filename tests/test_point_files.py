@@ -79,8 +79,9 @@ def test_points_of_elastix(tmp_path, name):
         ("label,x,y,z\na,1,2,3\nb,4,5,6", ["a", "b"]),
         ("\ufeffZ,Y,X,Name\r\n3,2,1,a\r\n6,5,4,b\r\n", ["a", "b"]),
         ("here,there\n1,2,3\n4,5,6\n", ["", ""]),
+        ("Landmarks\n1,2,3\n4,5,6\n", ["", ""]),
     ],
-    ids=["plain", "blanks", "labels", "header", "order", "unknown"],
+    ids=["plain", "blanks", "labels", "header", "order", "unknown", "title"],
 )
 def test_tables_of_places(tmp_path, text, labels):
     found = _read(tmp_path, text)
@@ -281,9 +282,10 @@ def _markups(point, **more):
         ("x.csv", "x,y,z,defined\n1,2,inf,1\n", r"` has a coordinate .* finite number in line 2$"),
         ("x.csv", "x,y,z,weight\n1,2,3,0\n", r"` has a weight that is not a positive number"),
         ("x.csv", "1,2,3\na,4,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
+        ("x.csv", "1,2,3\n1_0,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
         ("x.csv", "1,2,3,4\n", r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`$"),
         ("x.csv", "1;2;3\n1;2;3\n", r"`, line 2: expected numbers px,py,pz,"),
-        ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4,5,0,6`$"),
+        ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
         ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
         ("x.csv", BIGWARP + '"p","yes",1,2,3,4,5,6', r"line 4: expected name,active,x,y,z,u,v,w"),
         ("x.csv", BIGWARP + '"p","true",1,2,3,4,5', r"line 4: expected name,active,x,y,z,u,v,w"),

@@ -219,7 +219,9 @@ def texts(attributes, name):
     array = attributes.GetAbstractArray(name)
     if not isinstance(array, vtkStringArray):
         return []
-    return [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+    values = [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+    # bytes are what is not UTF-8
+    return [each if isinstance(each, str) else each.decode(errors="replace") for each in values]
 
 
 def replace(attributes, name, values):

@@ -1,8 +1,8 @@
 """Tables of points in text, one in a line: of places, or of pairs p and q.
 
-Cells are separated by commas or, if there is none in the first line, by blanks. A first line
-without a number is a header. What follows a # is skipped, in lines without quotation marks. What
-the columns are is said by the names in a header, in any order and letters of any case:
+Cells are separated by commas or, in lines without one, by blanks. A first line without a number is
+a header. What follows a # is skipped, in lines without quotation marks. What the columns are is
+said by the names in a header, in any order and letters of any case:
 
     px py pz qx qy qz           control points
     Points:0 .. Displacement:0  those that ParaView has written, q - p; without it, places
@@ -43,7 +43,7 @@ _AXES = {  # names of the columns with places: what file says them, and its fram
 }
 _PARTNERS = ("qx", "qy", "qz")
 _OFFSETS = ("displacement0", "displacement1", "displacement2")
-_BOOLEANS = ("true", "false")
+_BOOLEANS, _NOT = ("true", "false"), ("0", "", "false", "False")
 _HANDLES = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
 _PLACES = "numbers x,y,z, as many in each line"
 _LANDMARKS = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
@@ -254,7 +254,7 @@ class _Table:
 
     def __init__(self, path):
         self._path = path
-        self.has_commas = True
+        self.has_commas = False  # so far
         self._doubt = ""  # what is wrong with a header, if there are numbers below
 
     def rows(self, with_header=False):
@@ -286,7 +286,7 @@ class _Table:
     def pair(self, layout, number, row):
         """p and q of a row, NaN where they are not placed or do not count; q None without."""
         nowhere = 3 * (math.nan,)
-        if layout.defined is not None and row[layout.defined].strip() in ("0", "false", "False"):
+        if layout.defined is not None and row[layout.defined].strip() in _NOT:
             return nowhere, nowhere
         p = self.numbers(layout, number, row, layout.place)
         q = layout.partner and self.numbers(layout, number, row, layout.partner)
@@ -307,14 +307,12 @@ class _Table:
         """(number of its last line, cells) of each row with something in it."""
         with self._path.open(newline="", encoding="utf-8-sig") as file:
             lines = (line if '"' in line else line.partition("#")[0] for line in file)
-            rows, is_first = csv.reader(lines), True
+            rows = csv.reader(lines)
             try:
                 for row in rows:
-                    if not any(cell.strip() for cell in row):
-                        continue
-                    if is_first:
-                        self.has_commas, is_first = len(row) > 1, False
-                    yield rows.line_num, row if self.has_commas else ",".join(row).split()
+                    if any(cell.strip() for cell in row):
+                        self.has_commas |= len(row) > 1
+                        yield rows.line_num, row if len(row) > 1 else row[0].split()
             except csv.Error as error:
                 raise ValueError(f"`{self._path}`, line {rows.line_num}: {error}") from None
 
@@ -389,6 +387,6 @@ class _Table:
 def _numbers(row):
     """The numbers in a row of text, or none if not all are."""
     try:
-        return [float(cell) for cell in row]
+        return [] if any("_" in cell for cell in row) else [float(cell) for cell in row]
     except ValueError:
         return []
