@@ -1,9 +1,9 @@
-"""Broken files of every format, one after the other, through `vtk-mls deform`.
+"""Broken files of every format, one after the other, through `vtk-mls`.
 
     python tests/hostile_files.py SEED COUNT [FORMAT...]
 
-Each must end in a deformed file, or in one sentence with the file's name. Those that do not are
-printed, and kept in hostile-files/.
+Each must end in a deformed or moved file, or in one sentence with the file's name. Those that do
+not are printed, and kept in hostile-files/.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from test_io import MESHES, NRRD, NRRD_DATA
+from test_point_files import ANTS, BIGWARP, ELASTIX, SLICER, TRANSFORMIX
 from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
 from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -115,6 +116,18 @@ def _make_files():
     for suffix in handle_files.FORMATS:
         handle_files.write(f"handles{suffix}", REST, DEFORMED)
         jobs.append(("handles", [f"handles{suffix}"]))
+    for name, text in {
+        "bigwarp.csv": BIGWARP,
+        "slicer.csv": SLICER,
+        "ants.csv": ANTS,
+        "elastix.txt": ELASTIX,
+        "transformix.txt": TRANSFORMIX,
+    }.items():
+        Path(name).write_text(text)
+        jobs += [(role, [name]) for role in ("handles", "landmarks")]
+    for suffix in (".fcsv", ".mrk.json", ".pts"):
+        jobs += [(role, [f"handles{suffix}"]) for role in ("landmarks", "deformed")]
+    handle_files.write("rest.fcsv", REST, REST)
     handles = control_points(weights=[1.0] * len(REST))
     _write(vtkXMLPolyDataWriter(), update(handles), "handles.vtp", DataMode=0)
     shutil.copy("1.stl", "cut.stl")
@@ -199,11 +212,14 @@ def main(seed, count, *formats):
                 Path(name).write_bytes(good[name])
             spoilt = names[rng.integers(len(names))]
             Path(spoilt).write_bytes(_broken(good[spoilt], rng))
+            suffix = names[0].partition(".")[2]
             arguments = {
-                "handles": ["good.vti", names[0], "out.vti"],
-                "cut": ["good.vti", "good.csv", "out.vti", "--cut-surface", names[0]],
-            }.get(role, [names[0], "good.csv", f"out.{role}"])
-            status, text = _deform(["deform", *arguments, "--device", "reference"])
+                "handles": ["deform", "good.vti", names[0], "out.vti"],
+                "deformed": ["deform", "good.vti", "rest.fcsv", "out.vti", "--deformed", names[0]],
+                "landmarks": ["points", names[0], "good.csv", f"out.{suffix}"],
+                "cut": ["deform", "good.vti", "good.csv", "out.vti", "--cut-surface", names[0]],
+            }.get(role, ["deform", names[0], "good.csv", f"out.{role}"])
+            status, text = _deform([*arguments, "--device", "reference"])
             ends["deformed" if status == 0 else "crash" if "crash" in text else "sentence"] += 1
             if not _is_fine(status, text, names):
                 bad += 1

@@ -251,3 +251,13 @@ def test_control_points_are_float64_whatever_they_were():
         arrays.control_points(polydata, "factor")
     with pytest.raises(ValueError, match="`ControlPoints` has no points"):
         arrays.control_points(vtkPolyData(), "move")
+
+
+def test_texts():
+    attributes, texts = vtkPointData(), ["a", "", 'ä, "b"', "c\nd"]
+    arrays.add_texts(attributes, "names", texts)
+    assert arrays.texts(attributes, "names") == texts
+    arrays.add(attributes, "numbers", np.zeros(4))
+    assert arrays.texts(attributes, "numbers") == arrays.texts(attributes, "none") == []
+    attributes.GetAbstractArray("names").SetValue(1, b"\xff")
+    assert arrays.texts(attributes, "names")[1] == "\ufffd"

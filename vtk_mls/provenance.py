@@ -6,8 +6,9 @@ vtkStringArray.
 
 from __future__ import annotations
 
-from vtkmodules.vtkCommonCore import vtkStringArray
+from vtk_mls import arrays
 
+SPACE = "Space"  # name of the frame of control points
 FILE_SPACE = "FileSpace"  # name of the file's own frame; the dataset itself is in LPS
 LABEL_ARRAYS = "LabelArrays"  # names of point and cell arrays whose values must not be mixed
 NRRD_HEADER = "NrrdHeader"  # lines of the header, such as the names and colours of segments
@@ -18,18 +19,9 @@ def keep(dataset, name, texts):
     """Give a dataset the texts, or none."""
     dataset.GetFieldData().RemoveArray(name)
     if texts:
-        array = vtkStringArray()
-        array.SetName(name)
-        for text in texts:
-            array.InsertNextValue(text)
-        dataset.GetFieldData().AddArray(array)
+        arrays.add_texts(dataset.GetFieldData(), name, texts)
 
 
 def kept(dataset, name):
     """The texts of a dataset, () if there are none."""
-    array = dataset.GetFieldData().GetAbstractArray(name)
-    if not isinstance(array, vtkStringArray):
-        return ()
-    texts = (array.GetValue(i) for i in range(array.GetNumberOfValues()))
-    # bytes are what VTK gives of texts that are not UTF-8
-    return tuple(text if isinstance(text, str) else text.decode("latin-1") for text in texts)
+    return tuple(arrays.texts(dataset.GetFieldData(), name))
