@@ -17,7 +17,7 @@ ALLOWED = {
     "arrays": {"grid", "numpy", "vtkmodules"},
     "caches": set(),
     "cli": {"", "commands", "demo", "doctor", "resources", "supervision"},
-    "commands": {"", "filters", "installation", "io", "supervision", "vtkmodules"},
+    "commands": {"", "arrays", "filters", "installation", "io", "supervision", "vtkmodules"},
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy", "reals"},
     "deformation": {
@@ -44,6 +44,7 @@ ALLOWED = {
         *{"", "announcements", "arrays", "gradients", "handle_files", "numpy", "reals"},
         *{"vtkmodules"},
     },
+    "field_files": {"frames", "numpy"},
     "fitting": {"grid", "numpy"},
     "frames": {"numpy"},
     "gradients": {"interpolation", "numpy"},
@@ -56,8 +57,8 @@ ALLOWED = {
     "interpolation": {"numpy"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
     "io": {
-        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
-        *{"validity", "vtkmodules"},
+        *{"arguments", "arrays", "field_files", "filters", "handle_files", "image_files"},
+        *{"replacing", "validity", "vtkmodules"},
     },
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},

@@ -25,7 +25,8 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import arguments, arrays, handle_files, image_files, validity
+from vtk_mls import arguments, arrays, field_files, handle_files, image_files, validity
+from vtk_mls.arrays import Lattice
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 from vtk_mls.replacing import check_replaceable, replacing
@@ -91,6 +92,40 @@ def check_writable(path, dataset):
     path = Path(path)
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
     _choose(_writers(dataset), path, f"write {thing} to")
+    check_replaceable(path)
+    return path
+
+
+def write_field(image, path):
+    """Write a displacement field, the active scalars of an image, as a transform.
+
+    Parameters
+    ----------
+    image : vtkImageData
+    path : path
+        A transform: NIfTI (.nii, .nii.gz) or NRRD (.nrrd), as `field_files` says, or MetaImage
+        (.mha, .mhd). Or as of `write_dataset`.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = check_field_writable(path)
+    if _suffix(path) not in field_files.FORMATS:
+        write_dataset(image, path)
+        return
+    values = arrays.to_numpy(image.GetPointData().GetScalars())
+    displacement = values.reshape(*image.GetDimensions()[::-1], 3)
+    with replacing(path) as new, _failures(new):
+        field_files.write(displacement, Lattice.of_image(image).grid, new)
+
+
+def check_field_writable(path):
+    """`path` as a Path, if there is a format for it, and room for a file."""
+    path = Path(path)
+    formats = dict.fromkeys([*field_files.FORMATS, *image_files.WRITERS])
+    _choose(formats, path, "write a displacement field to")
     check_replaceable(path)
     return path
 
