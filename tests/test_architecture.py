@@ -44,7 +44,7 @@ ALLOWED = {
         *{"", "announcements", "arrays", "gradients", "handle_files", "provenance", "reals"},
         *{"numpy", "vtkmodules"},
     },
-    "field_files": {"frames", "numpy"},
+    "field_files": {"meta_image", "nifti", "nrrd", "numpy", "volumes"},
     "fitting": {"grid", "numpy"},
     "frames": {"numpy"},
     "gradients": {"interpolation", "numpy"},

@@ -103,8 +103,8 @@ def write_field(image, path):
     ----------
     image : vtkImageData
     path : path
-        A transform: NIfTI (.nii, .nii.gz) or NRRD (.nrrd), as `field_files` says, or MetaImage
-        (.mha, .mhd). Or as of `write_dataset`.
+        A transform: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or MetaImage (.mha, .mhd). Or as of
+        `write_dataset`.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def add(commands):
     )
     field.add_argument("handles", help="control points: as of `vtk-mls deform`")
     field.add_argument(
-        "output", help="transform: .nii.gz .nii .nrrd .mha .mhd; or for VTK: .vti .vtk"
+        "output", help="transform: .nii.gz .nii .nrrd .nhdr .mha .mhd; or for VTK: .vti .vtk"
     )
     add = field.add_argument
     add(
