@@ -14,6 +14,7 @@ removed. Where processes cannot be split safely, on Windows and macOS, all happe
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import sys
@@ -22,9 +23,11 @@ from contextlib import contextmanager, suppress
 IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
 _SECONDS, _BYTES_PER_SECOND = 60, 200_000
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
+_JOURNAL = 1 << 16  # bytes; more than the names of two files
 _VERBS = {"read": "read", "deform": "deformed", "write": "written"}
 
-_journal = None  # where the worker writes what it does
+_journal = None  # memory that both share, where the worker writes what it does
+_written = ""  # file that the worker wrote to last
 
 
 def supervise(work):
@@ -45,17 +48,16 @@ def supervise(work):
     signals = {each for each in signals if signal.getsignal(each) != signal.SIG_IGN}  # nohup
     sys.stdout.flush()
     sys.stderr.flush()
-    journal, entries = os.pipe()
+    journal = mmap.mmap(-1, _JOURNAL)
     signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     supervisor = os.getpid()
     worker = os.fork()
     if worker == 0:
-        _become_worker(entries, supervisor, signals)
+        _become_worker(journal, supervisor, signals)
         status = work()
         sys.stdout.flush()  # before the interpreter's end, which may fail
         _note("done", str(status))
         return status
-    os.close(entries)
 
     def stop(number, frame):
         for each in signals:
@@ -63,7 +65,7 @@ def supervise(work):
         with suppress(ProcessLookupError, ChildProcessError):  # it has just ended by itself
             os.kill(worker, signal.SIGKILL)
             os.waitpid(worker, 0)
-        _remove_remains(worker, *_last_entry(journal))
+        _remove_remains(worker, journal)
         if number == signal.SIGINT:
             os.write(2, b"\n")
         os._exit(128 + number)
@@ -74,10 +76,10 @@ def supervise(work):
     status = os.waitstatus_to_exitcode(os.waitpid(worker, 0)[1])
     if status >= 0:
         return status
-    doing, what = _last_entry(journal)
+    doing, what, _ = _entry(journal)
     if doing == "done":  # only the interpreter's end has failed
         return int(what)
-    _remove_remains(worker, doing, what)
+    _remove_remains(worker, journal)
     print(f"vtk-mls: {_obituary(doing, what, signal.Signals(-status).name)}", file=sys.stderr)
     return 1
 
@@ -114,9 +116,9 @@ def _processor_time(path):
     return _SECONDS
 
 
-def _become_worker(entries, supervisor, signals):
+def _become_worker(journal, supervisor, signals):
     global _journal
-    _journal = entries
+    _journal = journal
     _die_with(supervisor)
     for each in signals:
         signal.signal(each, signal.SIG_DFL)
@@ -137,26 +139,25 @@ def _die_with(supervisor):
 
 
 def _note(doing, what):
-    if _journal is not None:
-        os.write(_journal, os.fsencode(f"{doing}\0{what}\0"))
-
-
-def _last_entry(journal):
-    """What the worker did last, and with what; empty texts if it did not say anything."""
-    os.set_blocking(journal, False)
-    text = b""
-    with suppress(BlockingIOError):
-        while part := os.read(journal, 65536):
-            text += part
-    entries = os.fsdecode(text).split("\0")
-    return tuple(entries[-3:-1]) if len(entries) > 2 else ("", "")
-
-
-def _remove_remains(worker, doing, path):
+    global _written
     if doing == "write":
+        _written = what
+    if _journal is not None:
+        entry = os.fsencode(f"{doing}\0{what}\0{_written}\0")[:_JOURNAL]
+        _journal[: len(entry)] = entry
+
+
+def _entry(journal):
+    """What the worker did last, with what, and what it wrote to last; empty if it did not say."""
+    return tuple(os.fsdecode(part) for part in journal[:].split(b"\0", 3)[:3])
+
+
+def _remove_remains(worker, journal):
+    written = _entry(journal)[2]
+    if written:
         from vtk_mls.replacing import remove_remains
 
-        remove_remains(path, worker)
+        remove_remains(written, worker)
 
 
 def _obituary(doing, path, name):
