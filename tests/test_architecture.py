@@ -61,8 +61,10 @@ ALLOWED = {
     },
     "io": {
         *{"arguments", "arrays", "field_files", "filters", "handle_files", "image_files"},
+        *{"mesh_frames"},
         *{"replacing", "validity", "vtkmodules"},
     },
+    "mesh_frames": {"arrays", "frames", "provenance", "vtkmodules"},
     "meta_image": {"numpy", "volumes"},
     "nifti": {"frames", "numpy", "volumes"},
     "nrrd": {"frames", "numpy", "volumes"},

@@ -128,7 +128,15 @@ def write(path, volume):
         A .nrrd file; or a .nhdr header, beside which a .raw.gz file is made.
     volume : Volume
         Its space is the file's, LPS if it is none of NRRD's.
+
+    Raises
+    ------
+    OSError, ValueError
     """
+    if _is_of_segments(path) and volume.values.dtype.kind not in "iu":
+        raise ValueError(
+            f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
+        )
     try:
         space, signs = volume.space or _LPS, _signs(volume.space or _LPS)
     except ValueError:
@@ -173,7 +181,7 @@ def write(path, volume):
             _pack(file, values)
 
 
-def is_of_segments(path):
+def _is_of_segments(path):
     """Whether the name of a file is one of 3D Slicer's segmentations."""
     return path.name.lower().endswith((".seg.nrrd", ".seg.nhdr"))
 
@@ -309,7 +317,7 @@ def _pack(file, values):
 def _says_labels(path, pairs):
     keys = (line.partition(":=")[0] for line in pairs)
     has_segments = any(re.fullmatch(r"Segment\d+_ID", key) for key in keys)
-    return is_of_segments(path) or has_segments or _LABEL_INTENT in pairs
+    return _is_of_segments(path) or has_segments or _LABEL_INTENT in pairs
 
 
 def _label_pairs(pairs, values):
