@@ -17,7 +17,10 @@ ALLOWED = {
     "arrays": {"grid", "numpy", "vtkmodules"},
     "caches": set(),
     "cli": {"", "commands", "demo", "doctor", "resources", "supervision"},
-    "commands": {"", "arrays", "filters", "installation", "io", "supervision", "vtkmodules"},
+    "commands": {
+        *{"", "arrays", "filters", "installation", "io", "mesh_files", "series", "supervision"},
+        *{"vtkmodules"},
+    },
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy", "reals"},
     "deformation": {
@@ -61,9 +64,10 @@ ALLOWED = {
     },
     "io": {
         *{"arguments", "arrays", "field_files", "filters", "handle_files", "image_files"},
-        *{"mesh_frames"},
+        *{"mesh_files", "mesh_frames"},
         *{"replacing", "validity", "vtkmodules"},
     },
+    "mesh_files": {"image_files", "meshio", "volumes", "vtkmodules"},
     "mesh_frames": {"arrays", "frames", "provenance", "vtkmodules"},
     "meta_image": {"numpy", "volumes"},
     "nifti": {"frames", "numpy", "volumes"},
@@ -84,6 +88,7 @@ ALLOWED = {
     "replacing": set(),
     "resources": set(),
     "self_test": {"", "device", "engine", "numpy", "proof", "reference"},
+    "series": {"io", "mesh_files", "replacing", "volumes"},
     "supervision": {"replacing"},
     "volumes": {"numpy"},
     "validity": {"arrays", "numpy", "vtkmodules"},

@@ -59,7 +59,7 @@ def run(options):
         io.check_writable(options.output, field.GetOutput())
     else:
         io.check_field_writable(options.output)
-    field.SetInputData(0, dataset)
+    field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _corners(dataset))
     if options.dimensions is not None:
         field.SetSampleDimensions(_dimensions(options, dataset))
     map_options.apply(options, field)
@@ -93,6 +93,20 @@ def _dimensions(options, dataset):
             f"got `{options.dimensions:.60}`"
         )
     return dimensions
+
+
+def _corners(blocks):
+    """Two points with the bounds of composite data."""
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    bounds, points, corners = [0.0] * 6, vtkPoints(), vtkPolyData()
+    blocks.GetBounds(bounds)
+    points.SetDataTypeToDouble()
+    points.InsertNextPoint(bounds[::2])
+    points.InsertNextPoint(bounds[1::2])
+    corners.SetPoints(points)
+    return corners
 
 
 def _summary(output, options):

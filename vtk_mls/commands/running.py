@@ -15,8 +15,15 @@ def read(reader, path):
         return reader(path)
 
 
-def update(algorithm, options):
+def update(algorithm, options, done=0, total=1):
     """Run a filter on the file and the control points of the options.
+
+    Parameters
+    ----------
+    algorithm : vtkAlgorithm
+    options : argparse.Namespace
+    done, total : int
+        How often it has been run before, and will be in all: for the progress bar.
 
     Raises
     ------
@@ -25,14 +32,14 @@ def update(algorithm, options):
     """
     with step("deform", options.input):
         try:
-            _update(algorithm, options.progress or sys.stderr.isatty())
+            _update(algorithm, options.progress or sys.stderr.isatty(), done, total)
         except ValueError as error:  # the command has files, not inputs
             text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
             raise ValueError(text) from error
 
 
-def _update(algorithm, shows_progress):
-    """Run a filter; its error becomes an exception."""
+def _update(algorithm, shows_progress, done, total):
+    """Run a filter; its error, or that of a block of its input, becomes an exception."""
     from vtkmodules.util.misc import calldata_type
     from vtkmodules.vtkCommonCore import VTK_STRING
 
@@ -43,15 +50,18 @@ def _update(algorithm, shows_progress):
         errors.append(text.partition(": ")[2])
 
     def moved(caller, event):
-        done = round(_BAR * caller.GetProgress())
-        bar = "#" * done + "." * (_BAR - done)
-        print(f"\r[{bar}] {caller.GetProgress():4.0%}", end="", file=sys.stderr, flush=True)
+        fraction = (done + caller.GetProgress()) / total
+        full = round(_BAR * fraction)
+        bar = "#" * full + "." * (_BAR - full)
+        print(f"\r[{bar}] {fraction:4.0%}", end="", file=sys.stderr, flush=True)
 
-    algorithm.AddObserver("ErrorEvent", heard)
+    tags = [algorithm.AddObserver("ErrorEvent", heard)]
     if shows_progress:
-        algorithm.AddObserver("ProgressEvent", moved)
+        tags.append(algorithm.AddObserver("ProgressEvent", moved))
     updated = algorithm.GetExecutive().Update()
-    if shows_progress:
+    for tag in tags:
+        algorithm.RemoveObserver(tag)
+    if shows_progress and (done + 1 == total or errors or not updated):
         print(file=sys.stderr)
-    if not updated:
+    if errors or not updated:
         raise ValueError(errors[0] if errors else "the deformation failed")
