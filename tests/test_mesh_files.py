@@ -33,6 +33,8 @@ from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 from vtk_mls import Deformation, arrays, io, mesh_files
 from vtk_mls.cli import main
 
+resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+
 DATA = Path(__file__).parent / "data"
 REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
 DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
@@ -301,3 +303,33 @@ def test_readers_are_imported_when_they_are_needed():
     code = "import sys, vtk_mls.io; print([n for n in sys.modules if 'IOSS' in n or 'HDF' in n])"
     status, out, _ = run(code=code)
     assert (status, out) == (0, "[]\n")
+
+
+@pytest.fixture
+def disk():
+    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
+@pytest.mark.parametrize("suffix", [".vtm", ".vtpc", ".vtkhdf"])
+def test_a_full_disk_is_noticed_and_leaves_the_old_files(folder, disk, suffix, missing):
+    def state():
+        return {path: path.is_file() and path.read_bytes() for path in folder.rglob("*")}
+
+    blocks = vtkMultiBlockDataSet()
+    for number in range(2):
+        block = make_image((12, 12, 12))
+        noise = np.random.default_rng(number).normal(size=12**3)
+        add_array(block.GetPointData(), "values", noise)
+        blocks.SetBlock(number, block)
+    io.write_dataset(blocks, f"x{suffix}")
+    before = state()
+    largest = max(path.stat().st_size for path in folder.rglob("x*") if path.is_file())
+    disk(0 if missing is None else largest - missing)
+    with pytest.raises((OSError, ValueError), match=rf"^`x\{suffix}`"):
+        io.write_dataset(blocks, f"x{suffix}")
+    disk(resource.RLIM_INFINITY)
+    assert state() == before

@@ -6,15 +6,18 @@ needed. Others are read by meshio, if it is installed.
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import importlib.util
 import io
 import re
 import tempfile
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
-from vtkmodules.vtkCommonCore import vtkVersion
+from vtkmodules.vtkCommonCore import vtkIndent, vtkVersion
 from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
     vtkDataObjectTreeIterator,
     vtkDataSet,
     vtkMultiBlockDataSet,
@@ -22,10 +25,20 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPartitionedDataSetCollection,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter, vtkXMLUnstructuredGridReader
+from vtkmodules.vtkIOXML import (
+    vtkXMLDataSetWriter,
+    vtkXMLMultiBlockDataWriter,
+    vtkXMLUnstructuredGridReader,
+)
 
 from vtk_mls import image_files, volumes
 
+PIECES = {  # formats with everything, by the class of a dataset
+    "vtkImageData": ".vti",
+    "vtkPolyData": ".vtp",
+    "vtkStructuredGrid": ".vts",
+    "vtkUnstructuredGrid": ".vtu",
+}
 COMPOSITE = (vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection)
 
 _XML, _IOSS = "vtkIOXML", ("vtkIOIOSS", "vtkIOSSReader")
@@ -53,6 +66,9 @@ _MESHIO = (
     *(".off",),
 )
 FORMATS = (*_VTK, *_MESHIO)
+
+_NAME = vtkCompositeDataSet.NAME()
+_HDF_END = slice(40, 48)  # where VTK's HDF5 files say how long they are
 
 # Names of other files in those that name some.
 _IN_XML = re.compile(r"""\b(?:file|Source)\s*=\s*["']([^"']*)["']""")
@@ -199,13 +215,33 @@ def _write_blocks(data, path):
 
 
 def _write_partitions(data, path):
-    from vtkmodules.vtkIOParallelXML import vtkXMLPartitionedDataSetCollectionWriter
-
+    """Write a .vtpc file; VTK's own writer ends the process when the disk is full."""
     if not isinstance(data, vtkPartitionedDataSetCollection):
         from vtkmodules.vtkFiltersCore import vtkConvertToPartitionedDataSetCollection
 
         data = _converted(vtkConvertToPartitionedDataSetCollection(), data)
-    image_files.write(vtkXMLPartitionedDataSetCollectionWriter(), data, path)
+    path.with_suffix("").mkdir(exist_ok=True)
+    lines = []
+    for number in range(data.GetNumberOfPartitionedDataSets()):
+        named = data.HasMetaData(number) and data.GetMetaData(number).Has(_NAME)
+        name = data.GetMetaData(number).Get(_NAME) if named else ""
+        lines.append(f'<Partitions index="{number}" name={quoteattr(name)}>')
+        for part in range(data.GetNumberOfPartitions(number)):
+            dataset = data.GetPartition(number, part)
+            if dataset is not None:
+                file = f"{path.stem}/{path.stem}_{number}_{part}{PIECES[dataset.GetClassName()]}"
+                image_files.write(vtkXMLDataSetWriter(), dataset, path.parent / file)
+                lines.append(f'  <DataSet index="{part}" file={quoteattr(file)}/>')
+        lines.append("</Partitions>")
+    if data.GetDataAssembly() is not None:
+        tree = base64.b64encode(data.GetDataAssembly().SerializeToXML(vtkIndent()).encode())
+        lines.append(f'<DataAssembly encoding="base64">{tree.decode()}</DataAssembly>')
+    kind = "vtkPartitionedDataSetCollection"
+    path.write_text(
+        f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian">\n'
+        f"<{kind}>\n" + "\n".join(lines) + f"\n</{kind}>\n</VTKFile>\n",
+        encoding="utf-8",
+    )
 
 
 def _converted(algorithm, data):
@@ -223,6 +259,9 @@ def _write_hdf(data, path):
             "write .vtu, .vtp or .vtm instead"
         ) from None
     image_files.write(vtkHDFWriter(), data, path)
+    with path.open("rb") as file:
+        start = file.read(_HDF_END.stop)
+    image_files.check_size(path, int.from_bytes(start[_HDF_END], "little"))
 
 
 WRITERS = {".vtm": _write_blocks, ".vtpc": _write_partitions, ".vtkhdf": _write_hdf}

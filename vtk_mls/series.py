@@ -19,13 +19,6 @@ from vtk_mls import io, mesh_files, volumes
 from vtk_mls.replacing import check_replaceable, replacing
 
 SUFFIX = ".pvd"  # of a series that is written
-_PIECES = {  # formats with everything, by the class of a dataset
-    "vtkImageData": ".vti",
-    "vtkPolyData": ".vtp",
-    "vtkStructuredGrid": ".vts",
-    "vtkUnstructuredGrid": ".vtu",
-    "vtkMultiBlockDataSet": ".vtm",
-}
 
 
 def read_steps(path):
@@ -89,7 +82,7 @@ def writing(path):
         entries = []
 
         def add(time, dataset):
-            suffix = _PIECES.get(dataset.GetClassName(), ".vtm")
+            suffix = mesh_files.PIECES.get(dataset.GetClassName(), ".vtm")
             name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
             (new.parent / path.stem).mkdir(exist_ok=True)
             io.write_dataset(dataset, new.parent / name)
