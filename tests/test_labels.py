@@ -162,6 +162,19 @@ def test_a_segmentation_holds_integers(tmp_path):
     assert not (tmp_path / "y.seg.nrrd").exists()
 
 
+def test_what_is_no_label_does_not_say_so(tmp_path):
+    """A volume beside the labels, in the dataset that came from their file."""
+    _segmentation(tmp_path / "x.seg.nrrd")
+    image = io.read_dataset(tmp_path / "x.seg.nrrd")
+    add_array(image.GetPointData(), "CT", LABELS.ravel())
+    image.GetPointData().SetActiveScalars("CT")
+    for suffix in (".nrrd", ".mha", ".nii"):
+        io.write_dataset(image, tmp_path / f"y{suffix}")
+        back = io.read_dataset(tmp_path / f"y{suffix}")
+        assert provenance.kept(back, provenance.LABEL_ARRAYS) == ()
+    assert b"Segment" not in (tmp_path / "y.nrrd").read_bytes()
+
+
 def test_other_arrays_than_those_of_labels_are_mixed(tmp_path):
     """Field data name the arrays, in any dataset; names of arrays that are gone do no harm."""
     _segmentation(tmp_path / "x.seg.nrrd")

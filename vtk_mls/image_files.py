@@ -8,7 +8,9 @@ they are.
 from __future__ import annotations
 
 import errno
+import math
 import os
+import re
 
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
@@ -20,6 +22,10 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 from vtk_mls import arrays, meta_image, nifti, nrrd, provenance
 from vtk_mls.arrays import Lattice
 from vtk_mls.volumes import Volume
+
+_HEAD = 1 << 20  # bytes of a .vti file in which its extents are
+# values (of a bit each) that one byte of a .vti file can become, by its compressor
+_MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 
 def read(reader, path):
@@ -64,7 +70,26 @@ def _place(image, origin, steps):
 
 
 def _read_xml(path):
+    _check_extents(path)
     return read(vtkXMLImageDataReader(), path)
+
+
+def _check_extents(path):
+    """Raise ValueError if a .vti file promises arrays that it cannot hold; VTK would end here."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD).decode("latin-1")
+    if not re.search(r"<(Point|Cell)Data[^>]*>\s*<DataArray", head):
+        return
+    compressor = re.search(r'compressor="vtk(\w+)DataCompressor"', head)
+    most = _MOST[compressor[1] if compressor else None] * path.stat().st_size
+    for extent in re.findall(r'Extent="([-+\d\s]*)"', head):
+        ends = [int(text) for text in extent.split()]
+        count = math.prod(max(b - a, 1) for a, b in zip(ends[::2], ends[1::2]))  # of cells
+        if count > most:
+            raise ValueError(
+                f"its extent must hold no more than its bytes can, got {extent:.80} for "
+                f"{path.stat().st_size} bytes"
+            )
 
 
 def _write_xml(image, path):

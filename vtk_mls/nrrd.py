@@ -169,8 +169,7 @@ def write(path, volume):
         **kept,
         **({"data file": f"{path.stem}.raw.gz"} if is_detached else {}),
     }
-    if volume.is_label:
-        pairs = _label_pairs(pairs, values)
+    pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
     lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
     with path.open("wb") as file:
         file.write("\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode())
@@ -327,6 +326,13 @@ def _label_pairs(pairs, values):
     if _LABEL_INTENT in kept or any(re.match(r"Segment\d+_ID:=", line) for line in kept):
         return kept
     return [*kept, _LABEL_INTENT]
+
+
+def _other_pairs(pairs):
+    """Key/value pairs without those that speak of labels."""
+    return [
+        line for line in pairs if line != _LABEL_INTENT and not re.match(r"Segment\w*_\w+:=", line)
+    ]
 
 
 def _kind(volume, kept):

@@ -2,9 +2,10 @@
 
 A new file is made in a folder of its own beside the old one, and takes its place when it is
 complete and on the disk. Whatever ends the writing before, a full disk, an error or a killed
-process, leaves the old file as it was. A format of several files (.mhd and .raw, .vtm and a folder
-of pieces) has the one that names the others replaced last; only a process killed between these
-renamings leaves new data under an old header. In folders only what is written is replaced.
+process, leaves the old file as it was. A format of several files (.mhd and .raw, .nhdr and .raw.gz,
+.vtm and a folder of blocks) has the one that names the others replaced last; only a process killed
+between these renamings leaves new data under an old header. In folders only what is written is
+replaced.
 """
 
 from __future__ import annotations

@@ -15,8 +15,9 @@ def add(commands):
         "deform",
         help="deform an image or a mesh file",
         description="Deform an image or a mesh file, data of several blocks, or a time series. "
-        "World coordinates of the handles are those of the file. Formats with one array "
-        "(MetaImage, NRRD, NIfTI) get the active scalars.",
+        "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
+        "of the file, which is written in its own again. Formats with one array (MetaImage, NIfTI, "
+        "NRRD) get the active scalars.",
     )
     deform.add_argument(
         "input",
@@ -45,7 +46,8 @@ def add(commands):
         metavar="NAME",
         action="append",
         default=[],
-        help="array of labels, whose values are not mixed (may be repeated)",
+        help="array of labels, whose values are not mixed (may be repeated); those of files that "
+        "say that they are labels, such as .seg.nrrd, are not mixed anyway",
     )
     add(
         "--grid",

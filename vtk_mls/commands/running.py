@@ -35,6 +35,7 @@ def update(algorithm, options, done=0, total=1):
             _update(algorithm, options.progress or sys.stderr.isatty(), done, total)
         except ValueError as error:  # the command has files, not inputs
             text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
+            text = text.replace("where the data are", f"where the data of `{options.input}` are")
             raise ValueError(text) from error
 
 
