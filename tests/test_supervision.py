@@ -163,3 +163,31 @@ def test_what_the_worker_prints_arrives(files):  # noqa: F811
     status, out, err = run("deform", "--kind", "elastic")
     assert (status, out) == (2, "")
     assert "usage: vtk-mls" in err
+
+
+@pytest.mark.parametrize("status", [0, 1, 7])
+def test_a_reader_that_exits(files, status):  # noqa: F811
+    """As the libraries for Exodus do with some broken files."""
+    stop = f"""
+import os
+from vtk_mls import io
+io.image_files.READERS[".vti"] = lambda path: os._exit({status})
+from vtk_mls.cli"""
+    code = AT.format(place="nothing", code="pass").replace("from vtk_mls.cli", stop.lstrip())
+    found, out, err = _run_code(code)
+    assert (found, out) == (1, "")
+    assert err.startswith(
+        f"vtk-mls: `in.vti` could not be read: VTK's reader crashed (exit status {status}"
+    )
+    assert err.count("\n") == 1
+
+
+def test_what_python_says_itself_is_not_said_twice(files):  # noqa: F811
+    code = AT.format(place="vtk_mls.filters", code="raise AttributeError('by a mistake')")
+    status, _, err = _run_code(code)
+    assert status == 1
+    assert err.endswith("AttributeError: by a mistake\n")
+
+
+def _run_code(code):
+    return run(*DEFORM, code=code)

@@ -46,6 +46,8 @@ def read_steps(path):
         if not files:
             raise FileNotFoundError(f"there are no files `{path}`")
         return [(float(time), _reader([Path(file)])) for time, file in enumerate(files)]
+    if path.suffix.lower() not in (*_INDICES, *mesh_files.FORMATS):
+        return [(0.0, _reader([path]))]
     if path.suffix.lower() not in _INDICES:
         times, read = io.open_dataset(path)
         return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]

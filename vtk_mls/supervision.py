@@ -54,8 +54,12 @@ def supervise(work):
     worker = os.fork()
     if worker == 0:
         _become_worker(journal, supervisor, signals)
-        status = work()
-        sys.stdout.flush()  # before the interpreter's end, which may fail
+        try:
+            status = work()
+            sys.stdout.flush()  # before the interpreter's end, which may fail
+        except BaseException:
+            _note("done", "1")  # Python says itself what has happened
+            raise
         _note("done", str(status))
         return status
 
@@ -74,13 +78,15 @@ def supervise(work):
         signal.signal(each, stop)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
     status = os.waitstatus_to_exitcode(os.waitpid(worker, 0)[1])
-    if status >= 0:
-        return status
     doing, what, _ = _entry(journal)
+    if status >= 0 and doing in ("", "done"):
+        return status
     if doing == "done":  # only the interpreter's end has failed
         return int(what)
     _remove_remains(worker, journal)
-    print(f"vtk-mls: {_obituary(doing, what, signal.Signals(-status).name)}", file=sys.stderr)
+    # libraries within VTK's readers have their own ways to give up
+    name = signal.Signals(-status).name if status < 0 else f"exit status {status}"
+    print(f"vtk-mls: {_obituary(doing, what, name)}", file=sys.stderr)
     return 1
 
 
@@ -161,7 +167,7 @@ def _remove_remains(worker, journal):
 
 
 def _obituary(doing, path, name):
-    """A sentence about a worker that the signal `name` has killed."""
+    """A sentence about a worker that `name`, a signal or an exit status, has ended."""
     if name == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"
     elif name == "SIGPROF":
