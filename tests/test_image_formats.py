@@ -124,6 +124,32 @@ def test_a_long_nifti_is_of_version_2(tmp_path):
     np.testing.assert_array_equal(scalars(io.read_dataset(tmp_path / "x.nii")), values.ravel())
 
 
+@pytest.mark.parametrize("order", "<>")
+def test_nifti_in_two_files(tmp_path, order):
+    source = as_nifti(LEFT)
+    pair = nibabel.Nifti1Pair(source.dataobj, source.affine, source.header.as_byteswapped(order))
+    nibabel.save(pair, tmp_path / "x.hdr")
+    image = io.read_dataset(tmp_path / "x.hdr")
+    np.testing.assert_array_equal(scalars(image), VALUES.ravel())
+    np.testing.assert_allclose(matrix(image), in_lps(source.affine), atol=1e-5)
+    (tmp_path / "x.img").unlink()
+    with pytest.raises(ValueError, match=r"x\.hdr` .*there is no data file `.*x\.img`"):
+        io.read_dataset(tmp_path / "x.hdr")
+    nibabel.AnalyzeImage(VALUES.T, None).to_filename(tmp_path / "y.hdr")
+    with pytest.raises(ValueError, match=r"y\.hdr` .*Analyze 7\.5 does not say"):
+        io.read_dataset(tmp_path / "y.hdr")
+
+
+@pytest.mark.parametrize("suffix", [".nii.gz", ".nrrd", ".mha"])
+def test_a_wrong_checksum_is_noticed(tmp_path, suffix):
+    SimpleITK.WriteImage(as_itk(RIGHT), str(tmp_path / f"x{suffix}"), useCompression=True)
+    content = bytearray((tmp_path / f"x{suffix}").read_bytes())
+    content[-1 if suffix == ".mha" else -8] ^= 1
+    (tmp_path / f"x{suffix}").write_bytes(content)
+    with pytest.raises(ValueError, match=rf"x\{suffix}` .*incorrect data check"):
+        io.read_dataset(tmp_path / f"x{suffix}")
+
+
 def test_nifti_colours(tmp_path):
     for components, names in ((3, "RGB"), (4, "RGBA")):
         dtype = np.dtype([(name, "u1") for name in names])
@@ -441,7 +467,7 @@ def test_truncated_files(tmp_path, suffix, rng):
     [
         (_nifti_header((9, 8, 7, 3)), "is a series of 3 volumes; give one volume"),
         (_nifti_header((9, 8, 7, 1, 1, 2)), "more than one axis of components"),
-        (_nifti_header((9, 8, 7), magic=b"ni2\0"), "in another file"),
+        (_nifti_header((9, 8, 7), magic=b"ni2\0"), "give the one whose name ends in .hdr"),
         (_nifti_header((9, 8, 7), magic=b""), "Analyze 7.5 does not say where left and right are"),
         (_nifti_header((9, 8, 7), datatype=32), "the datatype 32 are not known"),
         (_nifti_header((9, 8, 7), datatype=1), "the datatype 1 are not known"),
@@ -487,3 +513,39 @@ def test_handles_far_from_an_image_name_both_files(tmp_path, capsys):
     arguments = ["x.mha", "h.csv", "out.mha"]
     assert main(["deform", *(str(tmp_path / name) for name in arguments)]) == 1
     assert re.search(r"h\.csv` must be where the data of `.*x\.mha` are", capsys.readouterr().err)
+
+
+def test_field_data_cannot_change_what_a_nrrd_header_says(tmp_path):
+    image = io.read_dataset(_written(tmp_path / "x.mha", VALUES))
+    lines = ["data file: /etc/passwd", "encoding: raw", "a:=b\n\nc", "content: d\nsizes: 1 1 1"]
+    provenance.keep(image, provenance.NRRD_HEADER, lines)
+    io.write_dataset(image, tmp_path / "x.nrrd")
+    back = io.read_dataset(tmp_path / "x.nrrd")
+    np.testing.assert_array_equal(scalars(back), VALUES.ravel())
+    kept = provenance.kept(back, provenance.NRRD_HEADER)
+    assert kept == ("content: d\\nsizes: 1 1 1", "a:=b\\n\\nc")
+
+
+def test_active_vectors_are_vectors_in_nrrd(tmp_path):
+    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
+    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
+    image = io.read_dataset(tmp_path / "x.mha")
+    image.GetPointData().SetActiveVectors("MetaImage")
+    io.write_dataset(image, tmp_path / "x.nrrd")
+    assert b"\nkinds: vector domain" in (tmp_path / "x.nrrd").read_bytes()
+    back = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "x.nrrd")))
+    np.testing.assert_array_equal(back, VECTORS)
+    assert io.read_dataset(tmp_path / "x.nrrd").GetPointData().GetVectors() is not None
+
+
+@pytest.mark.parametrize("centers", ["", "centers: node node node\n", "centers: cell node cell\n"])
+def test_a_nrrd_without_directions_begins_where_itk_sees_it(tmp_path, centers):
+    header = (
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 9 8 7\nspacings: 2 3 4\naxis mins: 5 6 7\n"
+        f"{centers}endian: little\nencoding: raw\n\n"
+    )
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + VALUES.tobytes())
+    itk = SimpleITK.ReadImage(str(tmp_path / "x.nrrd"))
+    image = io.read_dataset(tmp_path / "x.nrrd")
+    assert image.GetOrigin() == itk.GetOrigin()
+    assert image.GetSpacing() == itk.GetSpacing() == (2, 3, 4)

@@ -21,7 +21,7 @@ def add(commands):
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj; pieces, blocks or time steps of these: "
         ".pvti .pvtu .pvtp .pvts .pvtr .vtm .vtpc .vtkhdf .cgns .ex2 .e .exo .case .xdmf; "
         "of the simulation programs that meshio knows: .msh .inp .bdf .med ...; time series: .pvd "
