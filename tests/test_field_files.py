@@ -137,20 +137,24 @@ for path in sys.argv[2:]:
     scene.AddNode(node)
     storage.SetFileName(path)
     assert storage.ReadData(node), path
-    transform = node.GetTransformFromParent()
-    print(json.dumps([transform.TransformPoint(p) for p in json.loads(sys.argv[1])]))
+    for transform in (node.GetTransformFromParent(), node.GetTransformToParent()):
+        print(json.dumps([transform.TransformPoint(p) for p in json.loads(sys.argv[1])]))
 """
     grid, rest, deformed = scene
     paths = [Path(f"field-{suffix[1:]}{suffix}").resolve() for suffix in TRANSFORMS]
     for path in paths:
         run("field", path)
     points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
-    back = Deformation(rest, deformed, device="reference").backward(points)
+    value = Deformation(rest, deformed, device="reference")
+    back, forth = value.backward(points), value.forward(points)
     to_ras = [-1, -1, 1]  # Slicer's own world
     printed = slicer_peer.run(code, json.dumps((points * to_ras).tolist()), *paths)
-    for line in printed.splitlines()[-len(paths) :]:
-        np.testing.assert_allclose(json.loads(line), back * to_ras, atol=1e-4)
+    lines = printed.splitlines()[-2 * len(paths) :]
+    for resampling, moving in zip(lines[::2], lines[1::2]):
+        np.testing.assert_allclose(json.loads(resampling), back * to_ras, atol=1e-4)
+        np.testing.assert_allclose(json.loads(moving), forth * to_ras, atol=0.02)  # between points
     assert np.abs(back - points).max() > 0.5
+    assert np.abs(forth - points).max() > 0.5
 
 
 def test_for_vtk_the_field_is_written_with_its_arrays(scene, capsys):
@@ -244,8 +248,10 @@ def test_numbers_alone_can_be_written(tmp_path):
     """As somebody does who has no VTK."""
     grid = Grid((5, 4, 3), (1, 2, 3), (2, 1, 0.5))
     field = Deformation(REST, DEFORMED, device="reference").displacement_field(grid)
-    field_files.write(field.displacement, field.grid, tmp_path / "x.nrrd")
+    field_files.write(field.displacement, field.grid, str(tmp_path / "x.nrrd"))
     np.testing.assert_array_equal(values_by_itk(tmp_path / "x.nrrd"), field.displacement)
+    with pytest.raises(ValueError, match=r"`path` must end in one of \.nii\.gz, .*got `x\.txt`"):
+        field_files.write(field.displacement, field.grid, "x.txt")
 
 
 def test_the_old_file_stays_when_the_disk_is_full(tmp_path, monkeypatch):

@@ -7,6 +7,8 @@ takes the vectors of NIfTI from RAS to LPS, and Slicer knows a transform.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from vtk_mls import meta_image, nifti, nrrd
@@ -31,14 +33,17 @@ def write(displacement, grid, path):
         It is written as float32.
     grid : Grid
         Where the displacements are.
-    path : Path
-        Its name ends in one of `FORMATS`.
+    path : path
+        Its name ends in one of `FORMATS`. What is there is written over.
 
     Raises
     ------
-    OSError
+    OSError, ValueError
     """
-    suffix = next(each for each in FORMATS if path.name.lower().endswith(each))
+    path = Path(path)
+    suffix = next((each for each in FORMATS if path.name.lower().endswith(each)), None)
+    if suffix is None:
+        raise ValueError(f"`path` must end in one of {', '.join(FORMATS)}, got `{path}`")
     module, header = _FORMATS[suffix]
     values = np.asarray(displacement, np.float32)
     steps = grid.index_to_world
