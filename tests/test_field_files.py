@@ -188,12 +188,15 @@ def test_what_has_no_forward_image_is_counted(scene, capsys):
     assert int(found.split("`: ")[1].split()[0]) > 1000
 
 
+@pytest.mark.parametrize("suffix", [".mha", ".nii.gz", ".nrrd"])
 @pytest.mark.parametrize("options", [(), ("--inverse",)])
-def test_determinants(scene, options, capsys):
+def test_determinants(scene, suffix, options, capsys):
     grid, rest, deformed = scene
-    run("field", "determinant.mha", "--jacobian", *options)
+    run("field", f"determinant{suffix}", "--jacobian", *options)
     assert "determinants, rigid; 0 of them not above 0" in capsys.readouterr().out
-    image = sitk.ReadImage("determinant.mha")
+    image = sitk.ReadImage(f"determinant{suffix}")
+    np.testing.assert_allclose(image.GetOrigin(), grid.origin, rtol=1e-6)
+    np.testing.assert_allclose(image.GetDirection(), grid.direction.ravel(), atol=1e-6)
     assert image.GetNumberOfComponentsPerPixel() == 1
     values = sitk.GetArrayFromImage(image).ravel()
     value, points = Deformation(rest, deformed, device="reference"), grid.points()
