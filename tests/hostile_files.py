@@ -153,7 +153,7 @@ def _make_blocks():
     jobs.append(("pvd", ["series.pvd", *found]))
     names = [{"name": name, "time": time} for time, name in enumerate(found)]
     Path("in.series").write_text(json.dumps({"files": names}))
-    jobs.append(("pvd", ["in.series"]))
+    jobs.append(("pvd", ["in.series", *found]))
     return jobs
 
 

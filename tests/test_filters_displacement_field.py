@@ -24,7 +24,7 @@ from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 
 NAME = "BackwardDisplacement"
 
@@ -215,3 +215,29 @@ def test_points_without_a_forward_image_are_counted_and_finite(field):
     determinant = values_of(output, "JacobianDeterminant")
     assert (determinant[lost] == 0).all()
     assert (determinant[~lost] > 0).any()
+
+
+def test_pieces_of_the_inverse_are_the_whole_to_its_tolerance(field, monkeypatch):
+    def pieces():
+        done = []
+        field.Modified()
+        tag = field.AddObserver("ProgressEvent", lambda caller, _: done.append(field.GetProgress()))
+        values = values_of(update(field), "ForwardDisplacement").copy()
+        field.RemoveObserver(tag)
+        assert done == sorted(done)
+        return values, done
+
+    field.SetInverse(True)
+    field.SetGenerateJacobianDeterminant(True)
+    connect(field, make_image(), control_points())
+    whole, _ = pieces()
+    monkeypatch.setattr(displacement_field, "_CHUNK", 100)
+    chunked, done = pieces()
+    assert len({round(fraction, 2) for fraction in done}) > 5
+    np.testing.assert_allclose(chunked, whole, atol=2e-4)
+    field.UpdatePiece(1, 2, 0)
+    part = field.GetOutputDataObject(0)
+    e = part.GetExtent()
+    where = np.s_[e[4] : e[5] + 1, e[2] : e[3] + 1, e[0] : e[1] + 1]
+    assert part.GetNumberOfPoints() < whole[..., 0].size
+    np.testing.assert_allclose(values_of(part, "ForwardDisplacement"), whole[where], atol=2e-4)
