@@ -88,7 +88,7 @@ ALLOWED = {
     "replacing": set(),
     "resources": set(),
     "self_test": {"", "device", "engine", "numpy", "proof", "reference"},
-    "series": {"io", "mesh_files", "replacing", "volumes"},
+    "series": {"io", "mesh_files", "replacing", "supervision", "volumes"},
     "supervision": {"replacing"},
     "volumes": {"numpy"},
     "validity": {"arrays", "numpy", "vtkmodules"},

@@ -223,6 +223,13 @@ def test_blocks_of_vtm_have_a_folder_and_what_is_in_it_stays(folder):
     assert names == ["handles.csv", "in", "in.vtm", "out", "out.vtm", "tetrahedra.vtu"]
 
 
+def test_a_name_that_xml_writes_otherwise():
+    write(vtkXMLMultiBlockDataWriter(), many_blocks(), "a & b's.vtm")
+    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtm"))) == 3
+    io.write_dataset(collection(sphere()), "a & b's.vtpc")
+    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtpc"))) == 1
+
+
 def test_an_error_in_one_block_is_the_command_s(capsys):
     blocks = vtkMultiBlockDataSet()
     for number, scale in enumerate((1, 1e-12)):

@@ -17,6 +17,8 @@ from vtkmodules.vtkIOHDF import vtkHDFWriter
 from vtk_mls import Deformation, arrays, io, mesh_files, series, supervision
 from vtk_mls.cli import main
 
+resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+
 REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
 DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
 TIMES = (0.5, 2.0, 10.0)
@@ -225,6 +227,23 @@ def test_a_file_in_the_place_of_the_folder(capsys):
     assert deform(write_input("pattern")) == 1
     assert "`out.pvd` cannot be written: " in capsys.readouterr().err
     assert Path("out").read_text() == "mine"
+
+
+def test_a_full_disk_is_said_of_the_series():
+    write_steps(["1.vtu"])
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        with (
+            pytest.raises(
+                OSError, match=r"^`out\.pvd` could not be written: `\./out/out_0000\.vtu` "
+            ),
+            series.writing("out.pvd") as write,
+        ):
+            write(0.0, mesh(1))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(Path().glob("*out*"))
 
 
 @pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")

@@ -189,5 +189,15 @@ def test_what_python_says_itself_is_not_said_twice(files):  # noqa: F811
     assert err.endswith("AttributeError: by a mistake\n")
 
 
+def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "x_0.vtu").write_bytes(bytes(2_000_000))
+    (tmp_path / "x.vtm").write_text("x/x_0.vtu")
+    (tmp_path / "other.vtu").write_bytes(bytes(2_000_000))
+    seconds = supervision._processor_time(tmp_path / "x.vtm")
+    assert 70 <= seconds < 71
+    assert supervision._processor_time("none/none.vtm") == 60
+
+
 def _run_code(code):
     return run(*DEFORM, code=code)

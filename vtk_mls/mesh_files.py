@@ -13,7 +13,7 @@ import io
 import re
 import tempfile
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import quoteattr, unescape
 
 from vtkmodules.vtkCommonCore import vtkIndent, vtkVersion
 from vtkmodules.vtkCommonDataModel import (
@@ -71,7 +71,7 @@ _NAME = vtkCompositeDataSet.NAME()
 _HDF_END = slice(40, 48)  # where VTK's HDF5 files say how long they are
 
 # Names of other files in those that name some.
-_IN_XML = re.compile(r"""\b(?:file|Source)\s*=\s*["']([^"']*)["']""")
+_IN_XML = re.compile(r"""\b(?:file|Source)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _IN_CASE = re.compile(r"^[^:\n]*:.*?([^\s:]+)\s*$", re.MULTILINE)
 _IN_XDMF = re.compile(r"[>\s]([^<>\s:]+\.(?:h5|hdf5?|bin|raw)\b)")
 
@@ -176,9 +176,10 @@ def _check_names(path, suffix):
         pattern = _IN_XML
     if pattern is None:
         return
-    for name in pattern.findall(path.read_text("latin-1")):
+    for found in pattern.finditer(path.read_text("utf-8", "replace")):
+        name = found[found.lastindex]
         if pattern is _IN_XML:
-            volumes.beside(path, name)
+            volumes.beside(path, unescape(name, {"&quot;": '"', "&apos;": "'"}))
         else:
             volumes.check_within(name)
 
@@ -229,7 +230,10 @@ def _write_partitions(data, path):
         for part in range(data.GetNumberOfPartitions(number)):
             dataset = data.GetPartition(number, part)
             if dataset is not None:
-                file = f"{path.stem}/{path.stem}_{number}_{part}{PIECES[dataset.GetClassName()]}"
+                suffix = PIECES.get(dataset.GetClassName())
+                if suffix is None:
+                    raise ValueError(f"`{path}` cannot hold a {dataset.GetClassName()}")
+                file = f"{path.stem}/{path.stem}_{number}_{part}{suffix}"
                 image_files.write(vtkXMLDataSetWriter(), dataset, path.parent / file)
                 lines.append(f'  <DataSet index="{part}" file={quoteattr(file)}/>')
         lines.append("</Partitions>")

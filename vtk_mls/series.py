@@ -17,6 +17,7 @@ from xml.sax.saxutils import quoteattr
 
 from vtk_mls import io, mesh_files, volumes
 from vtk_mls.replacing import check_replaceable, replacing
+from vtk_mls.supervision import step
 
 SUFFIX = ".pvd"  # of a series that is written
 
@@ -87,7 +88,10 @@ def writing(path):
             suffix = mesh_files.PIECES.get(dataset.GetClassName(), ".vtm")
             name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
             (new.parent / path.stem).mkdir(exist_ok=True)
-            io.write_dataset(dataset, new.parent / name)
+            try:
+                io.write_dataset(dataset, new.parent / name)
+            except OSError as error:  # the folder that it names is gone soon
+                raise OSError(str(error).replace(str(new.parent), str(path.parent))) from error
             entries.append((time, name))
 
         yield add
@@ -111,8 +115,12 @@ def check_writable(path):
 
 def _reader(files):
     def read():
+        datasets = []
         try:
-            return mesh_files.joined([io.read_dataset(file) for file in files])
+            for file in files:
+                with step("read", file):
+                    datasets.append(io.read_dataset(file))
+            return mesh_files.joined(datasets)
         except OSError as error:  # it is no matter of the file that is being written
             raise ValueError(str(error)) from error
 
