@@ -225,7 +225,9 @@ def test_vectors_of_nrrd_turn_if_their_frame_is_known(tmp_path, kind):
     io.write_dataset(image, tmp_path / "y.nrrd")
     content = (tmp_path / "y.nrrd").read_bytes()
     assert f"\nkinds: {kind} domain domain domain\n".encode() in content
-    assert b"\nspace: RAS\n" in content
+    assert (b"\nspace: left-posterior-superior\n" if turns else b"\nspace: RAS\n") in content
+    itk = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "y.nrrd")))
+    np.testing.assert_array_equal(itk.reshape(504, 3), scalars(image))
     assert (b"(1,0,0) (0,1,0) (0,0,1)" if turns else frame.encode()) in content
     np.testing.assert_array_equal(scalars(io.read_dataset(tmp_path / "y.nrrd")), scalars(image))
     # without a frame nothing turns

@@ -7,9 +7,10 @@ space that they came from.
 
 Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
 3-gradient, 3-normal) turn with the space if there is a `measurement frame`, which alone says what
-their numbers mean: they are written with the identity as theirs. Without one they stay as they are,
-as in ITK. Colours, lists and other kinds never turn; a measurement frame that they have (it belongs
-to the gradients of diffusion weighted images) is kept.
+their numbers mean. They are written in LPS with the identity as theirs: then ITK, which does not
+look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours, lists
+and other kinds never turn; a measurement frame that they have (it belongs to the gradients of
+diffusion weighted images) is kept.
 
 Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
 there are, or `intent_code:=1002`, as what ITK has made of NIfTI labels does.
@@ -123,17 +124,13 @@ def write(path, volume):
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
         )
-    try:
-        space, signs = volume.space or _LPS, _signs(volume.space or _LPS)
-    except ValueError:
-        space, signs = _LPS, np.ones(3)
+    space, signs = _space_for(volume)
     kept = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
     values, kinds = volume.values, ["domain"] * 3
     steps = [_text(step) for step in (volume.steps * signs[:, None]).T]
     if values.ndim == 4:
         kinds, steps = [_kind(volume, kept.get("kinds", "")), *kinds], ["none", *steps]
     if volume.is_vector:
-        values = values * signs.astype(values.dtype)
         kept["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
     fields = {
         "type": _TYPES[values.dtype.str[1:]][0],
@@ -240,6 +237,18 @@ def _kind_of(fields, axis, count):
 
 def _can_turn(values):
     return values.shape[3:] == (3,) and values.dtype.kind == "f"
+
+
+def _space_for(volume):
+    """The space of a file, and its factors."""
+    space = volume.space or _LPS
+    try:
+        signs = _signs(space)
+    except ValueError:
+        return _LPS, np.ones(3)
+    if volume.is_vector and (signs < 0).any():  # see above
+        return _LPS, np.ones(3)
+    return space, signs
 
 
 def _origin(fields):
