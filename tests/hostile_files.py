@@ -8,6 +8,7 @@ not are printed, and kept in hostile-files/.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import resource
@@ -21,12 +22,14 @@ from pathlib import Path
 
 import numpy as np
 from test_io import MESHES, NRRD, NRRD_DATA
+from test_mesh_files import collection, many_blocks, write_tetrahedra
 from test_point_files import ANTS, BIGWARP, ELASTIX, SLICER, TRANSFORMIX
 from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
 from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOGeometry import vtkOBJWriter, vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
+from vtkmodules.vtkIOParallelXML import vtkXMLPImageDataWriter, vtkXMLPUnstructuredGridWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 from vtkmodules.vtkIOXML import (
     vtkXMLImageDataWriter,
@@ -36,7 +39,7 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import arrays, cli, handle_files, io, supervision
+from vtk_mls import arrays, cli, handle_files, io, mesh_files, series, supervision
 
 KEPT = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60
@@ -132,8 +135,49 @@ def _make_files():
     _write(vtkXMLPolyDataWriter(), update(handles), "handles.vtp", DataMode=0)
     shutil.copy("1.stl", "cut.stl")
     jobs += [("handles", ["handles.vtp"]), ("cut", ["cut.stl"]), ("cut", ["vtp0.vtp"])]
+    jobs += _make_blocks() + _make_simulations()
     handle_files.write("good.csv", REST, DEFORMED)
     io.write_dataset(datasets["vti"], "good.vti")
+    return jobs
+
+
+def _make_blocks():
+    """As `_make_files`: files that name others."""
+    jobs = []
+    pieces = {
+        "vtm": io.write_dataset,
+        "vtpc": io.write_dataset,
+        "pvtu": lambda data, name: _write(vtkXMLPUnstructuredGridWriter(), data, name),
+        "pvti": lambda data, name: _write(vtkXMLPImageDataWriter(), data, name),
+    }
+    blocks = many_blocks()
+    data = {"vtm": blocks, "vtpc": collection(*mesh_files.blocks(blocks))}
+    data["pvtu"], data["pvti"] = mesh_files.blocks(blocks)[:2]
+    for suffix, write in pieces.items():
+        name = f"blocks_{suffix}.{suffix}"
+        write(data[suffix], name)
+        found = [str(each) for each in Path().rglob(f"blocks_{suffix}*") if each.is_file()]
+        role = {"pvtu": "vtu", "pvti": "vti"}.get(suffix, suffix)
+        jobs.append((role, [name, *sorted(set(found) - {name})]))
+    with series.writing("series.pvd") as write:
+        write(0.0, data["pvtu"])
+        write(1.5, data["pvti"])
+    found = sorted(str(each) for each in Path("series").iterdir())
+    jobs.append(("pvd", ["series.pvd", *found]))
+    names = [{"name": name, "time": time} for time, name in enumerate(found)]
+    Path("in.series").write_text(json.dumps({"files": names}))
+    jobs.append(("pvd", ["in.series", *found]))
+    return jobs
+
+
+def _make_simulations():
+    """As `_make_files`: formats of simulation programs."""
+    suffixes = (".vtkhdf", ".cgns", ".e", ".xdmf", ".case", ".msh", ".inp", ".bdf", ".vol", ".su2")
+    jobs = []
+    for suffix in suffixes:
+        name = write_tetrahedra(suffix)
+        beside = sorted(map(str, Path().glob("in.0.0*"))) if suffix == ".case" else []
+        jobs.append(("vtm" if suffix in (".cgns", ".e", ".case") else "vtu", [name, *beside]))
     return jobs
 
 
@@ -226,7 +270,7 @@ def main(seed, count, *formats):
                 print(f"{number}: {names[0]} ended with {status} and {text[-600:]!r}")
                 (home / KEPT).mkdir(exist_ok=True)
                 for name in names:
-                    shutil.copy(name, home / KEPT / f"{seed}-{number}-{name}")
+                    shutil.copy(name, home / KEPT / f"{seed}-{number}-{Path(name).name}")
         os.chdir(home)
     print(f"{count} broken files: {dict(ends)}, {bad} ended badly")
     return bad

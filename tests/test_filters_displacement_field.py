@@ -22,9 +22,9 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, Plane
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 
 NAME = "BackwardDisplacement"
 
@@ -177,3 +177,67 @@ def test_after_a_failure_a_smaller_grid_is_asked_for(messages):  # noqa: F811
         field.SetSampleDimensions(5, 1, 3)
     field.RemoveAllInputConnections(1)
     assert update(field).GetDimensions() == (5, 1, 3)
+
+
+def test_the_inverse_leads_where_forward_does(field, device):  # noqa: F811
+    image = smooth_image(**PLACES["turned"])
+    field.SetInverse(True)
+    field.SetGenerateJacobianDeterminant(True)
+    output = update(connect(field, image, control_points()))
+    x = Lattice.of_image(image).grid.points()
+    value = Deformation(REST, DEFORMED, device="reference")
+    expected = value.forward(x)
+    found = np.isfinite(expected).all(axis=1)
+    assert found.mean() > 0.9
+    forward = values_of(output, "ForwardDisplacement").reshape(-1, 3)
+    np.testing.assert_allclose((x + forward)[found], expected[found], atol=2e-4)
+    assert output.GetPointData().GetScalars().GetName() == "ForwardDisplacement"
+    np.testing.assert_array_equal(values_of(output, "NoInverse").ravel() > 0, ~found)
+    assert output.GetFieldData().GetArray("FailedInverses").GetValue(0) == (~found).sum()
+    # the chain rule: dF/dx at x is the inverse of dG/dv at F(x)
+    determinant = values_of(output, "JacobianDeterminant").ravel()
+    of_backward = np.linalg.det(value.jacobian(expected[found]))
+    np.testing.assert_allclose(determinant[found] * of_backward, 1, atol=1e-3)
+
+
+def test_points_without_a_forward_image_are_counted_and_finite(field):
+    rest = np.array([(1.0, y, z) for y in (1, 7) for z in (1, 5)] + [(7.0, 4, 3)])
+    # the left half is pushed through the cut
+    through = rest + np.where(rest[:, :1] < 4, (5, 0, 0), (0, 0, 0))
+    field.AddCut(Plane((4.2, 0, 0), (1, 0, 0)))
+    field.SetInverse(True)
+    field.SetGenerateJacobianDeterminant(True)
+    output = update(connect(field, make_image(), control_points(rest, through)))
+    lost = values_of(output, "NoInverse") > 0
+    assert lost.any()
+    assert output.GetFieldData().GetArray("FailedInverses").GetValue(0) == lost.sum()
+    assert np.isfinite(values_of(output, "ForwardDisplacement")).all()
+    determinant = values_of(output, "JacobianDeterminant")
+    assert (determinant[lost] == 0).all()
+    assert (determinant[~lost] > 0).any()
+
+
+def test_pieces_of_the_inverse_are_the_whole_to_its_tolerance(field, monkeypatch):
+    def pieces():
+        done = []
+        field.Modified()
+        tag = field.AddObserver("ProgressEvent", lambda caller, _: done.append(field.GetProgress()))
+        values = values_of(update(field), "ForwardDisplacement").copy()
+        field.RemoveObserver(tag)
+        assert done == sorted(done)
+        return values, done
+
+    field.SetInverse(True)
+    field.SetGenerateJacobianDeterminant(True)
+    connect(field, make_image(), control_points())
+    whole, _ = pieces()
+    monkeypatch.setattr(displacement_field, "_CHUNK", 100)
+    chunked, done = pieces()
+    assert len({round(fraction, 2) for fraction in done}) > 5
+    np.testing.assert_allclose(chunked, whole, atol=2e-4)
+    field.UpdatePiece(1, 2, 0)
+    part = field.GetOutputDataObject(0)
+    e = part.GetExtent()
+    where = np.s_[e[4] : e[5] + 1, e[2] : e[3] + 1, e[0] : e[1] + 1]
+    assert part.GetNumberOfPoints() < whole[..., 0].size
+    np.testing.assert_allclose(values_of(part, "ForwardDisplacement"), whole[where], atol=2e-4)

@@ -286,3 +286,12 @@ def test_polydata_say_their_frame(tmp_path, field, frame, sign):
     p, q, _ = arrays.control_points(found, "Displacement")
     np.testing.assert_array_equal(p, REST * [sign, sign, 1])
     np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)
+
+
+def test_places_alone_are_said_to_move_nothing(tmp_path, capsys):
+    """Somebody may have forgotten the second file."""
+    io.write_dataset(make_image(), tmp_path / "in.vti")
+    (tmp_path / "p.csv").write_text("label,x,y,z\na,1,2,3\nb,4,5,6\n")
+    arguments = [str(tmp_path / name) for name in ("in.vti", "p.csv", "out.vti")]
+    assert main(["deform", *arguments, "--device", FAST]) == 0
+    assert "--deformed" in capsys.readouterr().err

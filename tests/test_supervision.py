@@ -163,3 +163,41 @@ def test_what_the_worker_prints_arrives(files):  # noqa: F811
     status, out, err = run("deform", "--kind", "elastic")
     assert (status, out) == (2, "")
     assert "usage: vtk-mls" in err
+
+
+@pytest.mark.parametrize("status", [0, 1, 7])
+def test_a_reader_that_exits(files, status):  # noqa: F811
+    """As the libraries for Exodus do with some broken files."""
+    stop = f"""
+import os
+from vtk_mls import io
+io.image_files.READERS[".vti"] = lambda path: os._exit({status})
+from vtk_mls.cli"""
+    code = AT.format(place="nothing", code="pass").replace("from vtk_mls.cli", stop.lstrip())
+    found, out, err = _run_code(code)
+    assert (found, out) == (1, "")
+    assert err.startswith(
+        f"vtk-mls: `in.vti` could not be read: VTK's reader crashed (exit status {status}"
+    )
+    assert err.count("\n") == 1
+
+
+def test_what_python_says_itself_is_not_said_twice(files):  # noqa: F811
+    code = AT.format(place="vtk_mls.filters", code="raise AttributeError('by a mistake')")
+    status, _, err = _run_code(code)
+    assert status == 1
+    assert err.endswith("AttributeError: by a mistake\n")
+
+
+def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "x_0.vtu").write_bytes(bytes(2_000_000))
+    (tmp_path / "x.vtm").write_text("x/x_0.vtu")
+    (tmp_path / "other.vtu").write_bytes(bytes(2_000_000))
+    seconds = supervision._processor_time(tmp_path / "x.vtm")
+    assert 70 <= seconds < 71
+    assert supervision._processor_time("none/none.vtm") == 60
+
+
+def _run_code(code):
+    return run(*DEFORM, code=code)

@@ -28,12 +28,15 @@ from vtkmodules.vtkIOXML import (
 from vtk_mls import (
     arguments,
     arrays,
+    field_files,
     handle_files,
     image_files,
+    mesh_files,
     mesh_frames,
     provenance,
     validity,
 )
+from vtk_mls.arrays import Lattice
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 from vtk_mls.landmarks import Landmarks, handles
@@ -51,11 +54,11 @@ def read_dataset(path):
     path : path
         An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI
         (.nii, .nii.gz, .hdr with .img). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or
-        .obj. Either: VTK legacy (.vtk).
+        .obj. Either: VTK legacy (.vtk). Any of these, or composite data: as `mesh_files` says.
 
     Returns
     -------
-    vtkDataSet
+    vtkDataSet, vtkMultiBlockDataSet, vtkPartitionedDataSet or vtkPartitionedDataSetCollection
         In LPS (see `nifti`, `nrrd`, `meta_image`, `mesh_frames`), images with the file's direction
         matrix. What a file of the same format is to have again, and which arrays are labels, are
         field data (see `provenance`).
@@ -65,9 +68,45 @@ def read_dataset(path):
     OSError, ValueError
         Naming the file.
     """
+    times, read = open_dataset(path)
+    if len(times) > 1:
+        raise ValueError(
+            f"`{path}` has {len(times)} time steps, and one is wanted; `vtk-mls deform` takes all "
+            "of them to a .pvd file"
+        )
+    return read(0)
+
+
+def open_dataset(path):
+    """What `read_dataset` reads, of one time step or several.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    times : tuple of float
+        Of time steps; empty if the file says none.
+    read : callable
+        Reads the dataset of a time step by its number (0 where there are none).
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
     path = _existing(path)
-    read = _choose({**image_files.READERS, **_MESH_READERS}, path, "read an image or a mesh from")
-    return _read(read, path, vtkDataSet, "no image and no mesh")
+    formats = {**image_files.READERS, **_MESH_READERS, **dict.fromkeys(mesh_files.FORMATS)}
+    read_one = _choose(formats, path, "read an image or a mesh from", mesh_files.wanting())
+    times, read = (), lambda number: read_one(path)
+    if read_one is None:
+        with _failures(path):
+            times, read = mesh_files.open_file(path)
+    kinds = (vtkDataSet, *mesh_files.COMPOSITE)
+    return times, lambda number: _read(
+        lambda _: read(number), path, kinds, "no image and no mesh that can be deformed"
+    )
 
 
 def write_dataset(dataset, path):
@@ -75,13 +114,15 @@ def write_dataset(dataset, path):
 
     Parameters
     ----------
-    dataset : vtkDataSet
+    dataset : vtkDataSet or composite data
     path : path
         Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
         matrix; MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI (.nii, .nii.gz) with
         the active scalars, or the only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy
-        (.vtk) with everything, .stl or .ply with the shape of polydata. A file that is there is
-        replaced when the new one is complete.
+        (.vtk) with everything, .stl or .ply with the shape of polydata. Of composite data: .vtm
+        or .vtpc; or that of the dataset if it is the only one. Of meshes and composite data: also
+        .vtkhdf, if VTK is 9.4 or later. A file that is there is replaced when the new one is
+        complete.
 
     Raises
     ------
@@ -89,6 +130,9 @@ def write_dataset(dataset, path):
         Naming the file.
     """
     path = check_writable(path, dataset)
+    blocks = mesh_files.blocks(dataset)
+    if _suffix(path) not in mesh_files.WRITERS and len(blocks) == 1:
+        dataset = blocks[0]
     with replacing(path) as new, _failures(new):
         _writers(dataset)[_suffix(path)](dataset, new)
 
@@ -101,6 +145,40 @@ def check_writable(path, dataset):
     path = Path(path)
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
     _choose(_writers(dataset), path, f"write {thing} to")
+    check_replaceable(path)
+    return path
+
+
+def write_field(image, path):
+    """Write a displacement field, the active scalars of an image, as a transform.
+
+    Parameters
+    ----------
+    image : vtkImageData
+    path : path
+        A transform: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or MetaImage (.mha, .mhd). Or as of
+        `write_dataset`.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = check_field_writable(path)
+    if _suffix(path) not in field_files.FORMATS:
+        write_dataset(image, path)
+        return
+    values = arrays.to_numpy(image.GetPointData().GetScalars())
+    displacement = values.reshape(*image.GetDimensions()[::-1], 3)
+    with replacing(path) as new, _failures(new):
+        field_files.write(displacement, Lattice.of_image(image).grid, new)
+
+
+def check_field_writable(path):
+    """`path` as a Path, if there is a format for it, and room for a file."""
+    path = Path(path)
+    formats = dict.fromkeys([*field_files.FORMATS, *image_files.WRITERS])
+    _choose(formats, path, "write a displacement field to")
     check_replaceable(path)
     return path
 
@@ -223,10 +301,12 @@ def _read(read, path, kind, nothing):
     """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
     with _failures(path):
         dataset = read(path)
-    if not isinstance(dataset, kind) or dataset.GetNumberOfPoints() < 1:
+    blocks = mesh_files.blocks(dataset) if isinstance(dataset, kind) else []
+    if not any(block.GetNumberOfPoints() for block in blocks):
         raise ValueError(f"`{path}` holds {nothing}")
     with _failures(path):
-        validity.check(dataset)
+        for block in blocks:
+            validity.check(block)
     return dataset
 
 
@@ -236,10 +316,10 @@ def _suffix(path):
     return next((each for each in double if name.endswith(each)), path.suffix.lower())
 
 
-def _choose(choices, path, purpose):
+def _choose(choices, path, purpose, note=""):
     if _suffix(path) not in choices:
         raise ValueError(
-            f"cannot {purpose} `{path}`: its name must end in one of {', '.join(choices)}"
+            f"cannot {purpose} `{path}`: its name must end in one of {', '.join(choices)}{note}"
         )
     return choices[_suffix(path)]
 
@@ -294,7 +374,10 @@ def _writers(dataset):
     """Functions of a dataset and a path, by suffix."""
     if isinstance(dataset, vtkImageData):
         return image_files.WRITERS
-    found = {".vtk": _write_with(vtkDataSetWriter)}
+    if isinstance(dataset, mesh_files.COMPOSITE):
+        blocks = mesh_files.blocks(dataset)
+        return mesh_files.WRITERS | (_writers(blocks[0]) if len(blocks) == 1 else {})
+    found = {".vtk": _write_with(vtkDataSetWriter), ".vtkhdf": mesh_files.WRITERS[".vtkhdf"]}
     for name, writers in _MESH_WRITERS.items():
         if dataset.IsA(name):
             found |= writers

@@ -2,9 +2,10 @@
 
 A new file is made in a folder of its own beside the old one, and takes its place when it is
 complete and on the disk. Whatever ends the writing before, a full disk, an error or a killed
-process, leaves the old file as it was. A format of two files (.mhd and .raw, .nhdr and .raw.gz)
-has its header replaced last; only a process killed between these two renamings leaves new data
-under an old header.
+process, leaves the old file as it was. A format of several files (.mhd and .raw, .nhdr and .raw.gz,
+.vtm and a folder of blocks) has the one that names the others replaced last; only a process killed
+between these renamings leaves new data under an old header. In folders only what is written is
+replaced.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from pathlib import Path
 def replacing(path):
     """A path to write to, whose file replaces the one at `path` when the block has ended well.
 
-    Files that are written beside it replace those beside `path`. Links stay, and lead to the new
-    file; it has the old one's permissions.
+    Files that are written beside it, also in folders, replace those beside `path`. Links stay, and
+    lead to the new file; it has the old one's permissions.
 
     Raises
     ------
@@ -81,12 +82,14 @@ def _prefix(process):
 
 def _put_in_place(folder, target):
     """Move the files in `folder` beside and over `target`, the one of its name last."""
-    files = sorted(folder.iterdir(), key=lambda file: file.name == target.name)
-    for file in files:
+    files = [file for file in folder.rglob("*") if file.is_file()]
+    files.sort(key=lambda file: file == folder / target.name)
+    places = [target.parent / file.relative_to(folder) for file in files]
+    for file, old in zip(files, places):
         with file.open("r+b") as written:
             os.fsync(written.fileno())  # some file systems find out here that they are full
-        old = target.with_name(file.name)
         if old.is_file():
             shutil.copymode(old, file)
-    for file in files:
-        file.replace(target.with_name(file.name))
+    for file, old in zip(files, places):
+        old.parent.mkdir(parents=True, exist_ok=True)
+        file.replace(old)

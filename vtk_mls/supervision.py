@@ -14,6 +14,7 @@ removed. Where processes cannot be split safely, on Windows and macOS, all happe
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import sys
@@ -22,9 +23,11 @@ from contextlib import contextmanager, suppress
 IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
 _SECONDS, _BYTES_PER_SECOND = 60, 200_000
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
+_JOURNAL = 1 << 16  # bytes; more than the names of two files
 _VERBS = {"read": "read", "deform": "deformed", "write": "written"}
 
-_journal = None  # where the worker writes what it does
+_journal = None  # memory that both share, where the worker writes what it does
+_written = ""  # file that the worker wrote to last
 
 
 def supervise(work):
@@ -45,17 +48,20 @@ def supervise(work):
     signals = {each for each in signals if signal.getsignal(each) != signal.SIG_IGN}  # nohup
     sys.stdout.flush()
     sys.stderr.flush()
-    journal, entries = os.pipe()
+    journal = mmap.mmap(-1, _JOURNAL)
     signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     supervisor = os.getpid()
     worker = os.fork()
     if worker == 0:
-        _become_worker(entries, supervisor, signals)
-        status = work()
-        sys.stdout.flush()  # before the interpreter's end, which may fail
+        _become_worker(journal, supervisor, signals)
+        try:
+            status = work()
+            sys.stdout.flush()  # before the interpreter's end, which may fail
+        except BaseException:
+            _note("done", "1")  # Python says itself what has happened
+            raise
         _note("done", str(status))
         return status
-    os.close(entries)
 
     def stop(number, frame):
         for each in signals:
@@ -63,7 +69,7 @@ def supervise(work):
         with suppress(ProcessLookupError, ChildProcessError):  # it has just ended by itself
             os.kill(worker, signal.SIGKILL)
             os.waitpid(worker, 0)
-        _remove_remains(worker, *_last_entry(journal))
+        _remove_remains(worker, journal)
         if number == signal.SIGINT:
             os.write(2, b"\n")
         os._exit(128 + number)
@@ -72,13 +78,15 @@ def supervise(work):
         signal.signal(each, stop)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
     status = os.waitstatus_to_exitcode(os.waitpid(worker, 0)[1])
-    if status >= 0:
+    doing, what, _ = _entry(journal)
+    if status >= 0 and doing in ("", "done"):
         return status
-    doing, what = _last_entry(journal)
     if doing == "done":  # only the interpreter's end has failed
         return int(what)
-    _remove_remains(worker, doing, what)
-    print(f"vtk-mls: {_obituary(doing, what, signal.Signals(-status).name)}", file=sys.stderr)
+    _remove_remains(worker, journal)
+    # libraries within VTK's readers have their own ways to give up
+    name = signal.Signals(-status).name if status < 0 else f"exit status {status}"
+    print(f"vtk-mls: {_obituary(doing, what, name)}", file=sys.stderr)
     return 1
 
 
@@ -108,15 +116,24 @@ def step(doing, path):
 
 
 def _processor_time(path):
-    """Seconds of computing that are many times enough to read a file."""
-    with suppress(OSError):
-        return _SECONDS + os.path.getsize(path) / _BYTES_PER_SECOND
-    return _SECONDS
+    """Seconds of computing that are many times enough to read a file, and those of its name.
+
+    A small one can name large ones: as a rule `x.vtm` those in the folder `x`, `x.pvtu` `x_0.vtu`.
+    """
+    import glob
+    from pathlib import Path
+
+    path, size = Path(path), 0
+    pieces = path.parent.glob(f"{glob.escape(path.stem)}*")
+    for each in (*pieces, *path.with_suffix("").glob("*")):
+        with suppress(OSError):
+            size += each.stat().st_size
+    return _SECONDS + size / _BYTES_PER_SECOND
 
 
-def _become_worker(entries, supervisor, signals):
+def _become_worker(journal, supervisor, signals):
     global _journal
-    _journal = entries
+    _journal = journal
     _die_with(supervisor)
     for each in signals:
         signal.signal(each, signal.SIG_DFL)
@@ -137,30 +154,29 @@ def _die_with(supervisor):
 
 
 def _note(doing, what):
-    if _journal is not None:
-        os.write(_journal, os.fsencode(f"{doing}\0{what}\0"))
-
-
-def _last_entry(journal):
-    """What the worker did last, and with what; empty texts if it did not say anything."""
-    os.set_blocking(journal, False)
-    text = b""
-    with suppress(BlockingIOError):
-        while part := os.read(journal, 65536):
-            text += part
-    entries = os.fsdecode(text).split("\0")
-    return tuple(entries[-3:-1]) if len(entries) > 2 else ("", "")
-
-
-def _remove_remains(worker, doing, path):
+    global _written
     if doing == "write":
+        _written = what
+    if _journal is not None:
+        entry = os.fsencode(f"{doing}\0{what}\0{_written}\0")[:_JOURNAL]
+        _journal[: len(entry)] = entry
+
+
+def _entry(journal):
+    """What the worker did last, with what, and what it wrote to last; empty if it did not say."""
+    return tuple(os.fsdecode(part) for part in journal[:].split(b"\0", 3)[:3])
+
+
+def _remove_remains(worker, journal):
+    written = _entry(journal)[2]
+    if written:
         from vtk_mls.replacing import remove_remains
 
-        remove_remains(path, worker)
+        remove_remains(written, worker)
 
 
 def _obituary(doing, path, name):
-    """A sentence about a worker that the signal `name` has killed."""
+    """A sentence about a worker that `name`, a signal or an exit status, has ended."""
     if name == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"
     elif name == "SIGPROF":

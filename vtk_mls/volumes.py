@@ -137,13 +137,18 @@ def beside(path, name):
     ValueError
         If it leads out of that folder, or to no file.
     """
-    ways = PurePosixPath(name), PureWindowsPath(name)
-    if any(way.is_absolute() or way.drive or ".." in way.parts for way in ways):
-        raise ValueError(f"its data file `{name:.80}` is not in its own folder")
+    check_within(name)
     found = path.parent / name
     if not found.is_file():
         raise ValueError(f"there is no data file `{found}`")
     return found
+
+
+def check_within(name):
+    """Raise ValueError if a file that a header names is not in the header's folder."""
+    ways = PurePosixPath(name), PureWindowsPath(name)
+    if any(way.is_absolute() or way.drive or ".." in way.parts for way in ways):
+        raise ValueError(f"its data file `{name:.80}` is not in its own folder")
 
 
 class _Inflated(io.RawIOBase):

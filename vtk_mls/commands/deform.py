@@ -14,20 +14,25 @@ def add(commands):
     deform = commands.add_parser(
         "deform",
         help="deform an image or a mesh file",
-        description="Deform an image or a mesh file. World coordinates are LPS (x to the left, y "
-        "to the back of a patient), whatever the frame of the file, which is written in its own "
-        "again. Formats with one array (MetaImage, NIfTI, NRRD) get the active scalars.",
+        description="Deform an image or a mesh file, data of several blocks, or a time series. "
+        "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
+        "of the file, which is written in its own again. Formats with one array (MetaImage, NIfTI, "
+        "NRRD) get the active scalars.",
     )
     deform.add_argument(
         "input",
         help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
-        "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj",
+        "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj; pieces, blocks or time steps of these: "
+        ".pvti .pvtu .pvtp .pvts .pvtr .vtm .vtpc .vtkhdf .cgns .ex2 .e .exo .case .xdmf; "
+        "of the simulation programs that meshio knows: .msh .inp .bdf .med ...; time series: .pvd "
+        ".series, or a pattern in quotes as 'step_*.vtu'",
     )
     deform.add_argument("handles", help=map_options.HANDLES)
     deform.add_argument(
         "output",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
-        "mesh: .vtu .vtp .vts .vtk .stl .ply",
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; mesh: .vtu .vtp .vts .vtk "
+        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. Of .vtm, .vtpc and .pvd "
+        "the data are in a folder beside them",
     )
     add = deform.add_argument
     add("--interpolation", choices=INTERPOLATIONS, default="linear", help="default: %(default)s")
@@ -58,22 +63,43 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import io
+    from vtk_mls import series
+
+    steps = read(series.read_steps, options.input)
+    is_series = options.output.lower().endswith(series.SUFFIX)
+    if len(steps) > 1 and not is_series:
+        raise ValueError(
+            f"`{options.input}` has {len(steps)} time steps, which only a {series.SUFFIX} file can "
+            f"hold, got `{options.output}`"
+        )
+    deform = _filter(options)
+    return (_deform_all if is_series else _deform_one)(steps, deform, options)
+
+
+def _filter(options):
+    """An MLSDeform with all that the options say, and no input."""
     from vtk_mls.filters import MLSDeform
 
     deform = MLSDeform()
-    dataset = read(io.read_dataset, options.input)
-    is_image = dataset.IsA("vtkImageData")
-    if is_image:  # what becomes of a mesh depends on cuts
-        io.check_writable(options.output, dataset)
-    deform.SetInputData(0, dataset)
-    map_options.apply(options, deform)
     deform.SetInterpolation(options.interpolation)
     deform.SetBackground(options.background)
     deform.SetOutputGrid(options.grid)
     deform.SetGradientArray(options.gradient)
     for name in options.label:
         deform.AddLabelArray(name)
+    return deform
+
+
+def _deform_one(steps, deform, options):
+    from vtk_mls import io, mesh_files
+
+    with step("read", options.input):
+        dataset = steps[0][1]()
+    is_image = dataset.IsA("vtkImageData")
+    if is_image:  # what becomes of a mesh depends on cuts
+        io.check_writable(options.output, dataset)
+    deform.SetInputData(0, dataset)
+    map_options.apply(options, deform)
     update(deform, options)
     output = deform.GetOutput()
     with step("write", options.output):
@@ -82,7 +108,43 @@ def run(options):
         size = " x ".join(str(n) for n in output.GetDimensions())
         print(f"{options.output}: {size} points, {options.kind}")
     else:
-        lost = output.GetFieldData().GetArray("FailedInverses").GetValue(0)
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
-        print(f"{options.output}: {size}, {options.kind}" + (f"; {lost} points lost" * (lost > 0)))
+        if not output.IsA("vtkDataSet"):
+            count = len(mesh_files.blocks(output))
+            size = f"{count} block{'s' * (count != 1)}, {size}"
+        print(f"{options.output}: {size}, {options.kind}{_lost(_failures(output))}")
     return 0
+
+
+def _deform_all(steps, deform, options):
+    """Deform all time steps, each when the one before is written."""
+    from vtk_mls import series
+
+    lost = 0
+    series.check_writable(options.output)
+    map_options.apply(options, deform)
+    with series.writing(options.output) as write:
+        for number, (time, read_step) in enumerate(steps):
+            with step("read", options.input):
+                dataset = read_step()
+            deform.SetInputData(0, dataset)
+            update(deform, options, number, len(steps))
+            lost += _failures(deform.GetOutput())
+            with step("write", options.output):
+                write(time, deform.GetOutput())
+    print(f"{options.output}: {len(steps)} time steps, {options.kind}{_lost(lost)}")
+    return 0
+
+
+def _failures(output):
+    """Number of points of meshes that had no place to go to."""
+    from vtk_mls import mesh_files
+
+    counts = [
+        block.GetFieldData().GetArray("FailedInverses") for block in mesh_files.blocks(output)
+    ]
+    return sum(int(count.GetValue(0)) for count in counts if count is not None)
+
+
+def _lost(count):
+    return f"; {count} points lost" * (count > 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 
 from vtk_mls.commands.running import read
@@ -102,7 +103,14 @@ def _control_points(options):
 
     reader = partial(io.read_landmarks, space=options.handles_space)
     if not options.deformed:
-        return io.control_points(read(partial(reader, is_alone=True), options.handles))
+        found = read(partial(reader, is_alone=True), options.handles)
+        if found.partners is None:
+            print(
+                f"vtk-mls: `{options.handles}` says no places that the control points have moved "
+                "to, so they all rest; give these with --deformed",
+                file=sys.stderr,
+            )
+        return io.control_points(found)
     return io.control_points(read(reader, options.handles), read(reader, options.deformed))
 
 

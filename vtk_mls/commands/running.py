@@ -15,8 +15,15 @@ def read(reader, path):
         return reader(path)
 
 
-def update(algorithm, options):
+def update(algorithm, options, done=0, total=1):
     """Run a filter on the file and the control points of the options.
+
+    Parameters
+    ----------
+    algorithm : vtkAlgorithm
+    options : argparse.Namespace
+    done, total : int
+        How often it has been run before, and will be in all: for the progress bar.
 
     Raises
     ------
@@ -25,7 +32,7 @@ def update(algorithm, options):
     """
     with step("deform", options.input):
         try:
-            _update(algorithm, shows_progress(options))
+            _update(algorithm, shows_progress(options), done, total)
         except ValueError as error:  # the command has files, not inputs
             names = [f"`{each}`" for each in (options.handles, options.deformed) if each]
             text = str(error).replace("`ControlPoints`", " and ".join(names))
@@ -44,8 +51,8 @@ def draw_bar(done):
     print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
 
 
-def _update(algorithm, has_bar):
-    """Run a filter; its error becomes an exception."""
+def _update(algorithm, has_bar, done, total):
+    """Run a filter; its error, or that of a block of its input, becomes an exception."""
     from vtkmodules.util.misc import calldata_type
     from vtkmodules.vtkCommonCore import VTK_STRING
 
@@ -55,11 +62,17 @@ def _update(algorithm, has_bar):
     def heard(caller, event, text):
         errors.append(text.partition(": ")[2])
 
-    algorithm.AddObserver("ErrorEvent", heard)
+    tags = [algorithm.AddObserver("ErrorEvent", heard)]
     if has_bar:
-        algorithm.AddObserver("ProgressEvent", lambda *_: draw_bar(algorithm.GetProgress()))
+
+        def moved(caller, event):
+            draw_bar((done + caller.GetProgress()) / total)
+
+        tags.append(algorithm.AddObserver("ProgressEvent", moved))
     updated = algorithm.GetExecutive().Update()
-    if has_bar:
+    for tag in tags:
+        algorithm.RemoveObserver(tag)
+    if has_bar and (done + 1 == total or errors or not updated):
         print(file=sys.stderr)
-    if not updated:
+    if errors or not updated:
         raise ValueError(errors[0] if errors else "the deformation failed")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData
@@ -9,10 +11,13 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import Lattice
-from vtk_mls.filters import cutting, extents, gathering
+from vtk_mls.filters import cutting, extents, gathering, gradients
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.reals import shown
+
+# Points whose forward images are looked for at once.
+_CHUNK = 1 << 20
 
 
 class MLSDisplacementField(DeformingFilter):
@@ -25,6 +30,13 @@ class MLSDisplacementField(DeformingFilter):
     is the output's active scalars and vectors, as `vtkGridTransform` wants it; with that
     transform `vtkImageReslice` deforms as `MLSDeform` does. (`vtkGridTransform` does not know
     direction matrices.)
+
+    With Inverse the map is the true inverse of G, F, which says where the material at x goes: the
+    active array is "ForwardDisplacement", F(x) - x. A point without a forward image (the map folds,
+    or a cut has been pushed over it) has the displacement to the nearest place that was found; the
+    point array "NoInverse" is 1 there, and the field array "FailedInverses" has their number. The
+    Jacobian is that of F, 0 there; there is no void. Pieces are the whole to the tolerance of
+    `Deformation.forward` then.
 
     No data of an input image is used, and just one cell of it is asked for. Pieces of the output
     are made independently and are, put together, the whole to the bit. Another input is brought up
@@ -39,11 +51,14 @@ class MLSDisplacementField(DeformingFilter):
         See `DeformingFilter`.
     SampleDimensions : (nx, ny, nz)
         Numbers of points where the input is not an image.
+    Inverse : bool
+        Whether the map is F, not G.
     """
 
     def __init__(self):
         super().__init__()
         self._sample_dimensions = (32, 32, 32)
+        self._is_inverse = False
         self._known_boxes = None  # what port 0 was when processes shared their boxes, and these
 
     def SetSampleDimensions(self, *dimensions):
@@ -52,6 +67,13 @@ class MLSDisplacementField(DeformingFilter):
 
     def GetSampleDimensions(self):
         return self._sample_dimensions
+
+    def SetInverse(self, wanted):
+        """Whether the field says where the material of its points goes, not where it came from."""
+        self._set("_is_inverse", bool(wanted))
+
+    def GetInverse(self):
+        return self._is_inverse
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
@@ -99,20 +121,47 @@ class MLSDisplacementField(DeformingFilter):
         if target.is_empty:
             return 1
         grid = target.grid_within(whole)
-        tasks = [lambda progress: self._fill(output, deformation, grid, progress)]
-        tasks += self._jacobian_tasks(deformation, output, grid)
+        if self._is_inverse:
+            tasks = [partial(self._fill_forward, output, deformation, grid)]
+        else:
+            tasks = [partial(self._fill_backward, output, deformation, grid)]
+            tasks += self._jacobian_tasks(deformation, output, grid)
         in_turn(tasks, self._progress())
         return 1
 
-    def _fill(self, output, deformation, grid, progress):
+    def _fill_backward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field."""
         field = deformation.displacement_field(grid, progress=progress)
-        array = arrays.from_numpy(field.displacement.reshape(-1, 3), VTK_FLOAT)
-        array.SetName("BackwardDisplacement")
-        output.GetPointData().SetScalars(array)
-        output.GetPointData().SetActiveVectors(array.GetName())
+        _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
             cutting.add_void(output.GetPointData(), field.opening)
+
+    def _fill_forward(self, output, deformation, grid, progress):
+        """Add the arrays of the displacement field of the inverse."""
+        with_jacobian = self._generates_jacobian or self._generates_determinant
+        displacement = np.empty((grid.size, 3), np.float32)
+        found = np.empty(grid.size, bool)
+        jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
+        for start in range(0, grid.size, _CHUNK):
+            part = slice(start, min(start + _CHUNK, grid.size))
+            x = grid.points(part.start, part.stop)
+            share = (part.stop - part.start) / grid.size
+            field = deformation.forward_field(x, _share(progress, start / grid.size, share))
+            displacement[part], found[part] = field.displacement, field.found
+            if with_jacobian:
+                jacobian[part] = _inverse_jacobian(deformation, x, field)
+        _add_field(output, "ForwardDisplacement", displacement)
+        arrays.add(output.GetPointData(), "NoInverse", ~found)
+        lost = np.array([np.count_nonzero(~found)], np.int64)
+        arrays.add(output.GetFieldData(), "FailedInverses", lost)
+        if with_jacobian:
+            gradients.add_jacobian(
+                output,
+                jacobian.reshape(*grid.shape, 3, 3),
+                np.zeros(grid.shape, bool),
+                self._generates_jacobian,
+                self._generates_determinant,
+            )
 
     def _share_boxes(self, info=None):
         """Tell all processes the bounds of the input's pieces; to be called like `_collect`."""
@@ -170,3 +219,25 @@ def _box(dataset):
     """Bounds of a dataset, None without points that are finite."""
     bounds = dataset.GetBounds()
     return bounds if dataset.GetNumberOfPoints() > 0 and bounds[0] <= bounds[1] else None
+
+
+def _add_field(output, name, displacement):
+    """Make displacements (n, 3) float32 an image's active scalars and vectors."""
+    array = arrays.from_numpy(displacement, VTK_FLOAT)
+    array.SetName(name)
+    output.GetPointData().SetScalars(array)
+    output.GetPointData().SetActiveVectors(name)
+
+
+def _share(progress, start, share):
+    """A callback for a part of the work, from the fraction `start` on."""
+    return lambda fraction: progress(start + share * fraction)
+
+
+def _inverse_jacobian(deformation, x, field):
+    """dF_i/dx_j (n, 3, 3) at the points x (n, 3), 0 where F has no value or no derivative."""
+    jacobian = deformation.jacobian(x + field.displacement)
+    usable = field.found & (np.linalg.det(jacobian) != 0)
+    inverse = np.zeros_like(jacobian)
+    inverse[usable] = np.linalg.inv(jacobian[usable])
+    return inverse
