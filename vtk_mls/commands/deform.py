@@ -106,13 +106,14 @@ def _deform_one(steps, deform, options):
         io.write_dataset(output, options.output)
     if is_image:
         size = " x ".join(str(n) for n in output.GetDimensions())
-        print(f"{options.output}: {size} points, {options.kind}")
+        summary = f"{size} points, {options.kind}"
     else:
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
         if not output.IsA("vtkDataSet"):
             count = len(mesh_files.blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
-        print(f"{options.output}: {size}, {options.kind}{_lost(_failures(output))}")
+        summary = f"{size}, {options.kind}{_lost(_failures(output))}"
+    print(f"{options.output}: {summary}{map_options.remark(deform)}")
     return 0
 
 
@@ -132,7 +133,8 @@ def _deform_all(steps, deform, options):
             lost += _failures(deform.GetOutput())
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    print(f"{options.output}: {len(steps)} time steps, {options.kind}{_lost(lost)}")
+    summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
+    print(f"{options.output}: {summary}{map_options.remark(deform)}")
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 
 from vtk_mls.commands.running import read
@@ -77,6 +76,15 @@ def apply(options, algorithm):
         algorithm.AddCut(cut)
 
 
+def remark(algorithm):
+    """What is to be said of control points that all rest, as in a file of places alone."""
+    from vtk_mls import arrays
+
+    displacement = algorithm.GetInputDataObject(1, 0).GetPointData().GetArray("Displacement")
+    moves = arrays.to_numpy(displacement).any()
+    return "" if moves else "; nothing moves, for all control points rest (see --deformed)"
+
+
 def deformation(options):
     """The `Deformation` that the options say."""
     from vtk_mls import Deformation, arrays
@@ -103,14 +111,7 @@ def _control_points(options):
 
     reader = partial(io.read_landmarks, space=options.handles_space)
     if not options.deformed:
-        found = read(partial(reader, is_alone=True), options.handles)
-        if found.partners is None:
-            print(
-                f"vtk-mls: `{options.handles}` says no places that the control points have moved "
-                "to, so they all rest; give these with --deformed",
-                file=sys.stderr,
-            )
-        return io.control_points(found)
+        return io.control_points(read(partial(reader, is_alone=True), options.handles))
     return io.control_points(read(reader, options.handles), read(reader, options.deformed))
 
 
