@@ -180,7 +180,9 @@ def _check_mesh(data, output, what):
     lost = arrays.to_numpy(output.GetPointData().GetArray("NoInverse")) > 0
     x = arrays.to_numpy(output.GetPoints().GetData())
     assert np.isfinite(x[~lost]).all(), f"a found place is not finite: {what}"
-    assert output.GetNumberOfPoints() >= data.GetNumberOfPoints(), f"points are lost: {what}"
+    is_curved = isinstance(data, vtkUnstructuredGrid) and (arrays.cell_types(data) > 20).any()
+    if not is_curved:  # of curved cells that are divided only the corners remain
+        assert output.GetNumberOfPoints() >= data.GetNumberOfPoints(), f"points are lost: {what}"
     assert output.GetNumberOfCells() >= data.GetNumberOfCells(), f"cells are lost: {what}"
     if isinstance(output, (vtkPolyData, vtkUnstructuredGrid)):
         for cells in _cell_arrays(output):
