@@ -11,7 +11,8 @@ import pytest
 from test_arrays import TYPES
 from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
@@ -519,3 +520,28 @@ def test_bad_handles(tmp_path, text, sentence):
     path.write_text(text)
     with pytest.raises(ValueError, match=sentence):
         io.read_control_points(path)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+def test_strips_of_triangles_are_written_as_triangles(tmp_path, suffix):
+    stripper = vtkStripper()
+    stripper.SetInputData(_output(vtkSphereSource()))
+    stripper.PassThroughCellIdsOff()
+    strips = _output(stripper)
+    assert strips.GetNumberOfStrips() > 0
+    assert strips.GetNumberOfPolys() == 0
+    io.write_dataset(strips, tmp_path / f"x{suffix}")
+    back = io.read_dataset(tmp_path / f"x{suffix}")
+    assert back.GetNumberOfPolys() == _output(vtkSphereSource()).GetNumberOfPolys()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "kind"), [(".ply", "lines"), (".stl", "lines"), (".stl", "verts")]
+)
+def test_cells_that_a_format_cannot_hold_are_not_left_out(tmp_path, suffix, kind):
+    polydata, cells = _output(vtkSphereSource()), vtkCellArray()
+    cells.InsertNextCell(2, [0, 1])
+    {"lines": polydata.SetLines, "verts": polydata.SetVerts}[kind](cells)
+    with pytest.raises(ValueError, match=rf"cannot hold {kind}; write \.vtp"):
+        io.write_dataset(polydata, tmp_path / f"x{suffix}")
+    assert not list(tmp_path.iterdir())

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader, vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
 from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
@@ -394,7 +395,18 @@ def _write_with(kind):
     return write
 
 
+def _write_stl(polydata, path):
+    _check_has_no(polydata, path, "Verts", "Lines")
+    _write_with(vtkSTLWriter)(polydata, path)
+
+
 def _write_ply(polydata, path):
+    _check_has_no(polydata, path, "Lines")
+    if polydata.GetNumberOfStrips():
+        triangles = vtkTriangleFilter()
+        triangles.SetInputData(polydata)
+        triangles.Update()
+        polydata = triangles.GetOutput()
     corners = polydata.GetPolys().GetMaxCellSize()
     if corners > 255:
         raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
@@ -407,6 +419,13 @@ def _write_ply(polydata, path):
     size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()
     size += faces.GetNumberOfCells() + 4 * faces.GetNumberOfConnectivityIds()
     image_files.check_size(path, size)
+
+
+def _check_has_no(polydata, path, *kinds):
+    """Raise ValueError if polydata have cells of a kind, which VTK's writer would leave out."""
+    for kind in kinds:
+        if getattr(polydata, f"GetNumberOf{kind}")():
+            raise ValueError(f"`{path}` cannot hold {kind.lower()}; write .vtp instead")
 
 
 def _read_with(kind):
@@ -447,7 +466,7 @@ _MESH_WRITERS = {
     "vtkUnstructuredGrid": {".vtu": _write_with(vtkXMLUnstructuredGridWriter)},
     "vtkPolyData": {
         ".vtp": _write_with(vtkXMLPolyDataWriter),
-        ".stl": _write_with(vtkSTLWriter),
+        ".stl": _write_stl,
         ".ply": _write_ply,
     },
     "vtkStructuredGrid": {".vts": _write_with(vtkXMLStructuredGridWriter)},
