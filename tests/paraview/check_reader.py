@@ -1,0 +1,98 @@
+"""MLS Image Reader is what opens medical images, where `vtk_mls.io` says that they lie."""
+
+import os
+import tempfile
+
+import numpy as np
+from paraview import servermanager, simple
+from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
+from scene import array, data, output_messages
+
+from vtk_mls import io
+from vtk_mls.arrays import Lattice
+
+factory = vtkSMProxyManager.GetProxyManager().GetReaderFactory()
+session = servermanager.ActiveConnection.Session
+VALUES = np.arange(4 * 5 * 6, dtype="<i2").reshape(4, 5, 6)
+STEPS = np.array([[0.8, -1.2, 0], [0.6, 1.6, 0], [0, 0, 3]])  # columns are steps between voxels
+
+
+def write_files(folder):
+    """The names of files with `VALUES` in every format."""
+    columns = [f"({','.join(map(str, column))})" for column in STEPS.T]
+    nrrd = {
+        "type": "short",
+        "dimension": "3",
+        "space": "left-posterior-superior",
+        "sizes": "6 5 4",
+        "space directions": " ".join(columns),
+        "endian": "little",
+        "encoding": "raw",
+        "space origin": "(10,20,30)",
+    }
+    frames = {"lps": "left-posterior-superior", "ras": "right-anterior-superior"}
+    for name, frame in {**frames, "labels.seg": frames["lps"]}.items():
+        header = "".join(f"{key}: {value}\n" for key, value in {**nrrd, "space": frame}.items())
+        with open(os.path.join(folder, f"{name}.nrrd"), "wb") as file:
+            file.write(f"NRRD0004\n{header}\n".encode() + VALUES.tobytes())
+    image = io.read_dataset(os.path.join(folder, "lps.nrrd"))
+    for name in ("plain.nii", "packed.nii.gz", "local.mha", "detached.mhd"):
+        io.write_dataset(image, os.path.join(folder, name))
+    with open(os.path.join(folder, "detached.nhdr"), "w") as file:
+        header = "".join(f"{key}: {value}\n" for key, value in nrrd.items())
+        file.write(f"NRRD0004\n{header}data file: detached.raw\n")
+    return [name for name in os.listdir(folder) if not name.endswith(".raw")]
+
+
+def readers(file):
+    """The names of the readers that ParaView's file dialog would offer."""
+    found = factory.GetReaders(file, session)
+    return [found.GetString(i) for i in range(1, found.GetLength(), 3)]
+
+
+(offered,) = (each for each in factory.GetSupportedFileTypes(session).split(";;") if "MLS" in each)
+for suffix in ("nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd"):
+    assert f"*.{suffix} " in offered.replace(")", " "), offered
+
+with tempfile.TemporaryDirectory() as folder:
+    names = write_files(folder)
+    assert len(names) == 8
+    for name in names:
+        file = os.path.join(folder, name)
+        assert "MLSImageReader" in readers(file)
+        reader = simple.OpenDataFile(file)
+        assert reader.SMProxy.GetXMLName() == "MLSImageReader"
+        read, expected = data(reader), io.read_dataset(file)
+        (array_name,) = (each.GetName() for each in [read.GetPointData().GetScalars()])
+        assert array_name == expected.GetPointData().GetScalars().GetName()
+        np.testing.assert_array_equal(array(read, array_name), VALUES)
+        found, wanted = Lattice.of_image(read).grid, Lattice.of_image(expected).grid
+        for part in ("origin", "spacing", "direction"):
+            np.testing.assert_array_equal(getattr(found, part), getattr(wanted, part))
+        reader.UpdatePipeline(time=3.0)
+        simple.MLSDeform(Input=reader).UpdatePipeline()
+        simple.Delete(reader)
+
+    # It is read anew if asked for; a broken file and none are one sentence with its name.
+    file = os.path.join(folder, "local.mha")
+    reader = simple.OpenDataFile(file)
+    assert array(data(reader), "MetaImage").max() == VALUES.max()
+    with open(file, "r+b") as local:
+        content = local.read()
+        local.seek(len(content) - VALUES.nbytes)
+        local.write((VALUES + 1).tobytes())
+    simple.ReloadFiles(reader)
+    assert array(data(reader), "MetaImage").max() == VALUES.max() + 1
+    broken = os.path.join(folder, "broken.nrrd")
+    with open(broken, "w") as local:
+        local.write("NRRD0004\ntype: short\n\n")
+    for bad in (broken, os.path.join(folder, "missing.nii")):
+        with output_messages() as text:
+            reader.FileName = bad
+            reader.UpdatePipeline()
+        assert bad in text[0], text[0]
+        assert "Traceback" not in text[0], text[0]
+        assert text[0].count("MLSImageReader: ") == 1, text[0]
+        assert reader.GetClientSideObject().GetOutputDataObject(0).GetNumberOfPoints() == 0
+    reader.FileName = file
+    assert array(data(reader), "MetaImage").max() == VALUES.max() + 1
