@@ -36,6 +36,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
 from vtk_mls import filters, io, paraview_gui
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters.algorithm import Algorithm
+from vtk_mls.image_axes import along_world
 
 _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
@@ -724,7 +725,11 @@ class MLSControlPoints(filters.MLSControlPoints):
 @smproxy.source(name="MLSImageReader", label="MLS Image Reader")
 @smproperty.xml("".join(READER))
 class MLSImageReader(Algorithm):
-    """A reader that knows where images lie, which ParaView's own do not."""
+    """A reader that knows where images lie, which ParaView's own do not.
+
+    ParaView's outlines leave out an image's directions, and NIfTI's are backwards in LPS as a rule:
+    so voxels are stored along the axes of the world, as far as these are not oblique.
+    """
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
@@ -751,7 +756,7 @@ class MLSImageReader(Algorithm):
     def _image(self):
         if self._read is None:
             try:
-                self._read = io.read_dataset(self._file_name)
+                self._read = along_world(io.read_dataset(self._file_name))
             except OSError as error:
                 raise ValueError(f"`FileName`: {error}") from error
         return self._read

@@ -54,6 +54,7 @@ ALLOWED = {
     "installation": {"resources"},
     "intel_runtime": {"caches"},
     "interpolation": {"numpy"},
+    "image_axes": {"", "arrays", "numpy", "vtkmodules"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
     "io": {
         *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
