@@ -62,8 +62,9 @@ ALLOWED = {
     },
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
+    "paraview_arrows": {"filters", "vtkmodules"},
     "paraview_gui": {
-        *{"filters", "handle_files", "paraview_undo"},
+        *{"filters", "handle_files", "paraview_arrows", "paraview_undo"},
         *{"numpy", "paraview", "vtkmodules"},
     },
     "paraview_scene": {"paraview"},
