@@ -17,7 +17,10 @@ ALLOWED = {
     "arrays": {"grid", "numpy", "vtkmodules"},
     "caches": set(),
     "cli": {"", "commands", "demo", "doctor", "resources", "supervision"},
-    "commands": {"", "filters", "installation", "io", "supervision", "vtkmodules"},
+    "commands": {
+        *{"", "arrays", "filters", "handle_files", "installation", "io", "landmarks", "numpy"},
+        *{"supervision", "vtkmodules"},
+    },
     "cut_tables": {"cuts", "numpy"},
     "cuts": {"numpy", "reals"},
     "deformation": {
@@ -36,6 +39,7 @@ ALLOWED = {
         *{"", "device", "dispatch", "drivers", "installation", "numpy", "proof", "resources"},
     },
     "drivers": {"intel_runtime"},
+    "elastix_points": {"landmarks", "numpy"},
     "engine": {
         *{"cut_tables", "device", "handles", "interpolation", "packing", "search"},
         *{"numpy", "pyopencl"},
@@ -49,7 +53,10 @@ ALLOWED = {
     "gradients": {"interpolation", "numpy"},
     "grid": {"numpy", "reals"},
     "guesses": {"numpy"},
-    "handle_files": {"numpy", "replacing"},
+    "handle_files": {
+        *{"elastix_points", "frames", "landmarks", "markups", "numpy", "point_tables"},
+        *{"replacing"},
+    },
     "handles": {"numpy"},
     "installation": {"resources"},
     "intel_runtime": {"caches"},
@@ -57,9 +64,11 @@ ALLOWED = {
     "image_axes": {"", "arrays", "numpy", "vtkmodules"},
     "image_files": {"arrays", "nrrd", "numpy", "vtkmodules"},
     "io": {
-        *{"arguments", "arrays", "filters", "handle_files", "image_files", "replacing"},
-        *{"validity", "vtkmodules"},
+        *{"arguments", "arrays", "filters", "handle_files", "image_files", "landmarks"},
+        *{"replacing", "validity", "vtkmodules"},
     },
+    "landmarks": {"frames", "numpy"},
+    "markups": {"frames", "landmarks", "numpy"},
     "nrrd": {"numpy"},
     "packing": {"handles", "numpy"},
     "paraview_arrows": {"filters", "vtkmodules"},
@@ -69,6 +78,7 @@ ALLOWED = {
     },
     "paraview_scene": {"paraview"},
     "paraview_undo": {"paraview"},
+    "point_tables": {"frames", "landmarks", "numpy"},
     "proof": {"announcements", "device", "records", "resources"},
     "records": {"caches"},
     "reals": {"numpy"},

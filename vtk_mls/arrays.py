@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonCore import (
     VTK_UNSIGNED_CHAR,
     vtkDataArray,
     vtkIdTypeArray,
+    vtkStringArray,
 )
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
@@ -201,6 +202,24 @@ def add(attributes, name, values):
         array = from_numpy(values, vtk_type[values.dtype.str[1:]])
     array.SetName(name)
     attributes.AddArray(array)
+
+
+def add_texts(attributes, name, texts):
+    """Add an array of texts, (n,) str."""
+    array = vtkStringArray()
+    array.SetName(name)
+    array.SetNumberOfValues(len(texts))
+    for i, text in enumerate(texts):
+        array.SetValue(i, text)
+    attributes.AddArray(array)
+
+
+def texts(attributes, name):
+    """The texts of an array (n,); none if there is no such array, or one of something else."""
+    array = attributes.GetAbstractArray(name)
+    if not isinstance(array, vtkStringArray):
+        return []
+    return [array.GetValue(i) for i in range(array.GetNumberOfValues())]
 
 
 def replace(attributes, name, values):

@@ -58,7 +58,7 @@ def _run(arguments):
 def _parser():
     import argparse
 
-    from vtk_mls.commands import deform, paraview
+    from vtk_mls.commands import deform, paraview, points
 
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
@@ -66,6 +66,7 @@ def _parser():
     parser.add_argument("--version", action="version", version=f"vtk-mls {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     deform.add(commands)
+    points.add(commands)
     info = commands.add_parser(
         "doctor",
         aliases=["info"],

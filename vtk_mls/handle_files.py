@@ -1,44 +1,48 @@
-"""Control points in files of text: tables, and the markups of 3D Slicer.
+"""Control points and landmarks in files of text.
 
-Tables (.csv, .txt) have lines `px,py,pz,qx,qy,qz[,weight]`, in the world coordinates of the image;
-a first line that is not of numbers, and what follows a #, are skipped. A table that ParaView wrote
-of control points is one too: its columns Points and Displacement (and Weight) are found by their
-names.
+What a file is, its name and its content say. Markups of 3D Slicer (.mrk.json, .fcsv) are described
+in `markups`. Other text (.csv, .txt, .pts) is what its first line with something in it says: one of
+elastix if that is the word `point` or `index`, or begins with `Point` and a number and a semicolon
+(`elastix_points`); else a table (`point_tables`), which can be of control points, or of landmarks
+as plain text, ITK, ANTs, BigWarp or 3D Slicer have them.
 
-Markups (.fcsv, .mrk.json) are places only: p, with q = p, or, in a second file, q. They come and go
-in the coordinates of MetaImage and NRRD, x to the left and y to the back of the patient; markups in
-those of NIfTI are turned to them.
+Files that hold places only give control points that rest there (q = p), or, as a second file, the
+places that control points are moved to. All coordinates are handed on in LPS (see `frames`), and
+those of a file that does not say its frame count as LPS unless the caller knows better.
 """
 
 from __future__ import annotations
 
-import csv
-import json
-import re
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.replacing import replacing
+from vtk_mls import elastix_points, markups, point_tables
+from vtk_mls.frames import signs
+from vtk_mls.landmarks import Handles, Landmarks, handles
+from vtk_mls.replacing import check_replaceable, replacing
 
-_COLUMNS = ["px", "py", "pz", "qx", "qy", "qz"]
-_KEPT, _TURNED = (1.0, 1.0, 1.0), (-1.0, -1.0, 1.0)
-_TO_LPS = {"LPS": _KEPT, "1": _KEPT, "RAS": _TURNED, "0": _TURNED}
+FORMATS = (".csv", ".txt", ".pts", ".fcsv", ".mrk.json")
+_TABLES = (".csv", ".txt")  # to which control points are written as pairs
 
 
-def read(path, deformed_path=None):
+def read(path, deformed_path=None, space="LPS"):
     """Read control points.
 
     Parameters
     ----------
     path : path
-        Its name says the format, one of `FORMATS`.
+        Its name ends in one of `FORMATS`.
     deformed_path : path, optional
-        Another file, whose p are q.
+        Another file, whose places are q: how they find their p is said in `landmarks.handles`.
+    space : str
+        The frame of files that do not say theirs, as of `frames.signs`.
 
     Returns
     -------
-    rest, deformed : (n, 3) float64, world coordinates
+    rest, deformed : (n, 3) float64, LPS
         p and q.
     weights : (n,) float64 or None
 
@@ -47,26 +51,31 @@ def read(path, deformed_path=None):
     OSError, ValueError
         Naming the file.
     """
-    rest, deformed, weights = _parsed(Path(path))
-    if deformed_path:
-        deformed, _, _ = _parsed(Path(deformed_path))
-        if len(deformed) != len(rest):
-            raise ValueError(
-                f"`{deformed_path}` must hold one place for each of the {len(rest)} control points "
-                f"of `{path}`, got {len(deformed)}"
-            )
-    return rest, deformed, weights
+    found = read_handles(path, deformed_path, space)
+    return found.rest, found.deformed, found.weights
 
 
-def write(path, rest, deformed, weights=None):
-    """Write control points.
+def read_handles(path, deformed_path=None, space="LPS"):
+    """The same as `read`, with the labels: `Handles`."""
+    rest = read_landmarks(path, space, is_alone=not deformed_path)
+    return handles(rest, read_landmarks(deformed_path, space) if deformed_path else None)
+
+
+def read_landmarks(path, space="LPS", is_alone=False):
+    """Read points with their labels.
 
     Parameters
     ----------
-    path : path
-        Its name says the format, one of `FORMATS`. Markups get q.
-    rest, deformed : (n, 3) array_like, world coordinates
-    weights : (n,) array_like, optional
+    path, space
+        As of `read`.
+    is_alone : bool
+        Whether these are to be control points, without another file that says where they go: a
+        table must then have pairs, or a header that says that it has none.
+
+    Returns
+    -------
+    Landmarks
+        In LPS.
 
     Raises
     ------
@@ -74,163 +83,135 @@ def write(path, rest, deformed, weights=None):
         Naming the file.
     """
     path = Path(path)
-    _, store = _format(path, "write control points to")
-    rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
-    with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
-        store(file, rest, deformed, weights)
-
-
-def _parsed(path):
-    parse, _ = _format(path, "read control points from")
+    suffix = _suffix(path, "read points from")
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     try:
-        rest, deformed, weights = parse(path)
+        reader = _reader(path, suffix)
+        found = reader(path)
+        if is_alone and reader is point_tables.read and found.partners is None:
+            point_tables.check_is_told(path)
     except UnicodeDecodeError as error:
         raise ValueError(
             f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"
         ) from None
-    if len(rest) == 0:
+    if len(found.places) == 0:
         raise ValueError(f"`{path}` holds no control points")
-    if not (np.isfinite(rest).all() and np.isfinite(deformed).all()):
-        raise ValueError(f"`{path}` has a coordinate that is not a finite number")
-    if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
-        raise ValueError(f"`{path}` has a weight that is not a positive number")
-    return rest, deformed, weights
+    return found.in_lps(space)
 
 
-def _format(path, purpose):
-    for suffix, functions in FORMATS.items():
+def write(path, rest, deformed, weights=None, labels=()):
+    """Write control points.
+
+    Parameters
+    ----------
+    path : path
+        Its name ends in one of `FORMATS`. Tables (.csv, .txt) get all; the others hold places and
+        get q, without weights.
+    rest, deformed : (n, 3) array_like, LPS
+    weights : (n,) array_like, optional
+    labels : list of n str, optional
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = Path(path)
+    suffix = _suffix(path, "write control points to")
+    rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
+    points = Landmarks(path, deformed, "LPS", labels)
+    with _written(path) as file:
+        if suffix in _TABLES:
+            point_tables.write_handles(file, Handles(rest, deformed, weights, points.labels))
+        else:
+            _WRITERS[suffix](file, points)
+
+
+def check_writable(path):
+    """`path` as a Path, if landmarks can be written to a file of this name, and there is room."""
+    path = Path(path)
+    _suffix(path, "write points to")
+    check_replaceable(path)
+    return path
+
+
+def write_landmarks(path, points, source=None, space="LPS"):
+    """Write points with their labels.
+
+    Parameters
+    ----------
+    path : path
+        Its name ends in one of `FORMATS`.
+    points : Landmarks
+        In LPS. Those that are not placed are marked so, or left out where a format cannot say it.
+    source : path, optional
+        The file that they were read from. If its name ends as that of the new one, all else that
+        it holds is kept, except that elastix' results become its points. Otherwise the new file
+        is ITK's and ANTs' table (.csv), transformix' points (.txt, .pts) or markups, with the
+        labels and descriptions that it can hold.
+    space : str
+        The frame of files that do not say theirs.
+
+    Returns
+    -------
+    int
+        How many points are left out.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = check_writable(path)
+    suffix = _suffix(path, "write points to")
+    rewrite = source and _rewriter(Path(source), suffix)
+    with _written(path) as file:
+        if rewrite:
+            return rewrite(Path(source), file, points.places, space)
+        if suffix not in _SAYING_A_FRAME:
+            points = replace(points, places=points.places * signs(space))
+        return _WRITERS[suffix](file, points)
+
+
+def _suffix(path, purpose):
+    for suffix in FORMATS:
         if path.name.lower().endswith(suffix):
-            return functions
+            return suffix
     raise ValueError(f"cannot {purpose} `{path}`: its name must end in one of {', '.join(FORMATS)}")
 
 
-def _read_table(path):
-    rows, order, seen = [], None, False
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        lines = csv.reader(line.partition("#")[0] for line in file)
-        for row in _rows(path, lines):
-            if not any(cell.strip() for cell in row):
-                continue
-            numbers = _numbers(row)
-            if not (numbers or seen or any(_numbers([cell]) for cell in row)):
-                seen, order = True, _paraview_columns(row)  # the header
-                continue
-            seen = True
-            if order and len(numbers) == len(row):
-                numbers = [numbers[column] for column in order]
-            if len(numbers) not in (6, 7) or (rows and len(numbers) != len(rows[0])):
-                raise ValueError(
-                    f"`{path}`, line {lines.line_num}: expected numbers "
-                    "px,py,pz,qx,qy,qz[,weight], as many in each line, got "
-                    + _shortened(",".join(row))
-                )
-            rows.append(numbers)
-    table = np.reshape(rows, (len(rows), -1 if rows else 6)).astype(float)
-    rest, deformed = table[:, :3], table[:, 3:6]
-    if order:
-        deformed = rest + deformed
-    return rest, deformed, table[:, 6] if table.shape[1] == 7 else None
+def _reader(path, suffix):
+    if suffix in _SAYING_A_FRAME:
+        return markups.read_json if suffix == ".mrk.json" else markups.read_fcsv
+    with path.open(encoding="utf-8-sig") as file:
+        first = next((line for line in file if line.strip()), "")
+    return elastix_points.reader(first) or point_tables.read
 
 
-def _rows(path, lines):
-    try:
-        yield from lines
-    except csv.Error as error:
-        raise ValueError(f"`{path}`, line {lines.line_num}: {error}") from None
+def _rewriter(source, suffix):
+    """The function that writes `source` again, under a name that ends in `suffix`; or None."""
+    if not source.name.lower().endswith(suffix):
+        return None
+    rewriters = {
+        markups.read_json: markups.rewrite_json,
+        markups.read_fcsv: markups.rewrite_fcsv,
+        point_tables.read: point_tables.rewrite,
+    }
+    return rewriters.get(_reader(source, suffix))
 
 
-def _paraview_columns(header):
-    """Where in a table by ParaView the columns are, or None."""
-    names = [re.sub(r"[:_](?=\d$)", "", name.strip()) for name in header]
-    wanted = [f"{name}{axis}" for name in ("Points", "Displacement") for axis in range(3)]
-    wanted += ["Weight"] * ("Weight" in names)
-    return [names.index(name) for name in wanted] if set(wanted) <= set(names) else None
+@contextmanager
+def _written(path):
+    with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
+        yield file
 
 
-def _shortened(text):
-    """A text in backticks, or its beginning and how long it is."""
-    return f"`{text}`" if len(text) <= 60 else f"`{text[:60]}...` of {len(text)} characters"
-
-
-def _numbers(row):
-    """The numbers in a row of text, or none if not all are."""
-    try:
-        return [float(cell) for cell in row]
-    except ValueError:
-        return []
-
-
-def _write_table(file, rest, deformed, weights):
-    lines = csv.writer(file, lineterminator="\n")
-    table = np.hstack([rest, deformed] if weights is None else [rest, deformed, np.c_[weights]])
-    lines.writerow(_COLUMNS + ["weight"] * (weights is not None))
-    lines.writerows(table.tolist())
-
-
-def _read_fiducials(path):
-    system, rows = "RAS", []
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        for line in file:
-            if line.startswith("#"):
-                key, _, value = line.lstrip("# ").partition("=")
-                system = value.strip() if key.strip() == "CoordinateSystem" else system
-            elif line.strip():
-                rows.append(line.split(",")[1:4])
-    return _places(path, rows, system)
-
-
-def _write_fiducials(file, rest, deformed, weights):
-    file.write("# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n")
-    file.write("# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
-    for number, (x, y, z) in enumerate(deformed.tolist(), 1):
-        file.write(f"{number},{x!r},{y!r},{z!r},0,0,0,1,1,1,0,{number},,\n")
-
-
-def _read_markups(path):
-    try:
-        markups = json.loads(path.read_text(encoding="utf-8"))["markups"][0]
-        points = [
-            each["position"]
-            for each in markups["controlPoints"]
-            if each.get("positionStatus", "defined") == "defined"
-        ]
-        system = markups.get("coordinateSystem", "LPS")
-    except UnicodeDecodeError:
-        raise
-    except RecursionError:
-        raise ValueError(f"`{path}` is no list of markups: it is nested too deeply") from None
-    except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise ValueError(f"`{path}` is no list of markups: {error!r:.80}") from error
-    return _places(path, points, system)
-
-
-def _write_markups(file, rest, deformed, weights):
-    points = [
-        {"id": str(number), "label": str(number), "position": place}
-        for number, place in enumerate(deformed.tolist(), 1)
-    ]
-    markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    json.dump({"markups": [markups]}, file, indent=1)
-
-
-def _places(path, rows, system):
-    """Control points at rest at the places that markups say."""
-    if str(system) not in _TO_LPS:
-        raise ValueError(
-            f"`{path}` has the coordinate system {system!s:.20}; it must be LPS or RAS"
-        )
-    try:
-        places = np.array(rows, dtype=float).reshape(len(rows), 3) * _TO_LPS[str(system)]
-    except (OverflowError, TypeError, ValueError):
-        raise ValueError(f"`{path}` has a place that is not three numbers") from None
-    return places, places, None
-
-
-FORMATS = {
-    ".csv": (_read_table, _write_table),
-    ".txt": (_read_table, _write_table),
-    ".fcsv": (_read_fiducials, _write_fiducials),
-    ".mrk.json": (_read_markups, _write_markups),
+_SAYING_A_FRAME = (".fcsv", ".mrk.json")
+_WRITERS = {
+    ".csv": point_tables.write,
+    ".txt": elastix_points.write,
+    ".pts": elastix_points.write,
+    ".fcsv": markups.write_fcsv,
+    ".mrk.json": markups.write_json,
 }

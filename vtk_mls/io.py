@@ -28,6 +28,7 @@ from vtkmodules.vtkIOXML import (
 from vtk_mls import arguments, arrays, handle_files, image_files, validity
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
+from vtk_mls.landmarks import Landmarks, handles
 from vtk_mls.replacing import check_replaceable, replacing
 
 _WEIGHT = "Weight"
@@ -95,18 +96,43 @@ def check_writable(path, dataset):
     return path
 
 
-def read_control_points(path):
+def read_control_points(path, deformed_path=None, space="LPS"):
     """Read control points.
 
     Parameters
     ----------
-    path : path
-        A table or markups, as `handle_files` says, or VTK polydata (.vtp, .vtk) with points p and
-        point vectors "Displacement" q - p.
+    path, deformed_path, space
+        As of `handle_files.read`, or a path of VTK polydata (.vtp, .vtk) with points p and point
+        vectors "Displacement" q - p; as `deformed_path` the points are q.
 
     Returns
     -------
     vtkPolyData
+        As `handle_lists.fill_polydata` makes it, in LPS.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    rest = read_landmarks(path, space, is_alone=not deformed_path)
+    return control_points(rest, read_landmarks(deformed_path, space) if deformed_path else None)
+
+
+def read_landmarks(path, space="LPS", is_alone=False):
+    """Read points with their labels.
+
+    Parameters
+    ----------
+    path : path
+        As of `read_control_points`.
+    space, is_alone
+        As of `handle_files.read_landmarks`.
+
+    Returns
+    -------
+    Landmarks
+        In LPS.
 
     Raises
     ------
@@ -114,14 +140,25 @@ def read_control_points(path):
         Naming the file.
     """
     path = _existing(path)
-    read = _choose(_HANDLE_READERS, path, "read control points from")
-    polydata = _read(read, path, vtkPolyData, "no control points")
+    _choose(_HANDLE_FORMATS, path, "read control points from")
+    if _suffix(path) not in _POLYDATA_READERS:
+        with _failures(path):
+            return handle_files.read_landmarks(path, space, is_alone)
+    polydata = _read(_POLYDATA_READERS[_suffix(path)], path, vtkPolyData, "no control points")
     with _failures(path):
-        weight = _WEIGHT if polydata.GetPointData().HasArray(_WEIGHT) else None
-        rest, deformed, weights = arrays.control_points(polydata, "Displacement", weight)
-        arguments.points("rest", rest)
-        arguments.points("deformed", deformed)
-        arguments.positive_weights(weights, len(rest))
+        return _landmarks(path, polydata, is_alone).in_lps(space)
+
+
+def control_points(rest, deformed=None):
+    """Control-point polydata of `landmarks.handles(rest, deformed)`, if a map can be made of it."""
+    found = handles(rest, deformed)
+    polydata = vtkPolyData()
+    with _failures(rest.path):
+        fill_polydata(polydata, found.rest, found.deformed, found.weights, found.labels)
+        arguments.points("rest", found.rest)
+        arguments.points("deformed", found.deformed)
+        arguments.positive_weights(found.weights, len(found.rest))
+    arrays.add_texts(polydata.GetFieldData(), "Space", ["LPS"])
     return polydata
 
 
@@ -283,10 +320,20 @@ def _read_with(kind):
     return lambda path: image_files.read(kind(), path)
 
 
-def _read_handles(path):
-    polydata = vtkPolyData()
-    fill_polydata(polydata, *handle_files.read(path))
-    return polydata
+def _landmarks(path, polydata, is_alone):
+    """The points of polydata, in its frame; their partners only if it `is_alone`."""
+    data, partners = polydata.GetPointData(), None
+    weight = _WEIGHT if data.HasArray(_WEIGHT) else None
+    if is_alone:
+        places, partners, weights = arrays.control_points(polydata, "Displacement", weight)
+        arguments.points("deformed", partners)
+    else:
+        places = arrays.to_numpy(polydata.GetPoints().GetData()).astype(float)
+        weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
+    arguments.points("rest", places)
+    frame = "".join(arrays.texts(polydata.GetFieldData(), "Space"))
+    labels = arrays.texts(data, "Label")
+    return Landmarks(path, places, frame, labels, partners=partners, weights=weights)
 
 
 _SURFACE_READERS = {
@@ -311,8 +358,8 @@ _MESH_WRITERS = {
     },
     "vtkStructuredGrid": {".vts": _write_with(vtkXMLStructuredGridWriter)},
 }
-_HANDLE_READERS = {
-    **dict.fromkeys(handle_files.FORMATS, _read_handles),
+_POLYDATA_READERS = {
     ".vtp": _read_with(vtkXMLPolyDataReader),
     ".vtk": _read_with(vtkDataSetReader),
 }
+_HANDLE_FORMATS = dict.fromkeys((*handle_files.FORMATS, *_POLYDATA_READERS))

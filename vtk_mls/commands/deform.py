@@ -22,11 +22,7 @@ def add(commands):
         help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj",
     )
-    deform.add_argument(
-        "handles",
-        help="control points: .csv with lines px,py,pz,qx,qy,qz[,weight] (from p at rest to q), "
-        "or .vtp .vtk with point vectors Displacement, or .fcsv .mrk.json for places that stay",
-    )
+    deform.add_argument("handles", help=map_options.HANDLES)
     deform.add_argument(
         "output",
         help="image: .vti .vtk .mha .mhd .nii .nii.gz; mesh: .vtu .vtp .vts .vtk .stl .ply",

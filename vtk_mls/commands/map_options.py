@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from vtk_mls.commands.running import read
+
+HANDLES = (
+    "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight] or the "
+    "landmarks of BigWarp (p moving, q target); .vtp .vtk with point vectors Displacement; or, "
+    "with --deformed, places p alone"
+)
 
 
 def add(parser):
@@ -10,6 +18,22 @@ def add(parser):
     from vtk_mls import KINDS
 
     add = parser.add_argument
+    add(
+        "--deformed",
+        metavar="FILE",
+        help="the places q that the control points have moved to, any of the files of places: "
+        "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
+        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtk. They go to the control points "
+        "with the same labels if each point has one of its own, else to those at the same position",
+    )
+    add(
+        "--handles-space",
+        choices=("lps", "ras"),
+        default="lps",
+        help="frame of files of points that do not say theirs (markups of 3D Slicer and its tables "
+        "do, and that counts): ras for those who come from nibabel or FreeSurfer; cuts are in LPS "
+        "as ever; default: %(default)s",
+    )
     add("--kind", choices=KINDS, default="rigid", help="default: %(default)s")
     add("--alpha", type=float, default=1.0, help="locality of control points; default: %(default)s")
     add("--degree", type=int, default=2, help="of the polynomial kind: 1, 2, 3; default: 2")
@@ -42,21 +66,53 @@ def add(parser):
 
 def apply(options, algorithm):
     """Set the properties of a filter, its control points on port 1, as the options say."""
-    from vtk_mls import HalfPlane, Plane, io
-
-    algorithm.SetInputData(1, read(io.read_control_points, options.handles))
+    algorithm.SetInputData(1, _control_points(options))
     algorithm.SetKind(options.kind)
     algorithm.SetAlpha(options.alpha)
     algorithm.SetDegree(options.degree)
     algorithm.SetDevice(options.device)
     algorithm.SetNu(options.nu)
-    for text in options.cut_plane:
-        algorithm.AddCut(Plane(*_vectors("--cut-plane", text, 2)))
-    for text in options.cut_half_plane:
-        algorithm.AddCut(HalfPlane(*_vectors("--cut-half-plane", text, 3)))
-    for path in options.cut_surface:
-        for cut in read(io.read_cuts, path):
-            algorithm.AddCut(cut)
+    for cut in _cuts(options):
+        algorithm.AddCut(cut)
+
+
+def deformation(options):
+    """The `Deformation` that the options say."""
+    from vtk_mls import Deformation, arrays
+
+    handles = _control_points(options)
+    weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
+    rest, deformed, weights = arrays.control_points(handles, "Displacement", weight)
+    return Deformation(
+        rest,
+        deformed,
+        options.kind,
+        alpha=options.alpha,
+        degree=options.degree,
+        weights=weights,
+        cuts=_cuts(options),
+        nu=options.nu,
+        device=options.device or None,
+    )
+
+
+def _control_points(options):
+    """Control-point polydata of the files."""
+    from vtk_mls import io
+
+    reader = partial(io.read_landmarks, space=options.handles_space)
+    if not options.deformed:
+        return io.control_points(read(partial(reader, is_alone=True), options.handles))
+    return io.control_points(read(reader, options.handles), read(reader, options.deformed))
+
+
+def _cuts(options):
+    """The cuts, in the order of planes, half-planes and surfaces."""
+    from vtk_mls import HalfPlane, Plane, io
+
+    cuts = [Plane(*_vectors("--cut-plane", text, 2)) for text in options.cut_plane]
+    cuts += [HalfPlane(*_vectors("--cut-half-plane", text, 3)) for text in options.cut_half_plane]
+    return cuts + [cut for path in options.cut_surface for cut in read(io.read_cuts, path)]
 
 
 def _vectors(option, text, count):

@@ -25,13 +25,24 @@ def update(algorithm, options):
     """
     with step("deform", options.input):
         try:
-            _update(algorithm, options.progress or sys.stderr.isatty())
+            _update(algorithm, shows_progress(options))
         except ValueError as error:  # the command has files, not inputs
             text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
             raise ValueError(text) from error
 
 
-def _update(algorithm, shows_progress):
+def shows_progress(options):
+    """Whether a progress bar is wanted."""
+    return options.progress or sys.stderr.isatty()
+
+
+def draw_bar(done):
+    """Show the progress bar; `done` goes from 0 to 1."""
+    bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
+    print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
+
+
+def _update(algorithm, has_bar):
     """Run a filter; its error becomes an exception."""
     from vtkmodules.util.misc import calldata_type
     from vtkmodules.vtkCommonCore import VTK_STRING
@@ -42,16 +53,11 @@ def _update(algorithm, shows_progress):
     def heard(caller, event, text):
         errors.append(text.partition(": ")[2])
 
-    def moved(caller, event):
-        done = round(_BAR * caller.GetProgress())
-        bar = "#" * done + "." * (_BAR - done)
-        print(f"\r[{bar}] {caller.GetProgress():4.0%}", end="", file=sys.stderr, flush=True)
-
     algorithm.AddObserver("ErrorEvent", heard)
-    if shows_progress:
-        algorithm.AddObserver("ProgressEvent", moved)
+    if has_bar:
+        algorithm.AddObserver("ProgressEvent", lambda *_: draw_bar(algorithm.GetProgress()))
     updated = algorithm.GetExecutive().Update()
-    if shows_progress:
+    if has_bar:
         print(file=sys.stderr)
     if not updated:
         raise ValueError(errors[0] if errors else "the deformation failed")

@@ -5,19 +5,23 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import Grid, handle_files
+from vtk_mls import Grid, arrays, handle_files
 from vtk_mls.filters.algorithm import Algorithm, numbers
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
 from vtk_mls.reals import shown
+
+_MODES = ("points", "lattice", "file")
 
 
 class MLSControlPoints(HandleLists, Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex; the point vectors "Displacement" are q - p; the point
-    array "Weight" is there if weights are given. On output port 1 are arrows from p to q, to look
-    at.
+    array "Weight" is there if weights are given, and "Label" (texts) if a file has labels. On
+    output port 1 are arrows from p to q, to look at. Control points of files are in LPS whatever
+    frame the file is in, and the field array "Space" of both outputs says so; those of the other
+    modes are in the frame that they are given in.
 
     Properties
     ----------
@@ -27,8 +31,11 @@ class MLSControlPoints(HandleLists, Algorithm):
     RestPoints, DeformedPoints, Weights
         See `HandleLists`. Unless they are empty, DeformedPoints and Weights are used in every mode.
     FileName, DeformedFileName : str
-        Of what `handle_files.read` can read. The deformed positions q are what is p in the second
-        file, if there is one.
+        Of what `handle_files.read` can read. If there is a second file, its places are the deformed
+        positions q, by their labels or else in its order (see `landmarks.handles`).
+    Space : {"lps", "ras"}
+        The frame of files that do not say theirs: .fcsv, .mrk.json, and .csv with columns l,p,s or
+        r,a,s do.
     LatticeDimensions : (nx, ny, nz)
         A single point lies in the middle.
     Bounds : (xmin, xmax, ymin, ymax, zmin, zmax), world coordinates
@@ -39,6 +46,7 @@ class MLSControlPoints(HandleLists, Algorithm):
         self._mode = "points"
         self._file_name = ""
         self._deformed_file_name = ""
+        self._space = "lps"
         self._lattice_dimensions = (3, 3, 3)
         self._bounds = (-1.0, 1.0, -1.0, 1.0, -1.0, 1.0)
 
@@ -63,6 +71,13 @@ class MLSControlPoints(HandleLists, Algorithm):
     def GetDeformedFileName(self):
         return self._deformed_file_name
 
+    def SetSpace(self, space):
+        """ "lps" or "ras": the frame of files that do not say theirs."""
+        self._set("_space", space)
+
+    def GetSpace(self):
+        return self._space
+
     def SetLatticeDimensions(self, *dimensions):
         """Numbers of control points (nx, ny, nz)."""
         self._set("_lattice_dimensions", numbers(dimensions))
@@ -78,20 +93,29 @@ class MLSControlPoints(HandleLists, Algorithm):
         return self._bounds
 
     def RequestData(self, request, inInfo, outInfo):
-        defaults = {"points": tuple, "lattice": self._lattice, "file": self._filed}
-        if self._mode not in defaults:
-            raise ValueError(
-                f"`Mode` must be one of {', '.join(defaults)}, got {shown(self._mode)}"
-            )
-        rest, deformed, weights = self._handles(*defaults[self._mode]())
-        fill_polydata(vtkPolyData.GetData(outInfo), rest, deformed, weights)
-        fill_arrows(vtkPolyData.GetData(outInfo, 1), rest, deformed)
+        if self._mode not in _MODES:
+            raise ValueError(f"`Mode` must be one of {', '.join(_MODES)}, got {shown(self._mode)}")
+        defaults, labels = (), ()
+        if self._mode == "lattice":
+            defaults = (self._lattice(),)
+        elif self._mode == "file":
+            filed = self._filed()
+            defaults, labels = (filed.rest, filed.deformed, filed.weights), filed.labels
+        rest, deformed, weights = self._handles(*defaults)
+        handles, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
+        fill_polydata(handles, rest, deformed, weights, labels)
+        fill_arrows(arrows, rest, deformed)
+        if self._mode == "file":
+            for polydata in (handles, arrows):
+                arrays.add_texts(polydata.GetFieldData(), "Space", ["LPS"])
         return 1
 
     def _filed(self):
-        """p, q and weights of the files."""
+        """p, q, weights and labels of the files."""
+        if self._space not in ("lps", "ras"):
+            raise ValueError(f"`Space` must be one of lps, ras, got {shown(self._space)}")
         try:
-            return handle_files.read(self._file_name, self._deformed_file_name)
+            return handle_files.read_handles(self._file_name, self._deformed_file_name, self._space)
         except OSError as error:
             raise ValueError(f"`FileName`: {error}") from error
 
@@ -110,7 +134,7 @@ class MLSControlPoints(HandleLists, Algorithm):
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
                 f"its maximum, got {shown(self._bounds)}"
             )
-        return (lattice(dimensions, bounds),)
+        return lattice(dimensions, bounds)
 
 
 def lattice(dimensions, bounds):

@@ -139,7 +139,7 @@ class HandleLists:
         return rest, rest if deformed is None else deformed, weights
 
 
-def fill_polydata(polydata, rest, deformed, weights):
+def fill_polydata(polydata, rest, deformed, weights, labels=()):
     """Make control-point polydata, what `arrays.control_points` reads.
 
     Parameters
@@ -149,6 +149,8 @@ def fill_polydata(polydata, rest, deformed, weights):
         are weights; float64.
     rest, deformed : (n, 3) float64, world coordinates
     weights : (n,) float64 or None
+    labels : list of n str, optional
+        Become the point array "Label" if any is not empty.
     """
     points = vtkPoints()
     points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
@@ -160,6 +162,8 @@ def fill_polydata(polydata, rest, deformed, weights):
     polydata.GetPointData().SetActiveVectors("Displacement")
     if weights is not None:
         arrays.add(polydata.GetPointData(), "Weight", weights)
+    if any(labels):
+        arrays.add_texts(polydata.GetPointData(), "Label", labels)
 
 
 def numbers_of(name, values, row):

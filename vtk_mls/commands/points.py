@@ -1,0 +1,95 @@
+"""`vtk-mls points`: landmarks, moved as the material at them is."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import partial
+
+from vtk_mls.commands import map_options
+from vtk_mls.commands.running import draw_bar, read, shows_progress
+from vtk_mls.supervision import step
+
+
+def add(commands):
+    """Add the command to its parent's parsers."""
+    points = commands.add_parser(
+        "points",
+        help="move a file of landmarks as the deformation moves the material",
+        description="Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
+        "a mesh. If the output's name ends as the input's, all else that is in the file is kept; "
+        "otherwise labels, descriptions and order. Points whose material is nowhere in the output "
+        "are undefined in .mrk.json, tables of 3D Slicer and recent .fcsv, inactive in landmarks "
+        "of BigWarp, whose moving points are those that move, and left out of other files.",
+    )
+    points.add_argument(
+        "input",
+        help="landmarks: markups of 3D Slicer (.mrk.json .fcsv) and its tables (.csv), tables of "
+        "ITK and ANTs, landmarks of BigWarp, lines x,y,z or label,x,y,z (.csv .txt), points of "
+        "elastix and transformix (.txt .pts)",
+    )
+    points.add_argument("handles", help=map_options.HANDLES)
+    points.add_argument(
+        "output", help="landmarks: .mrk.json .fcsv .csv (ITK, ANTs) .txt .pts (elastix)"
+    )
+    points.add_argument(
+        "--inverse",
+        action="store_true",
+        help="move them the other way: from the deformed space to where their material came from",
+    )
+    map_options.add(points)
+    points.set_defaults(run=run)
+
+
+def run(options):
+    """Run the command."""
+    from vtk_mls import handle_files
+
+    handle_files.check_writable(options.output)
+    space = options.handles_space
+    landmarks = read(partial(handle_files.read_landmarks, space=space), options.input)
+    deformation = map_options.deformation(options)
+    with step("deform", options.input):
+        moved = replace(landmarks, places=_moved(landmarks, deformation, options))
+    with step("write", options.output):
+        left_out = handle_files.write_landmarks(options.output, moved, options.input, space)
+    losses = _losses(landmarks, moved, options, left_out > 0)
+    print(f"{options.output}: {len(moved.places)} points, {options.kind}{losses}")
+    return 0
+
+
+def _moved(landmarks, deformation, options):
+    """New places (n, 3), NaN where there is none."""
+    import numpy as np
+
+    is_placed = landmarks.is_placed
+    places = landmarks.places[is_placed]
+    progress = draw_bar if shows_progress(options) else None
+    if options.inverse:
+        new = deformation.backward(places, progress)
+        new[deformation.void(places)] = np.nan
+    else:
+        new = deformation.forward(places, progress)
+    if progress:
+        print(file=sys.stderr)
+    moved = np.full_like(landmarks.places, np.nan)
+    moved[is_placed] = new
+    return moved
+
+
+def _losses(landmarks, moved, options, are_left_out):
+    """What the terminal is to see of points that have no place, or had none before."""
+    import numpy as np
+
+    from vtk_mls.landmarks import listed
+
+    fate = "left out" if are_left_out else "marked so"
+    lost = np.flatnonzero(landmarks.is_placed & ~moved.is_placed).tolist()
+    unplaced = int((~landmarks.is_placed).sum())
+    text = ""
+    if lost:
+        names = listed([landmarks.labels[i] or f"number {i + 1}" for i in lost])
+        text += f"; {len(lost)} have no place in the output and are {fate}: {names}"
+    if unplaced and are_left_out:
+        text += f"; {unplaced} are not placed in `{options.input}` and are left out"
+    return text
