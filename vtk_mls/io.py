@@ -25,7 +25,7 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import arguments, arrays, handle_files, image_files, validity
+from vtk_mls import arguments, arrays, handle_files, image_files, mesh_frames, validity
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 from vtk_mls.landmarks import Landmarks, handles
@@ -41,15 +41,16 @@ def read_dataset(path):
     Parameters
     ----------
     path : path
-        An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr) or NIfTI (.nii,
-        .nii.gz). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or .obj. Either: VTK legacy
-        (.vtk).
+        An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI
+        (.nii, .nii.gz). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or .obj. Either: VTK
+        legacy (.vtk).
 
     Returns
     -------
     vtkDataSet
-        Images have the file's direction matrix. NIfTI's orientation is its sform, else its qform;
-        values are those after its scaling.
+        In LPS (see `nifti`, `nrrd`, `meta_image`, `mesh_frames`), images with the file's direction
+        matrix. What a file of the same format is to have again, and which arrays are labels, are
+        field data (see `provenance`).
 
     Raises
     ------
@@ -69,10 +70,10 @@ def write_dataset(dataset, path):
     dataset : vtkDataSet
     path : path
         Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
-        matrix; MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz) with the active scalars, or the
-        only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy (.vtk) with everything,
-        .stl or .ply with the shape of polydata. A file that is there is replaced when the new one
-        is complete.
+        matrix; MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI (.nii, .nii.gz) with
+        the active scalars, or the only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy
+        (.vtk) with everything, .stl or .ply with the shape of polydata. A file that is there is
+        replaced when the new one is complete.
 
     Raises
     ------
@@ -297,7 +298,7 @@ def _write_with(kind):
         writer = kind()
         if hasattr(writer, "SetFileTypeToBinary"):
             writer.SetFileTypeToBinary()
-        image_files.write(writer, dataset, path)
+        image_files.write(writer, mesh_frames.back(dataset, writer), path)
 
     return write
 
@@ -306,7 +307,8 @@ def _write_ply(polydata, path):
     corners = polydata.GetPolys().GetMaxCellSize()
     if corners > 255:
         raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
-    image_files.write(vtkPLYWriter(), polydata, path)
+    writer = vtkPLYWriter()
+    image_files.write(writer, mesh_frames.back(polydata, writer), path)
     with path.open("rb") as file:
         header = file.read(4096).partition(b"end_header\n")[0]
     of_vertex = 4 * header.count(b"property float") + header.count(b"property uchar")
@@ -317,7 +319,7 @@ def _write_ply(polydata, path):
 
 
 def _read_with(kind):
-    return lambda path: image_files.read(kind(), path)
+    return lambda path: mesh_frames.read(kind(), path)
 
 
 def _landmarks(path, polydata, is_alone):

@@ -1,29 +1,55 @@
-"""NRRD files, with their directions and compression, which VTK's reader leaves out."""
+"""NRRD files: volumes, and the segmentations of 3D Slicer (.seg.nrrd).
+
+Space. `space` is each of the specification, in words or letters of any case. Those of a patient
+(left-posterior-superior, LPS and the other seven, three-dimensional) become LPS; scanner-xyz and
+3D-right-handed or -left-handed, and no space at all, are taken as they are. Files go back into the
+space that they came from.
+
+Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
+3-gradient, 3-normal) turn with the space if there is a `measurement frame`, which alone says what
+their numbers mean: they are written with the identity as theirs. Without one they stay as they are,
+as in ITK. Colours, lists and other kinds never turn; a measurement frame that they have (it belongs
+to the gradients of diffusion weighted images) is kept.
+
+Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
+there are, or `intent_code:=1002`, as what ITK has made of NIfTI labels does.
+"""
 
 from __future__ import annotations
 
-import bz2
-import io
 import math
 import re
-import zlib
 
 import numpy as np
 
+from vtk_mls import frames, volumes
+from vtk_mls.volumes import Volume
+
 _TYPES = {
     "i1": ("signed char", "int8", "int8_t"),
-    "u1": ("uchar", "unsigned char", "uint8", "uint8_t"),
+    "u1": ("unsigned char", "uchar", "uint8", "uint8_t"),
     "i2": ("short", "short int", "signed short", "signed short int", "int16", "int16_t"),
-    "u2": ("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"),
+    "u2": ("unsigned short", "ushort", "unsigned short int", "uint16", "uint16_t"),
     "i4": ("int", "signed int", "int32", "int32_t"),
-    "u4": ("uint", "unsigned int", "uint32", "uint32_t"),
-    "i8": ("longlong", "long long", "long long int", "signed long long", "int64", "int64_t"),
-    "u8": ("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"),
+    "u4": ("unsigned int", "uint", "uint32", "uint32_t"),
+    "i8": ("long long", "longlong", "long long int", "signed long long", "int64", "int64_t"),
+    "u8": ("unsigned long long", "ulonglong", "unsigned long long int", "uint64", "uint64_t"),
     "f4": ("float",),
     "f8": ("double",),
 }
-_ORDERS = {"little": "<", "big": ">"}
 _DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
+_ORDERS = {"little": "<", "big": ">"}
+_ENCODINGS = {
+    **dict.fromkeys(("txt", "text", "ascii"), "text"),
+    **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
+}
+_AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
+_VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
+_SPATIAL = ("domain", "space", "???")
+_KEPT = ("content", "space units", "measurement frame", "kinds")
+_LABEL_INTENT = "intent_code:=1002"
+_LONGEST = 1 << 20  # bytes of a line
+_LPS = "left-posterior-superior"
 
 
 def read(path):
@@ -32,64 +58,185 @@ def read(path):
     Parameters
     ----------
     path : Path
-        A .nrrd file, or a .nhdr header with its data in one other file.
+        A .nrrd file, or a .nhdr header with its data in one other file of its folder.
 
     Returns
     -------
-    values : (nz, ny, nx) or (nz, ny, nx, components) array
-    origin : (3,) float64, world coordinates
-        Of the first value.
-    steps : (3, 3) float64, world units
-        Columns are the steps between neighbours along the three axes.
+    Volume
+        Its header has key/value pairs and some fields.
+
+    Raises
+    ------
+    ValueError
+        Naming the file.
+    """
+    try:
+        with path.open("rb") as file:
+            fields, pairs = _header(file)
+            sizes = [int(size) for size in fields["sizes"].split()]
+            if min(sizes, default=0) < 1:
+                raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
+            axes = _axes(fields, len(sizes))
+            origin = _origin(fields)
+            other = [i for i, step in enumerate(axes) if step is None]
+            steps = [step for step in axes if step is not None]
+            shapes = {step.shape for step in [origin, *steps]}
+            if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
+                raise ValueError("it must have three axes in space and at most one of components")
+            signs = _signs(fields.get("space", ""))
+            measured = _axes({"space directions": fields.get("measurement frame", "")}, 3)
+            if "measurement frame" in fields and np.shape(measured) != (3, 3):
+                raise ValueError("its measurement frame must be three vectors of three numbers")
+            values = _values(fields, file, path, sizes)
+    except KeyError as error:
+        raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
+    except (EOFError, OSError, OverflowError, ValueError) as error:
+        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
+    if other:
+        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other[0], -1))
+    kept = {name: fields[name] for name in _KEPT if name in fields}
+    kinds = kept.pop("kinds", "").split()
+    if other and len(kinds) == len(sizes):
+        kept["kinds"] = kinds[other[0]]  # those of the other axes are known
+    is_vector = (
+        "measurement frame" in kept
+        and kept.get("kinds", "").lower() in _VECTORS
+        and values.shape[3:] == (3,)
+        and values.dtype.kind == "f"
+    )
+    if is_vector:
+        turn = measured * signs
+        values = (values @ turn).astype(values.dtype)
+        del kept["measurement frame"]
+    return Volume(
+        values,
+        origin * signs,
+        np.transpose(steps) * signs[:, None],
+        is_label=_says_labels(path, pairs),
+        is_vector=is_vector,
+        space=fields.get("space", ""),
+        header=(*(f"{name}: {value}" for name, value in kept.items()), *pairs),
+    )
+
+
+def write(path, volume):
+    """Write a volume, compressed.
+
+    Parameters
+    ----------
+    path : Path
+        A .nrrd file; or a .nhdr header, beside which a .raw.gz file is made.
+    volume : Volume
+        Its space is the file's, LPS if it is none of NRRD's.
 
     Raises
     ------
     OSError, ValueError
-        Naming the file.
     """
-    content = path.read_bytes()
+    if _is_of_segments(path) and volume.values.dtype.kind not in "iu":
+        raise ValueError(
+            f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
+        )
     try:
-        fields, data = _split(content)
-        sizes = [int(size) for size in fields["sizes"].split()]
-        if min(sizes, default=0) < 1:
-            raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
-        axes = _axes(fields, len(sizes))
-        origin = _vector(fields["space origin"]) if "space origin" in fields else np.zeros(3)
-        other = [i for i, step in enumerate(axes) if step is None]
-        steps = [step for step in axes if step is not None]
-        shapes = {step.shape for step in [origin, *steps]}
-        if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
-            raise ValueError("it must have three axes in space and at most one of components")
-        if "data file" in fields:
-            data = _data_file(path.parent / fields["data file"])
-        values = _decoded(fields, data, math.prod(sizes)).reshape(sizes[::-1])
-    except KeyError as error:
-        raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
-    except (EOFError, OSError, OverflowError, ValueError, zlib.error) as error:
-        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
-    if other:
-        values = np.moveaxis(values, len(sizes) - 1 - other[0], -1)
-    return np.ascontiguousarray(values), origin, np.transpose(steps)
+        space, signs = volume.space or _LPS, _signs(volume.space or _LPS)
+    except ValueError:
+        space, signs = _LPS, np.ones(3)
+    kept = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
+    pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
+    values = (
+        volume.values * signs.astype(volume.values.dtype) if volume.is_vector else volume.values
+    )
+    sizes, kinds = values.shape[2::-1], ["domain"] * 3
+    steps = [_text(step) for step in (volume.steps * signs[:, None]).T]
+    kept_kind = kept.pop("kinds", "")
+    if values.ndim == 4:
+        sizes = (values.shape[3], *sizes)
+        kinds = [_kind(volume, kept_kind), *kinds]
+        steps = ["none", *steps]
+    if volume.is_vector:
+        kept["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    is_detached = path.suffix.lower() == ".nhdr"
+    fields = {
+        "type": _TYPES[values.dtype.str[1:]][0],
+        "dimension": values.ndim,
+        "space": space,
+        "sizes": " ".join(map(str, sizes)),
+        "space directions": " ".join(steps),
+        "kinds": " ".join(kinds),
+        "endian": "little",
+        "encoding": "gzip",
+        "space origin": _text(volume.origin * signs),
+        **kept,
+        **({"data file": f"{path.stem}.raw.gz"} if is_detached else {}),
+    }
+    if volume.is_label:
+        pairs = _label_pairs(pairs, values)
+    lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
+    with path.open("wb") as file:
+        file.write("\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode())
+        if not is_detached:
+            _pack(file, values)
+    if is_detached:
+        with path.with_name(fields["data file"]).open("wb") as file:
+            _pack(file, values)
 
 
-def _split(content):
-    """The header's fields and the bytes after it."""
-    if not content.startswith(b"NRRD"):
+def _is_of_segments(path):
+    """Whether the name of a file is one of 3D Slicer's segmentations."""
+    return path.name.lower().endswith((".seg.nrrd", ".seg.nhdr"))
+
+
+def _header(file):
+    """The fields of a header as a dictionary, and the lines of its key/value pairs."""
+    if file.read(4) != b"NRRD":
         raise ValueError("it does not begin with NRRD")
-    end = re.search(rb"\r?\n\r?\n", content)
-    header = content[: end.start()] if end else content
-    fields = {}
-    for line in header.decode("latin-1").splitlines()[1:]:
-        key, colon, value = line.partition(": ")
-        if colon and not line.startswith("#"):
+    fields, pairs = {}, []
+    file.readline(_LONGEST)
+    while line := file.readline(_LONGEST).rstrip(b"\r\n"):
+        text = _decoded(line)
+        if text.startswith("#"):
+            continue
+        if _is_field(text):
+            key, _, value = text.partition(": ")
             fields[key.strip().lower().replace("datafile", "data file")] = value.strip()
-    return fields, content[end.end() :] if end else b""
+        elif ":=" in text:
+            pairs.append(text)
+    return fields, pairs
 
 
-def _data_file(path):
-    if not path.is_file():
-        raise ValueError(f"there is no data file `{path}`")
-    return path.read_bytes()
+def _decoded(line):
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _is_field(line):
+    """Whether a line is `field: value`, not `key:=value`."""
+    return ": " in line.partition(":=")[0]
+
+
+def _one_line(text):
+    return text.replace("\n", "\\n").replace("\r", "")
+
+
+def _signs(space):
+    """Factors between a space of NRRD and LPS."""
+    if space.lower() in _AS_THEY_ARE:
+        return np.ones(3)
+    try:
+        return frames.signs(space)
+    except ValueError:
+        raise ValueError(f"its space `{space:.60}` is not one of three dimensions") from None
+
+
+def _origin(fields):
+    if "space origin" in fields:
+        return _vector(fields["space origin"])
+    if "axis mins" in fields and "space directions" not in fields:
+        mins = [float(text) for text in fields["axis mins"].split()]
+        return np.array([each for each in mins if np.isfinite(each)][:3] if mins else np.zeros(3))
+    return np.zeros(3)
 
 
 def _axes(fields, count):
@@ -101,40 +248,55 @@ def _axes(fields, count):
     spacings = [float(text) for text in fields.get("spacings", "nan " * count).split()]
     axes, unit = [], iter(np.eye(3))
     for kind, spacing in zip(kinds, spacings):
-        in_space = kind in ("domain", "space", "???")
+        in_space = kind in _SPATIAL
         axes.append(next(unit, None) if in_space else None)
         if in_space and np.isfinite(spacing) and axes[-1] is not None:
             axes[-1] = axes[-1] * spacing
     return axes
 
 
-def _decoded(fields, data, count):
-    """`count` values in this machine's byte order."""
+def _values(fields, file, path, sizes):
+    """The values (slowest axis first), from the header's file or the one that it names."""
     if fields["type"] not in _DTYPES:
         raise ValueError(f"values of type `{fields['type']}` are not known")
-    dtype = np.dtype(_DTYPES[fields["type"]])
-    lines = min(max(int(fields.get("line skip", 0)), 0), len(data))
-    data = b"".join(data.split(b"\n", lines)[lines:])
-    encoding = fields["encoding"].lower()
-    if encoding in ("txt", "text", "ascii"):
-        values = _from_text(data.split(), dtype)
-    elif encoding in ("raw", "gz", "gzip", "bz2", "bzip2"):
-        skip, size = int(fields.get("byte skip", 0)), count * dtype.itemsize
-        if encoding != "raw":  # no more than is wanted: a few bytes can become gigabytes
-            data = _unpacked(encoding, data, size + skip if skip >= 0 else -1)
-        data = data[-size:] if skip == -1 else data[skip : skip + size]
-        order = fields.get("endian", "little")
-        if order not in _ORDERS:
-            raise ValueError(f"the endian `{order}` is not known")
-        values = np.frombuffer(
-            data[: len(data) // dtype.itemsize * dtype.itemsize], _ORDERS[order] + dtype.str[1:]
-        )
-        values = values.astype(dtype)
-    else:
+    encoding = _ENCODINGS.get(fields["encoding"].lower())
+    if encoding is None:
         raise ValueError(f"the encoding `{fields['encoding']}` is not known")
-    if len(values) < count:
-        raise ValueError(f"expected {count} values, got {len(values)}")
-    return values[:count]
+    order = fields.get("endian", "little")
+    if order not in _ORDERS:
+        raise ValueError(f"the endian `{order}` is not known")
+    dtype, shape = np.dtype(_ORDERS[order] + _DTYPES[fields["type"]]), sizes[::-1]
+    lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
+    if "data file" not in fields:
+        return _read_values(file, path, dtype, shape, encoding, lines, skip)
+    name = fields["data file"]
+    if name.split()[0] == "LIST" or "%" in name:
+        raise ValueError("its values are in several files; give one file")
+    data = volumes.beside(path, name)
+    with data.open("rb") as file:
+        return _read_values(file, data, dtype, shape, encoding, lines, skip)
+
+
+def _read_values(file, path, dtype, shape, encoding, lines, skip):
+    count, size = math.prod(shape), path.stat().st_size
+    for _ in range(max(lines, 0)):
+        if not file.readline():
+            break
+    if encoding == "text":
+        values = _from_text(file.read().split(), dtype.newbyteorder("="))
+        if len(values) < count:
+            raise ValueError(f"expected {count} values, got {len(values)}")
+        return values[:count].reshape(shape)
+    if skip < 0:
+        if skip < -1 or encoding != "raw":
+            raise ValueError(f"byte skip {skip} must not be negative here")
+        file.seek(max(size - count * dtype.itemsize, 0))
+    size -= file.tell()
+    file = volumes.unpacked(file, encoding)
+    volumes.skip(file, skip)
+    return volumes.read_values(
+        file, dtype, shape, size - max(skip, 0) * (encoding == "raw"), encoding
+    )
 
 
 def _from_text(words, dtype):
@@ -147,13 +309,40 @@ def _from_text(words, dtype):
     return values.astype(dtype)
 
 
-def _unpacked(encoding, data, size):
-    """The first `size` bytes, or all if it is negative."""
-    if encoding.startswith("b"):
-        with bz2.open(io.BytesIO(data)) as file:
-            return file.read(size)
-    return zlib.decompressobj(wbits=47).decompress(data, max(size, 0))
+def _pack(file, values):
+    with volumes.packing(file) as packed:
+        volumes.write_values(packed, values)
+
+
+def _says_labels(path, pairs):
+    keys = (line.partition(":=")[0] for line in pairs)
+    has_segments = any(re.fullmatch(r"Segment\d+_ID", key) for key in keys)
+    return _is_of_segments(path) or has_segments or _LABEL_INTENT in pairs
+
+
+def _label_pairs(pairs, values):
+    """Key/value pairs of labels: with segments whose extents hold wherever labels have moved to."""
+    extent = " ".join(f"0 {n - 1}" for n in values.shape[2::-1])
+    kept = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
+    if _LABEL_INTENT in kept or any(re.match(r"Segment\d+_ID:=", line) for line in kept):
+        return kept
+    return [*kept, _LABEL_INTENT]
+
+
+def _kind(volume, kept):
+    """The kind of the axis of components."""
+    if volume.is_vector:
+        return kept if kept.lower() in _VECTORS else "vector"
+    if kept:
+        return kept
+    components = volume.values.shape[3]
+    is_colour = volume.values.dtype == np.uint8 and not volume.is_label
+    return {3: "RGB-color", 4: "RGBA-color"}.get(components * is_colour, "list")
 
 
 def _vector(text):
     return np.array([float(number) for number in text.strip("() ").split(",")])
+
+
+def _text(vector):
+    return f"({','.join(repr(float(each)) for each in vector)})"

@@ -74,7 +74,8 @@ class MLSDeform(DeformingFilter):
         Value of places whose material came from outside of the input, and of the void; 0 in
         `vtkGhostType`.
     LabelArrays : names
-        Of point and cell arrays whose values must not mix.
+        Of point and cell arrays whose values must not mix, beside those that the input itself
+        names in its field data "LabelArrays", as the images of segmentations do that `io` reads.
     OutputGrid : {"input", "fitted", "given"}
         The input's points; its lattice, as far as the deformed volume reaches; or
         OutputDimensions points at OutputSpacing from OutputOrigin on, in the input's directions.

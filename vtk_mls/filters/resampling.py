@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls import arrays
+from vtk_mls import arrays, provenance
 from vtk_mls.filters import cutting, gradients
 from vtk_mls.filters.algorithm import in_turn
 
@@ -27,6 +27,7 @@ class Resampling:
         self.wanted, self.deformation = wanted, deformation
         self.image, self.output = image, output
         self.source, self.target = source, target
+        self.labels = {*wanted.GetLabelArrays(), *provenance.kept(image, provenance.LABEL_ARRAYS)}
 
     def tasks(self):
         """Functions of a callback for `progress`, in their order."""
@@ -98,7 +99,7 @@ class Resampling:
             return "nearest", -1
         if array.GetName() == arrays.GHOSTS:
             return "nearest", 0.0
-        if array.GetName() in self.wanted.GetLabelArrays():
+        if array.GetName() in self.labels:
             return "nearest", self.wanted.GetBackground()
         return self.wanted.GetInterpolation(), self.wanted.GetBackground()
 
