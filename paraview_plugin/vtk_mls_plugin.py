@@ -33,7 +33,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, io, paraview_gui
+from vtk_mls import filters, handle_files, io, paraview_gui
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.image_axes import along_world
@@ -92,7 +92,11 @@ def file_name(name, text):
         xml("FileListDomain", name="files"),
         xml(
             "Hints",
-            xml("FileChooser", extensions="csv txt fcsv mrk.json", file_description="Handles"),
+            xml(
+                "FileChooser",
+                extensions=" ".join(suffix[1:] for suffix in handle_files.FORMATS),
+                file_description="Handles",
+            ),
             shown_when("Mode", "file"),
         ),
     )
@@ -626,13 +630,28 @@ SOURCE = [
     ),
     file_name(
         "FileName",
-        """File with control points: a table (.csv, .txt) of px,py,pz,qx,qy,qz[,weight], or markups
-        of 3D Slicer (.fcsv, .mrk.json), which are p. The list of deformed positions goes first, if
-        it is not empty.""",
+        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
+        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
+        list of deformed positions goes first, if it is not empty.""",
     ),
     file_name(
         "DeformedFileName",
-        "File with the places q that control points were moved to, such as markups; or none.",
+        """File with the places q that control points were moved to, such as markups; or none. They
+        find their p by their labels, or else by their order.""",
+    ),
+    choice(
+        "Space",
+        ("lps", "ras"),
+        "lps",
+        """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
+        patient's left, y to the back, z to the head), as from MLS Image Reader.""",
+        xml("Hints", shown_when("Mode", "file")),
+    ),
+    xml(
+        "PropertyGroup",
+        *(xml("Property", name=name) for name in ("FileName", "DeformedFileName", "Space")),
+        xml("Hints", shown_when("Mode", "file")),
+        label="Files, Taken to LPS",
     ),
     *draggable(
         table(

@@ -31,7 +31,8 @@ _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _LISTS = ("RestPoints", "DeformedPoints", "Weights")
-_LAYING = ("Mode", "LatticeDimensions", "Bounds", "FileName", "DeformedFileName")
+_FILES = ("FileName", "DeformedFileName", "Space")
+_LAYING = ("Mode", "LatticeDimensions", "Bounds", *_FILES)
 # Of a display, beside the representation.
 _LOOK = (
     *("ColorArrayName", "LookupTable", "MapScalars", "InterpolateScalarsBeforeMapping"),
@@ -353,8 +354,8 @@ def _layout(proxy):
     mode = mode.GetUncheckedElement(0) if mode else "lattice"
     with suppress(ValueError, OSError):  # Apply will say it, and the file may be the server's
         if mode == "file":
-            names = (proxy.GetProperty(name) for name in ("FileName", "DeformedFileName"))
-            rest, deformed, weights = handle_files.read(*(_elements(each)[0] for each in names))
+            named = (proxy.GetProperty(name) for name in _FILES)
+            rest, deformed, weights = handle_files.read(*(_elements(each)[0] for each in named))
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
             places = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
