@@ -33,7 +33,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, handle_files, io, paraview_gui
+from vtk_mls import filters, handle_files, io, paraview_frames, paraview_gui
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.image_axes import along_world
@@ -726,12 +726,24 @@ class MLSDeform(filters.MLSDeform):
         """The list says "none" for no array."""
         super().SetGradientArray("" if name == "none" else name)
 
+    def RequestData(self, request, inInfo, outInfo):
+        """Not without a word if handles are on the wrong side of the head."""
+        if sentence := paraview_frames.mixed(self, inInfo):
+            self._warn(sentence)
+        return super().RequestData(request, inInfo, outInfo)
+
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
 @MENU
 @smproperty.xml("".join(FIELD))
 class MLSDisplacementField(filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
+
+    def RequestData(self, request, inInfo, outInfo):
+        """Not without a word if handles are on the wrong side of the head."""
+        if sentence := paraview_frames.mixed(self, inInfo):
+            self._warn(sentence)
+        return super().RequestData(request, inInfo, outInfo)
 
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points")

@@ -57,6 +57,15 @@ class Gui:
         self._xdotool("windowfocus", "--sync", self._window)
         self._xdotool("key", "--delay", 50, *keys)
 
+    def press_here(self, *keys):
+        """Press keys in the window that has the keyboard, one after the other."""
+        self._xdotool("key", "--delay", 50, *keys)
+
+    def end(self):
+        """Leave ParaView as a user does, who wants his settings kept."""
+        self.press("ctrl+q")
+        self._process.wait(PATIENCE)
+
     def launch(self, name):
         """Create a source or filter by the quick-launch dialog, as from the menu."""
         active = "getattr(simple.GetActiveSource(), 'GetGlobalID', int)()"

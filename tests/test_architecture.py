@@ -78,6 +78,7 @@ ALLOWED = {
     "nrrd": {"frames", "numpy", "volumes"},
     "packing": {"handles", "numpy"},
     "paraview_arrows": {"filters", "vtkmodules"},
+    "paraview_frames": {"arrays", "io", "numpy"},
     "paraview_gui": {
         *{"filters", "handle_files", "paraview_arrows", "paraview_undo"},
         *{"numpy", "paraview", "vtkmodules"},

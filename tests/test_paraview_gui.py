@@ -367,34 +367,67 @@ WATCHED = """
 wavelet = simple.Wavelet()
 wavelet.UpdatePipeline()
 deform = simple.MLSDeform(Input=wavelet)
-edited = deform.SMProxy.GetProperty("LatticeDimensions")
-edited.SetUncheckedElements([2, 2, 2], 3)
-answer = deform.SMProxy.GetProperty("RestPoints").GetNumberOfUncheckedElements()
+names = ("LatticeDimensions", "DeformedPoints", "RestPoints")
+lattice, moved, rest = (deform.SMProxy.GetProperty(name) for name in names)
+answer = []
+for edited, values in ((lattice, [2] * 3), (moved, [1.0] * 27), (moved, [1.0] * 24)):
+    edited.SetUncheckedElements(values, len(values))
+    answer.append(rest.GetNumberOfUncheckedElements())
 """
+LAID_ADDED_REMOVED = [24, 27, 24]
 
 
 def test_handles_are_watched_when_loaded_by_path(start, paraview):  # noqa: F811
     folder = "/project" if paraview.prefix else str(PROJECT)
     with start(PV_PLUGIN_PATH=f"{folder}/paraview_plugin") as gui:
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         assert noise(gui) == []
+
+
+def load_new(gui):
+    """Load the plugin in the dialog for plugins, which stays open."""
+    gui.click("menu_item('Tools')")
+    gui.click("menu_item('Manage Plugins')")
+    gui.click("button('Load New')")
+    gui.hover("button('Cancel')")
+    gui.type("paraview_plugin/vtk_mls_plugin.py")
+    gui.until("hasattr(servermanager.filters, 'MLSDeform')")
 
 
 def test_handles_are_watched_when_loaded_by_mouse(start):
     with start() as gui:
         if not gui.run(HAS_QT):
             unavailable("no Qt for Python beside this ParaView")
-        gui.click("menu_item('Tools')")
-        gui.click("menu_item('Manage Plugins')")
-        gui.click("button('Load New')")
-        gui.hover("button('Cancel')")
-        gui.type("paraview_plugin/vtk_mls_plugin.py")
-        gui.until("hasattr(servermanager.filters, 'MLSDeform')")
+        load_new(gui)
         gui.click("button('Close')")
         gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
+        assert noise(gui) == []
+
+
+def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request):  # noqa: F811
+    """Auto Load is ticked by mouse, ParaView left and started again."""
+    folder = PICTURES / request.node.callspec.id / "auto_load/home"
+    shutil.rmtree(PROJECT / folder, ignore_errors=True)
+    (PROJECT / folder / ".config").mkdir(parents=True)
+    welcome = "[General]\nGeneralSettings.ShowWelcomeDialog=false\n"
+    (PROJECT / folder / ".config/ParaView.ini").write_text(welcome)  # for every version
+    home = f"HOME={'/project' if paraview.prefix else PROJECT}/{folder}"
+    command = ("env", home, "paraview", f"--script={LISTENER}")
+    with start(command=command) as gui:
+        if not gui.run(HAS_QT):
+            unavailable("no Qt for Python beside this ParaView")
+        load_new(gui)
+        gui.click("tree_cell('vtkPVInitializerPlugin', 0)")
+        gui.press_here("End", "Right", "End")
+        gui.click("tree_cell('Auto Load', 1)")
+        gui.screenshot("1_ticked")
+        gui.click("button('Close')")
+        gui.end()
+    with start(command=command) as gui:
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         assert noise(gui) == []
 
 
