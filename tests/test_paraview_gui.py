@@ -420,9 +420,8 @@ def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request)
         if not gui.run(HAS_QT):
             unavailable("no Qt for Python beside this ParaView")
         load_new(gui)
-        gui.click("tree_cell('vtkPVInitializerPlugin', 0)")
-        gui.press_here("End", "Right", "End")
-        gui.click("tree_cell('Auto Load', 1)")
+        gui.find_in_tree("vtk_mls_plugin", clicks=2)  # which opens it
+        gui.find_in_tree("Auto Load", column=1)
         gui.screenshot("1_ticked")
         gui.click("button('Close')")
         gui.end()
