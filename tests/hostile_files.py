@@ -83,9 +83,10 @@ def _write(writer, dataset, name, **settings):
 def _make_files():
     """Good files: (how the command uses it, its files with the one to name first) for each."""
     datasets, jobs = _datasets(), []
-    for suffix in ("mha", "mhd", "nii", "nii.gz"):
+    for suffix in ("mha", "mhd", "nii", "nii.gz", "nrrd", "nhdr"):
         io.write_dataset(datasets["vti"], f"a.{suffix}")
-        jobs.append(("vti", [f"a.{suffix}"] + ["a.raw"] * (suffix == "mhd")))
+        beside = {"mhd": ["a.raw"], "nhdr": ["a.raw.gz"]}.get(suffix, [])
+        jobs.append(("vti", [f"a.{suffix}", *beside]))
     for kind, dataset in datasets.items():
         output = OUTPUT.get(kind, kind)
         for mode in range(3):  # text, base64, appended

@@ -130,6 +130,8 @@ def test_the_same_handles_deform_all_alike(tmp_path, source, direction):
         outputs.append(tmp_path / f"out-{name.name}")
         arguments = ["deform", name, tmp_path / "h.csv", outputs[-1], "--device", "reference"]
         assert main([str(each) for each in arguments]) == 0
+    if source[1] not in ("SimpleITK", "nibabel"):
+        assert f"\nspace: {source[1]}\n".encode() in outputs[0].read_bytes()
     assert np.ptp(scalars(io.read_dataset(outputs[1])) - VALUES.ravel()) > 100
     assert_same_in_itk(*outputs, rounding=1)  # places of NIfTI are float32
 

@@ -103,32 +103,36 @@ def test_labels_after_scaling_are_none(tmp_path):
 SLICER_SEGMENTS = """
 import sys, slicer
 from vtk.util.numpy_support import vtk_to_numpy
-scene, node = slicer.vtkMRMLScene(), slicer.vtkMRMLSegmentationNode()
-storage = slicer.vtkMRMLSegmentationStorageNode()
-scene.AddNode(node)
-storage.SetFileName(sys.argv[1])
-assert storage.ReadData(node)
-for number in range(node.GetSegmentation().GetNumberOfSegments()):
-    segment = node.GetSegmentation().GetNthSegment(number)
-    image, label = segment.GetRepresentation("Binary labelmap"), segment.GetLabelValue()
-    count = (vtk_to_numpy(image.GetPointData().GetScalars()) == label).sum()
-    print("#", segment.GetName(), *segment.GetColor(), label, count, sep="|")
+scene = slicer.vtkMRMLScene()
+for path in sys.argv[1:]:
+    node, storage = slicer.vtkMRMLSegmentationNode(), slicer.vtkMRMLSegmentationStorageNode()
+    scene.AddNode(node)
+    storage.SetFileName(path)
+    assert storage.ReadData(node)
+    for number in range(node.GetSegmentation().GetNumberOfSegments()):
+        segment = node.GetSegmentation().GetNthSegment(number)
+        image, label = segment.GetRepresentation("Binary labelmap"), segment.GetLabelValue()
+        count = (vtk_to_numpy(image.GetPointData().GetScalars()) == label).sum()
+        print("#", segment.GetName(), *segment.GetColor(), label, count, sep="|")
 """
 
 
 @needs_slicer
-@pytest.mark.parametrize("name", ["out.seg.nrrd", "out.nrrd", "out.seg.nhdr"])
-@pytest.mark.parametrize("grid", ["input", "fitted"])
-def test_slicer_reads_the_segments(tmp_path, name, grid):
+def test_slicer_reads_the_segments(tmp_path):
     _segmentation(tmp_path / "x.seg.nrrd")
     handle_files.write(tmp_path / "h.csv", HANDLES, DRAGGED + [4, 0, 0])  # out of the old extents
-    deform(tmp_path / "x.seg.nrrd", tmp_path / name, "--grid", grid)
-    values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / name)))
-    printed = slicer_peer.run(SLICER_SEGMENTS, tmp_path / name).splitlines()
-    assert [line.split("|")[1:] for line in printed if line.startswith("#")] == [
-        ["bone: left & \u00fcber", "0.5", "0.25", "1.0", "1", str((values == 1).sum())],
-        ["vessel", "1.0", "0.0", "0.0", "4", str((values == 4).sum())],
-    ]
+    paths, expected = [], []
+    for grid in ("input", "fitted"):
+        deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd", "--grid", grid)
+        for name in ("out.seg.nrrd", "out.nrrd", "out.seg.nhdr"):
+            paths.append(tmp_path / f"{grid}-{name}")
+            io.write_dataset(io.read_dataset(tmp_path / "out.seg.nrrd"), paths[-1])
+            values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(paths[-1])))
+            counts = [str((values == label).sum()) for label in (1, 4)]
+            expected.append(["bone: left & \u00fcber", "0.5", "0.25", "1.0", "1", counts[0]])
+            expected.append(["vessel", "1.0", "0.0", "0.0", "4", counts[1]])
+    printed = slicer_peer.run(SLICER_SEGMENTS, *paths).splitlines()
+    assert [line.split("|")[1:] for line in printed if line.startswith("#")] == expected
 
 
 def test_segments_in_layers_overlap(tmp_path):
@@ -160,6 +164,19 @@ def test_a_segmentation_holds_integers(tmp_path):
     with pytest.raises(ValueError, match=r"y\.seg\.nrrd` is for labels.*float32"):
         io.write_dataset(image, tmp_path / "y.seg.nrrd")
     assert not (tmp_path / "y.seg.nrrd").exists()
+
+
+def test_what_is_no_label_does_not_say_so(tmp_path):
+    """A volume beside the labels, in the dataset that came from their file."""
+    _segmentation(tmp_path / "x.seg.nrrd")
+    image = io.read_dataset(tmp_path / "x.seg.nrrd")
+    add_array(image.GetPointData(), "CT", LABELS.ravel())
+    image.GetPointData().SetActiveScalars("CT")
+    for suffix in (".nrrd", ".mha", ".nii"):
+        io.write_dataset(image, tmp_path / f"y{suffix}")
+        back = io.read_dataset(tmp_path / f"y{suffix}")
+        assert provenance.kept(back, provenance.LABEL_ARRAYS) == ()
+    assert b"Segment" not in (tmp_path / "y.nrrd").read_bytes()
 
 
 def test_other_arrays_than_those_of_labels_are_mixed(tmp_path):

@@ -130,41 +130,49 @@ def test_a_mesh_is_deformed_in_lps(tmp_path, suffix):
 
 WRITE = """
 import sys, slicer, vtk
-scene, node = slicer.vtkMRMLScene(), slicer.vtkMRMLModelNode()
-source = vtk.vtkConeSource()
+scene, source = slicer.vtkMRMLScene(), vtk.vtkConeSource()
 source.SetCenter(10, 20, 30)
 source.SetDirection(1, 2, 3)
 source.Update()
-node.SetAndObserveMesh(source.GetOutput())
-scene.AddNode(node)
-storage = slicer.vtkMRMLModelStorageNode()
-scene.AddNode(storage)
-storage.SetCoordinateSystem(getattr(storage, "CoordinateSystem" + sys.argv[2]))
-storage.SetFileName(sys.argv[1])
-assert storage.WriteData(node)
+for path in sys.argv[1:]:
+    node, storage = slicer.vtkMRMLModelNode(), slicer.vtkMRMLModelStorageNode()
+    node.SetAndObserveMesh(source.GetOutput())
+    scene.AddNode(node)
+    scene.AddNode(storage)
+    space = "RAS" if "RAS" in path else "LPS"
+    storage.SetCoordinateSystem(getattr(storage, "CoordinateSystem" + space))
+    storage.SetFileName(path)
+    assert storage.WriteData(node)
 """
 READ = """
 import sys, slicer
-scene, node = slicer.vtkMRMLScene(), slicer.vtkMRMLModelNode()
-scene.AddNode(node)
-storage = slicer.vtkMRMLModelStorageNode()
-scene.AddNode(storage)
-storage.SetFileName(sys.argv[1])
-assert storage.ReadData(node)
-print(*node.GetMesh().GetBounds())
+scene = slicer.vtkMRMLScene()
+for path in sys.argv[1:]:
+    node, storage = slicer.vtkMRMLModelNode(), slicer.vtkMRMLModelStorageNode()
+    scene.AddNode(node)
+    scene.AddNode(storage)
+    storage.SetFileName(path)
+    assert storage.ReadData(node)
+    print("#", *node.GetMesh().GetBounds())
 """
 
 
+def _bounds_in_slicer(paths):
+    printed = slicer_peer.run(READ, *paths).splitlines()
+    lines = [line.split()[1:] for line in printed if line.startswith("#")]
+    return np.reshape(lines, (len(paths), 3, 2)).astype(float)
+
+
 @needs_slicer
-@pytest.mark.parametrize("space", ["RAS", "LPS"])
-@pytest.mark.parametrize("suffix", [".vtk", ".vtp", ".stl", ".ply"])
-def test_slicer_and_we_agree(tmp_path, suffix, space):
-    path = tmp_path / f"x{suffix}"
-    slicer_peer.run(WRITE, path, space)
-    in_slicer = np.reshape(slicer_peer.run(READ, path).split()[-6:], (3, 2)).astype(float)
-    mesh = io.read_dataset(path)
-    bounds = np.sort(np.reshape(mesh.GetBounds(), (3, 2)) * np.c_[TURN])
-    np.testing.assert_allclose(bounds, in_slicer, atol=1e-4)
-    io.write_dataset(mesh, path)
-    again = np.reshape(slicer_peer.run(READ, path).split()[-6:], (3, 2)).astype(float)
-    np.testing.assert_allclose(again, in_slicer, atol=1e-4)
+def test_slicer_and_we_agree(tmp_path):
+    suffixes = (".vtk", ".vtp", ".stl", ".ply")
+    paths = [tmp_path / f"x{space}{suffix}" for space in ("RAS", "LPS") for suffix in suffixes]
+    slicer_peer.run(WRITE, *paths)
+    before = _bounds_in_slicer(paths)
+    np.testing.assert_allclose(before, np.tile(before[0], (8, 1, 1)), atol=1e-4)
+    for path in paths:
+        mesh = io.read_dataset(path)
+        bounds = np.sort(np.reshape(mesh.GetBounds(), (3, 2)) * np.c_[TURN])
+        np.testing.assert_allclose(bounds, before[0], atol=1e-4)
+        io.write_dataset(mesh, path)
+    np.testing.assert_allclose(_bounds_in_slicer(paths), before, atol=1e-4)

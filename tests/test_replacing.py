@@ -34,7 +34,7 @@ def _sphere():
 
 
 DATASETS = {
-    **dict.fromkeys((".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz"), _image),
+    **dict.fromkeys((".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr"), _image),
     **dict.fromkeys((".vtp", ".stl", ".ply"), _sphere),
     ".vtu": MESHES[".vtu"],
     ".vts": MESHES[".vts"],

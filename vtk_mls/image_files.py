@@ -8,7 +8,9 @@ they are.
 from __future__ import annotations
 
 import errno
+import math
 import os
+import re
 
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
@@ -20,6 +22,10 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 from vtk_mls import arrays, meta_image, nifti, nrrd, provenance
 from vtk_mls.arrays import Lattice
 from vtk_mls.volumes import Volume
+
+_HEAD = 1 << 20  # bytes of a .vti file in which its extents are
+# values (of a bit each) that one byte of a .vti file can become, by its compressor
+_MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 
 def read(reader, path):
@@ -64,7 +70,26 @@ def _place(image, origin, steps):
 
 
 def _read_xml(path):
+    _check_extents(path)
     return read(vtkXMLImageDataReader(), path)
+
+
+def _check_extents(path):
+    """Raise ValueError if a .vti file promises arrays that it cannot hold; VTK would end here."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD).decode("latin-1")
+    if not re.search(r"<(Point|Cell)Data[^>]*>\s*<DataArray", head):
+        return
+    compressor = re.search(r'compressor="vtk(\w+)DataCompressor"', head)
+    most = _MOST.get(compressor and compressor[1], max(_MOST.values())) * path.stat().st_size
+    for extent in re.findall(r'Extent="([-+\d\s]*)"', head):
+        ends = [int(text) for text in extent.split()]
+        count = math.prod(max(b - a, 1) for a, b in zip(ends[::2], ends[1::2]))  # of cells
+        if count > most:
+            raise ValueError(
+                f"its extent must hold no more than its bytes can, got {extent:.80} for "
+                f"{path.stat().st_size} bytes"
+            )
 
 
 def _write_xml(image, path):
@@ -93,7 +118,7 @@ def _write_legacy(image, path):
 def _read_with(read_volume, name):
     """A reader of images, by one of volumes that has no names for arrays."""
 
-    def read(path):
+    def read_image(path):
         volume = read_volume(path)
         flat = volume.values.reshape(-1, *volume.values.shape[3:])
         image = vtkImageData()
@@ -110,13 +135,13 @@ def _read_with(read_volume, name):
             provenance.keep(image, _HEADERS[name], volume.header)
         return image
 
-    return read
+    return read_image
 
 
 def _write_with(write_volume, name):
     """A writer of images, by one of volumes."""
 
-    def write(image, path):
+    def write_image(image, path):
         grid = Lattice.of_image(image).grid
         array = _the_array(image, path)
         values = arrays.to_numpy(array)
@@ -129,13 +154,13 @@ def _write_with(write_volume, name):
                 grid.origin,
                 grid.index_to_world,
                 is_label=is_label and values.dtype.kind in "iu",
-                is_vector=image.GetPointData().GetVectors() is array,
+                is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
                 space=space[0] if space else "",
                 header=provenance.kept(image, _HEADERS[name]) if name in _HEADERS else (),
             ),
         )
 
-    return write
+    return write_image
 
 
 def _the_array(image, path):
@@ -162,6 +187,7 @@ READERS = {".vti": _read_xml, ".vtk": _read_legacy} | {
     for name, (module, suffixes) in _FORMATS.items()
     for suffix in suffixes
 }
+READERS[".hdr"] = READERS[".nii"]
 WRITERS = {".vti": _write_xml, ".vtk": _write_legacy} | {
     suffix: _write_with(module.write, name)
     for name, (module, suffixes) in _FORMATS.items()

@@ -42,8 +42,8 @@ def read_dataset(path):
     ----------
     path : path
         An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI
-        (.nii, .nii.gz). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or .obj. Either: VTK
-        legacy (.vtk).
+        (.nii, .nii.gz, .hdr with .img). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or
+        .obj. Either: VTK legacy (.vtk).
 
     Returns
     -------

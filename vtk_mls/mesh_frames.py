@@ -66,6 +66,7 @@ def _space_of(reader, dataset):
             texts += [found.GetValue(i) for i in range(found.GetNumberOfValues())]
         else:
             texts.append(found or "")
+    texts = [text if isinstance(text, str) else text.decode("latin-1") for text in texts]
     found = re.search(rf"\b{_FIELD}=(\w+)", "\n".join(texts))
     return _known(found[1]) if found else ""
 

@@ -80,7 +80,7 @@ def read(path):
     Parameters
     ----------
     path : Path
-        A .nii or .nii.gz file.
+        A .nii or .nii.gz file, or the .hdr of two files, whose .img is beside it.
 
     Returns
     -------
@@ -91,15 +91,17 @@ def read(path):
     ------
     OSError, ValueError
     """
-    is_packed = path.suffix.lower() == ".gz"
-    encoding = "gzip" if is_packed else "raw"
-    with path.open("rb") as packed:
-        file = volumes.unpacked(packed, encoding)
+    encoding = "gzip" if path.suffix.lower() == ".gz" else "raw"
+    with contextlib.ExitStack() as stack:
+        file = volumes.unpacked(stack.enter_context(path.open("rb")), encoding)
         header, used = _header(file)
         shape, dtype = _shape(path, header), _dtype(header)
-        start = int(header["vox_offset"])
+        data, start = path, int(header["vox_offset"])
+        if _is_pair(header, path):
+            data, used = volumes.beside(path, path.with_suffix(".img").name), 0
+            file = stack.enter_context(data.open("rb"))
         volumes.skip(file, start - used)
-        room = path.stat().st_size - (0 if is_packed else start)
+        room = data.stat().st_size - (start if encoding == "raw" else 0)
         values = volumes.read_values(file, dtype, shape, max(room, 0), encoding)
     if int(header["datatype"]) not in _COLOURS:
         values = np.moveaxis(values, 0, -1) if len(values) > 1 else values[0]
@@ -192,17 +194,18 @@ def _header(file):
                 content = start + file.read(size - 4)
                 if len(content) < size:
                     raise ValueError(f"its header must have {size} bytes, got {len(content)}")
-                header = np.frombuffer(content, _layout(version, order))[0]
-                _check_magic(header["magic"])
-                return header, size
+                return np.frombuffer(content, _layout(version, order))[0], size
     raise ValueError("it is no NIfTI file: it does not begin with the size of such a header")
 
 
-def _check_magic(magic):
-    if magic[:3] in (b"ni1", b"ni2"):
-        raise ValueError("its values are in another file (.img); convert both to one .nii file")
-    if magic[:3] not in (b"n+1", b"n+2"):
+def _is_pair(header, path):
+    """Whether the values are in a file of their own."""
+    magic, is_header = bytes(header["magic"][:3]), path.suffix.lower() == ".hdr"
+    if magic not in (b"n+1", b"n+2", b"ni1", b"ni2"):
         raise ValueError("it is no NIfTI file: Analyze 7.5 does not say where left and right are")
+    if is_header != magic.startswith(b"ni"):
+        raise ValueError("of NIfTI in two files give the one whose name ends in .hdr")
+    return is_header
 
 
 def _shape(path, header):
@@ -272,8 +275,11 @@ def _scaled(values, slope, intercept):
     if not np.isfinite(intercept):
         raise ValueError(f"its scaling must be finite, got {slope} and {intercept}")
     is_small = values.dtype.itemsize < 4 or values.dtype == np.float32
+    scaled = np.empty(values.shape, np.float32 if is_small else np.float64)
     with np.errstate(over="ignore"):
-        return (values * slope + intercept).astype(np.float32 if is_small else np.float64)
+        for raw, new in zip(values, scaled):  # slices: all in float64 can be too much
+            new[...] = raw * slope + intercept
+    return scaled
 
 
 def _kept(header):

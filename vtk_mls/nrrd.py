@@ -7,9 +7,10 @@ space that they came from.
 
 Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
 3-gradient, 3-normal) turn with the space if there is a `measurement frame`, which alone says what
-their numbers mean: they are written with the identity as theirs. Without one they stay as they are,
-as in ITK. Colours, lists and other kinds never turn; a measurement frame that they have (it belongs
-to the gradients of diffusion weighted images) is kept.
+their numbers mean. They are written in LPS with the identity as theirs: then ITK, which does not
+look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours, lists
+and other kinds never turn; a measurement frame that they have (it belongs to the gradients of
+diffusion weighted images) is kept.
 
 Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
 there are, or `intent_code:=1002`, as what ITK has made of NIfTI labels does.
@@ -46,7 +47,7 @@ _ENCODINGS = {
 _AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
 _SPATIAL = ("domain", "space", "???")
-_KEPT = ("content", "space units", "measurement frame", "kinds")
+_KEPT = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
 _LONGEST = 1 << 20  # bytes of a line
 _LPS = "left-posterior-superior"
@@ -76,42 +77,28 @@ def read(path):
             sizes = [int(size) for size in fields["sizes"].split()]
             if min(sizes, default=0) < 1:
                 raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
-            axes = _axes(fields, len(sizes))
-            origin = _origin(fields)
-            other = [i for i, step in enumerate(axes) if step is None]
-            steps = [step for step in axes if step is not None]
-            shapes = {step.shape for step in [origin, *steps]}
-            if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
-                raise ValueError("it must have three axes in space and at most one of components")
             signs = _signs(fields.get("space", ""))
-            measured = _axes({"space directions": fields.get("measurement frame", "")}, 3)
-            if "measurement frame" in fields and np.shape(measured) != (3, 3):
-                raise ValueError("its measurement frame must be three vectors of three numbers")
+            origin, steps, other = _lattice(fields, sizes)
+            frame = _measurement_frame(fields)
             values = _values(fields, file, path, sizes)
     except KeyError as error:
         raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
     except (EOFError, OSError, OverflowError, ValueError) as error:
         raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
-    if other:
-        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other[0], -1))
     kept = {name: fields[name] for name in _KEPT if name in fields}
-    kinds = kept.pop("kinds", "").split()
-    if other and len(kinds) == len(sizes):
-        kept["kinds"] = kinds[other[0]]  # those of the other axes are known
-    is_vector = (
-        "measurement frame" in kept
-        and kept.get("kinds", "").lower() in _VECTORS
-        and values.shape[3:] == (3,)
-        and values.dtype.kind == "f"
-    )
+    if other is not None:
+        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other, -1))
+    kind = _kind_of(fields, other, len(sizes))
+    if kind:
+        kept["kinds"] = kind  # those of the other axes are known
+    is_vector = frame is not None and kind.lower() in _VECTORS and _can_turn(values)
     if is_vector:
-        turn = measured * signs
-        values = (values @ turn).astype(values.dtype)
+        values = (values @ (frame * signs)).astype(values.dtype)
         del kept["measurement frame"]
     return Volume(
         values,
         origin * signs,
-        np.transpose(steps) * signs[:, None],
+        steps * signs[:, None],
         is_label=_says_labels(path, pairs),
         is_vector=is_vector,
         space=fields.get("space", ""),
@@ -137,40 +124,31 @@ def write(path, volume):
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
         )
-    try:
-        space, signs = volume.space or _LPS, _signs(volume.space or _LPS)
-    except ValueError:
-        space, signs = _LPS, np.ones(3)
+    space, signs = _space_for(volume)
     kept = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
-    pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
-    values = (
-        volume.values * signs.astype(volume.values.dtype) if volume.is_vector else volume.values
-    )
-    sizes, kinds = values.shape[2::-1], ["domain"] * 3
+    values, kinds = volume.values, ["domain"] * 3
     steps = [_text(step) for step in (volume.steps * signs[:, None]).T]
-    kept_kind = kept.pop("kinds", "")
     if values.ndim == 4:
-        sizes = (values.shape[3], *sizes)
-        kinds = [_kind(volume, kept_kind), *kinds]
-        steps = ["none", *steps]
+        kinds, steps = [_kind(volume, kept.get("kinds", "")), *kinds], ["none", *steps]
     if volume.is_vector:
         kept["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
-    is_detached = path.suffix.lower() == ".nhdr"
     fields = {
         "type": _TYPES[values.dtype.str[1:]][0],
         "dimension": values.ndim,
         "space": space,
-        "sizes": " ".join(map(str, sizes)),
+        "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
         "space directions": " ".join(steps),
+        **{name: kept[name] for name in _KEPT if name in kept},
         "kinds": " ".join(kinds),
         "endian": "little",
         "encoding": "gzip",
         "space origin": _text(volume.origin * signs),
-        **kept,
-        **({"data file": f"{path.stem}.raw.gz"} if is_detached else {}),
     }
-    if volume.is_label:
-        pairs = _label_pairs(pairs, values)
+    is_detached = path.suffix.lower() == ".nhdr"
+    if is_detached:
+        fields["data file"] = f"{path.stem}.raw.gz"
+    pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
+    pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
     lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
     with path.open("wb") as file:
         file.write("\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode())
@@ -230,13 +208,61 @@ def _signs(space):
         raise ValueError(f"its space `{space:.60}` is not one of three dimensions") from None
 
 
+def _lattice(fields, sizes):
+    """Origin (3,), steps (3, 3) as columns, and which axis is of components, None if none is."""
+    axes, origin = _axes(fields, len(sizes)), _origin(fields)
+    other = [i for i, step in enumerate(axes) if step is None]
+    steps = [step for step in axes if step is not None]
+    shapes = {step.shape for step in [origin, *steps]}
+    if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
+        raise ValueError("it must have three axes in space and at most one of components")
+    return origin, np.transpose(steps), other[0] if other else None
+
+
+def _measurement_frame(fields):
+    """(3, 3) whose rows are in space what the components of vectors count; None without one."""
+    if "measurement frame" not in fields:
+        return None
+    rows = [_vector(text) for text in re.findall(r"\([^)]*\)", fields["measurement frame"])]
+    if [row.shape for row in rows] != [(3,)] * 3:
+        raise ValueError("its measurement frame must be three vectors of three numbers")
+    return np.array(rows)
+
+
+def _kind_of(fields, axis, count):
+    """The kind of an axis, "" if the file says none."""
+    kinds = fields.get("kinds", "").split()
+    return kinds[axis] if axis is not None and len(kinds) == count else ""
+
+
+def _can_turn(values):
+    return values.shape[3:] == (3,) and values.dtype.kind == "f"
+
+
+def _space_for(volume):
+    """The space of a file, and its factors."""
+    space = volume.space or _LPS
+    try:
+        signs = _signs(space)
+    except ValueError:
+        return _LPS, np.ones(3)
+    if volume.is_vector and (signs < 0).any():  # see above
+        return _LPS, np.ones(3)
+    return space, signs
+
+
 def _origin(fields):
+    """The place of the first value, which is in the middle of its cell if nothing else is said."""
     if "space origin" in fields:
         return _vector(fields["space origin"])
-    if "axis mins" in fields and "space directions" not in fields:
-        mins = [float(text) for text in fields["axis mins"].split()]
-        return np.array([each for each in mins if np.isfinite(each)][:3] if mins else np.zeros(3))
-    return np.zeros(3)
+    if "axis mins" not in fields or "space directions" in fields:
+        return np.zeros(3)
+    mins = [float(text) for text in fields["axis mins"].split()]
+    spacings = [float(text) for text in fields.get("spacings", "1 " * len(mins)).split()]
+    centers = fields.get("centers", fields.get("centerings", "cell " * len(mins))).split()
+    halves = [0.0 if center == "node" else 0.5 for center in centers]
+    found = [a + half * step for a, half, step in zip(mins, halves, spacings)]
+    return np.array([each for each in found if np.isfinite(each)])
 
 
 def _axes(fields, count):
@@ -327,6 +353,13 @@ def _label_pairs(pairs, values):
     if _LABEL_INTENT in kept or any(re.match(r"Segment\d+_ID:=", line) for line in kept):
         return kept
     return [*kept, _LABEL_INTENT]
+
+
+def _other_pairs(pairs):
+    """Key/value pairs without those that speak of labels."""
+    return [
+        line for line in pairs if line != _LABEL_INTENT and not re.match(r"Segment\w*_\w+:=", line)
+    ]
 
 
 def _kind(volume, kept):

@@ -30,4 +30,6 @@ def kept(dataset, name):
     array = dataset.GetFieldData().GetAbstractArray(name)
     if not isinstance(array, vtkStringArray):
         return ()
-    return tuple(array.GetValue(i) for i in range(array.GetNumberOfValues()))
+    texts = (array.GetValue(i) for i in range(array.GetNumberOfValues()))
+    # bytes are what VTK gives of texts that are not UTF-8
+    return tuple(text if isinstance(text, str) else text.decode("latin-1") for text in texts)

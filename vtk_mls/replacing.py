@@ -2,9 +2,9 @@
 
 A new file is made in a folder of its own beside the old one, and takes its place when it is
 complete and on the disk. Whatever ends the writing before, a full disk, an error or a killed
-process, leaves the old file as it was. A format of two files (.mhd and .raw) has its header
-replaced last; only a process killed between these two renamings leaves new data under an old
-header.
+process, leaves the old file as it was. A format of two files (.mhd and .raw, .nhdr and .raw.gz)
+has its header replaced last; only a process killed between these two renamings leaves new data
+under an old header.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def read_values(file, dtype, shape, size, encoding="raw"):
     Raises
     ------
     ValueError
-        If there are less.
+        If there are less, or a checksum behind them is wrong.
     """
     dtype, count = np.dtype(dtype), 1
     for n in shape:
@@ -97,6 +97,8 @@ def read_values(file, dtype, shape, size, encoding="raw"):
         if not read:
             raise ValueError(f"expected {count} values, got {done // dtype.itemsize}")
         done += read
+    if encoding == "gzip":
+        file.read(1)  # the checksum comes after the values
     if not dtype.isnative:
         values = values.byteswap(inplace=True).view(dtype.newbyteorder("="))
     return values.reshape(shape)

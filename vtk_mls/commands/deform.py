@@ -14,18 +14,20 @@ def add(commands):
     deform = commands.add_parser(
         "deform",
         help="deform an image or a mesh file",
-        description="Deform an image or a mesh file. World coordinates of the handles are those of "
-        "the file. Formats with one array (MetaImage, NIfTI) get the active scalars.",
+        description="Deform an image or a mesh file. World coordinates are LPS (x to the left, y "
+        "to the back of a patient), whatever the frame of the file, which is written in its own "
+        "again. Formats with one array (MetaImage, NIfTI, NRRD) get the active scalars.",
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj",
     )
     deform.add_argument("handles", help=map_options.HANDLES)
     deform.add_argument(
         "output",
-        help="image: .vti .vtk .mha .mhd .nii .nii.gz; mesh: .vtu .vtp .vts .vtk .stl .ply",
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; "
+        "mesh: .vtu .vtp .vts .vtk .stl .ply",
     )
     add = deform.add_argument
     add("--interpolation", choices=INTERPOLATIONS, default="linear", help="default: %(default)s")
@@ -35,7 +37,8 @@ def add(commands):
         metavar="NAME",
         action="append",
         default=[],
-        help="array of labels, whose values are not mixed (may be repeated)",
+        help="array of labels, whose values are not mixed (may be repeated); those of files that "
+        "say that they are labels, such as .seg.nrrd, are not mixed anyway",
     )
     add(
         "--grid",

@@ -28,6 +28,7 @@ def update(algorithm, options):
             _update(algorithm, shows_progress(options))
         except ValueError as error:  # the command has files, not inputs
             text = str(error).replace("`ControlPoints`", f"`{options.handles}`")
+            text = text.replace("where the data are", f"where the data of `{options.input}` are")
             raise ValueError(text) from error
 
 
