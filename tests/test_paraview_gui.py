@@ -429,6 +429,28 @@ def test_nifti_after_vtk_mls(start):
         assert noise(gui) == []
 
 
+def test_open_has_our_reader_selected(gui):
+    """Where ParaView asks which reader to take, Return is right."""
+    if not gui.run(HAS_QT):
+        unavailable("no Qt for Python beside this ParaView")
+    header = (
+        "NRRD0004\ntype: uchar\ndimension: 3\nspace: RAS\nsizes: 4 4 4\nencoding: raw\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (3,4,5)\n\n"
+    )
+    (PROJECT / gui.folder / "ras.nrrd").write_bytes(header.encode() + bytes(range(64)))
+    gui.press("ctrl+o")
+    gui.hover("button('Cancel')")
+    gui.type(f"{gui.folder}/ras.nrrd")
+    gui.hover("button('Set reader as default')")
+    gui.screenshot("1_asked")
+    gui.click("button('OK')")
+    gui.until("simple.GetActiveSource() != wavelet")
+    assert gui.value("simple.GetActiveSource().SMProxy.GetXMLName()") == "MLSImageReader"
+    gui.run("read = simple.FindSource('ras.nrrd'); read.UpdatePipeline()")
+    bounds = gui.value("list(read.GetDataInformation().GetBounds())")
+    assert bounds == [-6, -3, -7, -4, 5, 8]
+
+
 def test_edits_after_vtk_mls(start):
     """Handles added, removed and laid anew, undo, redo, the cut moved, a state."""
     file = PICTURES / "wavelet.vti"
