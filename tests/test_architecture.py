@@ -86,6 +86,7 @@ ALLOWED = {
     "provenance": {"vtkmodules"},
     "paraview_scene": {"paraview"},
     "paraview_undo": {"paraview"},
+    "paraview_xml": set(),
     "point_tables": {"frames", "landmarks", "numpy"},
     "proof": {"announcements", "device", "records", "resources"},
     "records": {"caches"},
