@@ -53,6 +53,7 @@ of_handles = {
     "Mode": "points",
     "FileName": "",
     "DeformedFileName": "",
+    "Space": "lps",
     "DeformedPoints": [],
     "Weights": [],
     "LatticeDimensions": [3, 3, 3],
