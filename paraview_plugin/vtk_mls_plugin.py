@@ -13,7 +13,6 @@ from __future__ import annotations
 import sys
 from contextlib import suppress
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -33,9 +32,25 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, io, paraview_gui
+from vtk_mls import filters, handle_files, io, paraview_frames, paraview_gui
 from vtk_mls.arrays import Lattice
 from vtk_mls.filters.algorithm import Algorithm
+from vtk_mls.image_axes import along_world
+from vtk_mls.paraview_xml import (
+    arrays_of,
+    bounds,
+    check_box,
+    choice,
+    data_input,
+    documentation,
+    input_arrays,
+    limits,
+    names,
+    shown_when,
+    table,
+    vector,
+    xml,
+)
 
 _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
@@ -48,39 +63,6 @@ paraview_plugin_version = vtk_mls.__version__
 MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
 
-def xml(tag, *children, **attributes):
-    """An XML element; `children` are XML already."""
-    pairs = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
-    return f"<{tag}{pairs}>{''.join(children)}</{tag}>"
-
-
-def documentation(text):
-    """The tooltip of a property or the help page of a proxy."""
-    return xml("Documentation", escape(" ".join(text.split())))
-
-
-def vector(kind, name, default, text, *children, **attributes):
-    """A property with the setter Set<name>; `kind` is "Int", "Double" or "String"."""
-    default = str(default)
-    settings = {
-        "name": name,
-        "command": f"Set{name}",
-        "number_of_elements": 1 if kind == "String" else len(default.split()),
-        "default_values": default,
-    }
-    settings.update(attributes)
-    if not settings["command"]:  # for the panel only
-        del settings["command"]
-    return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
-
-
-def choice(name, options, default, text, *children, **attributes):
-    """A string property shown as a drop-down list."""
-    strings = (xml("String", value=option) for option in options)
-    domain = xml("StringListDomain", *strings, name="options")
-    return vector("String", name, default, text, domain, *children, **attributes)
-
-
 def file_name(name, text):
     """A file with control points, asked for in the mode file."""
     return vector(
@@ -91,117 +73,13 @@ def file_name(name, text):
         xml("FileListDomain", name="files"),
         xml(
             "Hints",
-            xml("FileChooser", extensions="csv txt fcsv mrk.json", file_description="Handles"),
+            xml(
+                "FileChooser",
+                extensions=" ".join(suffix[1:] for suffix in handle_files.FORMATS),
+                file_description="Handles",
+            ),
             shown_when("Mode", "file"),
         ),
-    )
-
-
-def table(name, setter, default, columns, text, *hints, domain="", **attributes):
-    """A list of numbers or vectors; setters SetNumberOf<name>(n) and <setter>(index, *row)."""
-    labels = (xml("ComponentLabel", component=i, label=label) for i, label in enumerate(columns))
-    return vector(
-        "Double",
-        name,
-        default or "none",
-        text,
-        domain,
-        xml("Hints", xml("ShowComponentLabels", *labels), *hints),
-        command=setter,
-        use_index=1,
-        repeat_command=1,
-        set_number_command=f"SetNumberOf{name}",
-        number_of_elements=len(default.split()),
-        number_of_elements_per_command=len(columns),
-        **attributes,
-    )
-
-
-def limits(kind, **bounds):
-    """The range of a number, for the slider."""
-    return xml(f"{kind}RangeDomain", name="range", **bounds)
-
-
-def bounds(modes):
-    """The domain of places that begin at minima, centres or maxima of the input's bounds."""
-    return xml(
-        "BoundsDomain",
-        xml("RequiredProperties", xml("Property", name="Input", function="Input")),
-        name="bounds",
-        mode="normal",
-        default_mode=modes,
-    )
-
-
-def shown_when(name, value, **options):
-    """A hint: show a property only while the property `name` has that value."""
-    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
-    return xml("PropertyWidgetDecorator", **decorator, **options)
-
-
-def check_box(name, text, default=0):
-    """A property that is on or off."""
-    return vector("Int", name, default, text, xml("BooleanDomain", name="bool"))
-
-
-def names(name, setter, text, domain):
-    """A list of array names; methods <setter>(one) and Clear<name>()."""
-    return vector(
-        "String",
-        name,
-        "none",
-        text,
-        domain,
-        xml("Hints", xml("NoDefault")),
-        command=setter,
-        clean_command=f"Clear{name}",
-        repeat_command=1,
-        number_of_elements=0,
-        number_of_elements_per_command=1,
-    )
-
-
-def data_input(name, port, data_type, text, *children, composite=0, **attributes):
-    """An input port that takes one dataset, whatever arrays it has."""
-    settings = {"command": "SetInputConnection", **attributes}
-    groups = (xml("Group", name=group) for group in ("sources", "filters"))
-    return xml(
-        "InputProperty",
-        xml("ProxyGroupDomain", *groups, name="groups"),
-        xml(
-            "DataTypeDomain",
-            xml("DataType", value=data_type),
-            name="input_type",
-            composite_data_supported=composite,
-        ),
-        *children,
-        documentation(text),
-        name=name,
-        port_index=port,
-        **settings,
-    )
-
-
-def input_arrays(name, association, components=0):
-    """A named set of arrays of an input; 0 components are any number."""
-    return xml(
-        "InputArrayDomain",
-        name=name,
-        attribute_type=association,
-        number_of_components=components,
-        optional=1,
-    )
-
-
-def arrays_of(name, input_name, **attributes):
-    """The domain of a property that chooses among such a set of arrays."""
-    source = xml("Property", name=input_name, function="Input")
-    return xml(
-        "ArrayListDomain",
-        xml("RequiredProperties", source),
-        name="arrays",
-        input_domain_name=name,
-        **attributes,
     )
 
 
@@ -602,6 +480,11 @@ FIELD = [
     CUTS,
     *CUT,
     *HANDLES,
+    check_box(
+        "Inverse",
+        """Whether to make the displacement to where the material goes, which moves points, instead of
+        the one to where it came from, which resamples images.""",
+    ),
     vector(
         "Int",
         "SampleDimensions",
@@ -625,13 +508,28 @@ SOURCE = [
     ),
     file_name(
         "FileName",
-        """File with control points: a table (.csv, .txt) of px,py,pz,qx,qy,qz[,weight], or markups
-        of 3D Slicer (.fcsv, .mrk.json), which are p. The list of deformed positions goes first, if
-        it is not empty.""",
+        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
+        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
+        list of deformed positions goes first, if it is not empty.""",
     ),
     file_name(
         "DeformedFileName",
-        "File with the places q that control points were moved to, such as markups; or none.",
+        """File with the places q that control points were moved to, such as markups; or none. They
+        find their p by their labels, or else by their order.""",
+    ),
+    choice(
+        "Space",
+        ("lps", "ras"),
+        "lps",
+        """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
+        patient's left, y to the back, z to the head), as from MLS Image Reader.""",
+        xml("Hints", shown_when("Mode", "file")),
+    ),
+    xml(
+        "PropertyGroup",
+        *(xml("Property", name=name) for name in ("FileName", "DeformedFileName", "Space")),
+        xml("Hints", shown_when("Mode", "file")),
+        label="Files, Taken to LPS",
     ),
     *draggable(
         table(
@@ -675,15 +573,23 @@ SOURCE = [
 ]
 
 
+# Where several readers serve, ParaView asks in its GUI, and takes the first by the alphabet in
+# scripts: this one's name is before those of its own.
 READER = [
     documentation(
-        """Reads NIfTI images (.nii, .nii.gz) in world coordinates, as vtk-mls deform does: with the
-        orientation and the scaling that the file has."""
+        """Reads medical images as vtk-mls deform does: NIfTI, NRRD and MetaImage, all of them into
+        one world, LPS (x to the patient's left, y to the back, z to the head), as markups are, with
+        the orientation and the scaling that the file has. ParaView's own readers leave these
+        out."""
     ),
     vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
     xml(
         "Hints",
-        xml("ReaderFactory", extensions="nii nii.gz", file_description="NIfTI images (MLS)"),
+        xml(
+            "ReaderFactory",
+            extensions="nii nii.gz nrrd nhdr seg.nrrd mha mhd",
+            file_description="MLS Image Reader: medical images in LPS",
+        ),
     ),
 ]
 
@@ -698,12 +604,24 @@ class MLSDeform(filters.MLSDeform):
         """The list says "none" for no array."""
         super().SetGradientArray("" if name == "none" else name)
 
+    def RequestData(self, request, inInfo, outInfo):
+        """Not without a word if handles are on the wrong side of the head."""
+        if sentence := paraview_frames.mixed(self, inInfo):
+            self._warn(sentence)
+        return super().RequestData(request, inInfo, outInfo)
+
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
 @MENU
 @smproperty.xml("".join(FIELD))
 class MLSDisplacementField(filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
+
+    def RequestData(self, request, inInfo, outInfo):
+        """Not without a word if handles are on the wrong side of the head."""
+        if sentence := paraview_frames.mixed(self, inInfo):
+            self._warn(sentence)
+        return super().RequestData(request, inInfo, outInfo)
 
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points")
@@ -716,14 +634,18 @@ class MLSControlPoints(filters.MLSControlPoints):
 @smproxy.source(name="MLSImageReader", label="MLS Image Reader")
 @smproperty.xml("".join(READER))
 class MLSImageReader(Algorithm):
-    """A reader for what ParaView's own reads without its orientation, and not compressed."""
+    """A reader that knows where images lie, which ParaView's own do not.
+
+    ParaView's outlines leave out an image's directions, and NIfTI's are backwards in LPS as a rule:
+    so voxels are stored along the axes of the world, as far as these are not oblique.
+    """
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
         self._file_name, self._read = "", None
 
     def SetFileName(self, name):
-        """A .nii or .nii.gz file."""
+        """An image, as of `io.read_dataset`."""
         self._read = None
         self._set("_file_name", name or "")
 
@@ -743,7 +665,7 @@ class MLSImageReader(Algorithm):
     def _image(self):
         if self._read is None:
             try:
-                self._read = io.read_dataset(self._file_name)
+                self._read = along_world(io.read_dataset(self._file_name))
             except OSError as error:
                 raise ValueError(f"`FileName`: {error}") from error
         return self._read

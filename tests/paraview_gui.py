@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 LISTENER = "tests/paraview/gui_listener.py"
 PLAIN = ("paraview", "--dr", f"--script={LISTENER}")
 PATIENCE = 60  # seconds, for whatever is waited for
+WHEEL_DOWN = 5  # a mouse button
 WIDTH, HEIGHT = 1280, 1024
 
 
@@ -56,6 +57,11 @@ class Gui:
         """Press keys in the main window, one after the other."""
         self._xdotool("windowfocus", "--sync", self._window)
         self._xdotool("key", "--delay", 50, *keys)
+
+    def end(self):
+        """Leave ParaView as a user does, who wants his settings kept."""
+        self.press("ctrl+q")
+        self._process.wait(PATIENCE)
 
     def launch(self, name):
         """Create a source or filter by the quick-launch dialog, as from the menu."""
@@ -103,6 +109,16 @@ class Gui:
         """Click on it, after scrolling if need be."""
         self.scroll_to(what, name)
         self.click(f"{what}({name!r})")
+
+    def find_in_tree(self, row, column=0, clicks=1):
+        """Click on the cell that `gui_places.tree_cell` finds below, once or twice."""
+        self.hover("tree()")
+        place = f"tree_cell({row!r}, {column})"
+        for _ in range(20):
+            if not self._place(place):
+                self._xdotool("click", WHEEL_DOWN)
+        self.hover(place)
+        self._xdotool("click", "--repeat", clicks, 1)
 
     def type(self, text):
         """Type text and Return into what has the focus."""

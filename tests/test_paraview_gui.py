@@ -6,6 +6,8 @@ import os
 import shutil
 from functools import partial
 
+import nibabel
+import numpy as np
 import pytest
 from paraview_gui import LISTENER, running
 from test_paraview import (  # noqa: F401
@@ -112,6 +114,36 @@ def is_bent():
 
 def is_cut():
     return output(deform).GetPointData().HasArray("Void") and bool(values(deform, "Void").any())
+"""
+
+ARROWS = """
+from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+def actors(seen):  # of arrows, and whether a widget shows its handles
+    renderers = seen.GetRenderWindow().GetRenderers()
+    for renderer in (renderers.GetItemAsObject(i) for i in range(renderers.GetNumberOfItems())):
+        props = renderer.GetViewProps()
+        for prop in (props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())):
+            data = prop.IsA("vtkActor") and prop.GetMapper() and prop.GetMapper().GetInput()
+            if data and data.GetPointData().HasArray("Displacement"):
+                yield prop
+
+def arrows(seen=view):  # bounds of what they cover
+    return [list(actor.GetMapper().GetInput().GetBounds()) for actor in actors(seen)]
+
+def widgets(seen=view):  # how many of handles are shown
+    shown = seen.SMProxy.GetProperty("HiddenRepresentations")
+    shown = [shown.GetProxy(i) for i in range(shown.GetNumberOfProxies())]
+    shown = [each for each in shown if each.GetXMLName() == "PolyLineWidgetRepresentation"]
+    return sum(each.GetClientSideObject().GetWidget().GetEnabled() for each in shown)
+
+def amber():  # pixels of their colour in the view
+    shot = vtkWindowToImageFilter()
+    shot.SetInput(view.GetRenderWindow())
+    shot.ReadFrontBufferOff()
+    shot.Update()
+    red, green, blue = vtk_to_numpy(shot.GetOutput().GetPointData().GetScalars()).T.astype(int)
+    return int(((red > 100) & (blue < red // 5) & (abs(3 * green - 2 * red) < red // 4)).sum())
 """
 
 REPLAY = """
@@ -229,6 +261,74 @@ def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
         gui.until("len(dragged(pending=True)) == 1")
 
 
+def test_arrows_show_what_was_dragged(gui):
+    gui.run(ARROWS)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight() and widgets() == 1")
+    assert gui.value("[arrows(), amber()]") == [[], 0]  # handles that rest have none
+
+    # While a handle is dragged, when it is let go, undone, done again and applied.
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True) and arrows()")
+        gui.screenshot("1_dragging")
+        assert gui.value("dragged()") == []
+    gui.run("moved = deform.SMProxy.GetProperty('DeformedPoints')")
+    gui.run("ends = [moved.GetUncheckedElement(i) for i in range(81)]")
+    gui.run("ends = np.reshape(ends, (-1, 3))[dragged(pending=True)[0]]")
+    (bounds,) = gui.value("arrows()")
+    for axis in (0, 1):
+        assert bounds[2 * axis] < HANDLE[axis] + 0.1
+        assert bounds[2 * axis + 1] == pytest.approx(gui.value(f"ends[{axis}]"), abs=0.2)
+    assert gui.value("amber()") > 20
+    flags = "[[each.GetPickable(), each.GetUseBounds()] for each in actors(view)]"
+    assert gui.value(flags) == [[0, 0]]
+    gui.press("ctrl+z")
+    gui.until("not arrows() and not amber()")
+    gui.press("ctrl+y")
+    gui.until("arrows() and amber() > 20")
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    assert gui.value("arrows()") == [bounds]
+    gui.screenshot("2_applied")
+
+    # Only with the widget, in the view that shows it.
+    gui.run("""
+other = simple.CreateView("RenderView")
+simple.AssignViewToLayout(view=other)
+simple.Show(deform, other)
+simple.ResetCamera(other)""")
+    gui.until("widgets(other) == 1 and widgets() == 0")
+    assert gui.value("arrows(other)") == [bounds]
+    assert gui.value("arrows()") == []
+    gui.run("simple.Render(other)")
+    gui.screenshot("3_two_views")
+    gui.run("simple.Delete(other); del other; simple.SetActiveView(view)")
+    gui.until("widgets() == 1 and arrows()")
+    gui.run("simple.SetActiveSource(wavelet)")
+    gui.until("widgets() == 0")
+    assert gui.value("[arrows(), amber()]") == [[], 0]
+    gui.run("simple.SetActiveSource(deform)")
+    gui.screenshot("4_selected_again")
+    gui.run("simple.Delete(deform); del deform, moved")
+    gui.until("len(simple.GetSources()) == 1")
+    assert gui.value("[arrows(), amber()]") == [[], 0]
+
+
+def test_line_between_handles_cannot_be_dragged(gui):
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    gui.run("camera = view.GetActiveCamera()")
+    for place in ((10, 10, 5), (-10, 0, 5), (10, -5, 10)):  # where the widget has its line
+        gui.run("before = camera.GetPosition()")
+        with gui.dragging(place, (40, 0)):
+            gui.until("camera.GetPosition() != before")  # as anywhere beside the handles
+        assert gui.value("dragged(pending=True)") == []
+
+
 def by_vtk_mls(file):
     """How `vtk-mls paraview FILE` starts a ParaView."""
     options = ("--dr", f"--script={LISTENER}")
@@ -292,6 +392,63 @@ def test_clicks_of_the_readme(start, brain):
         gui.press("ctrl+z")
         assert gui.value("is_bent()")
         assert noise(gui) == []
+
+
+def test_nifti_after_vtk_mls(start):
+    """A packed NIfTI image opens as a volume under its name, and can be deformed."""
+    file = PICTURES / "brain.nii.gz"
+    (PROJECT / PICTURES).mkdir(parents=True, exist_ok=True)
+    whole = nibabel.load(demo_volumes.brain())
+    every_third = nibabel.Nifti1Image(
+        np.asarray(whole.dataobj)[::3, ::3, ::3], whole.affine @ np.diag([3, 3, 3, 1])
+    )
+    nibabel.save(every_third, PROJECT / file)
+    low, high = (
+        every_third.affine @ [*n, 1] for n in (np.zeros(3), np.array(every_third.shape) - 1)
+    )
+    with start(command=by_vtk_mls(file)) as gui:
+        gui.run(BRAIN)
+        assert gui.value("next(iter(simple.GetSources()))[0]") == "brain.nii.gz"
+        bounds = gui.value("list(output(file).GetBounds())")
+        in_lps = np.sort([low * [-1, -1, 1, 1], high * [-1, -1, 1, 1]], axis=0)[:, :3]
+        np.testing.assert_allclose(np.reshape(bounds, (3, 2)).T, in_lps, atol=1e-3)
+        assert gui.value("simple.GetDisplayProperties(file, view).Representation == 'Volume'")
+        gui.run("simple.Render(view)")
+        gui.screenshot("1_opened")
+        gui.launch("MLS Deform")
+        gui.run("deform = simple.GetActiveSource()")
+        number, place = gui.value("in_sight()")[0]
+        with gui.dragging(place, ASIDE):
+            gui.until("dragged()")
+        assert gui.value("dragged()") == [number]
+        gui.press("alt+a")
+        gui.until(
+            "output(deform) and not np.array_equal(values(deform, 'NIFTI'), values(file, 'NIFTI'))"
+        )
+        gui.screenshot("2_bent")
+        assert noise(gui) == []
+
+
+def test_open_has_our_reader_selected(gui):
+    """Where ParaView asks which reader to take, Return is right."""
+    if not gui.run(HAS_QT):
+        unavailable("no Qt for Python beside this ParaView")
+    header = (
+        "NRRD0004\ntype: uchar\ndimension: 3\nspace: RAS\nsizes: 4 4 4\nencoding: raw\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (3,4,5)\n\n"
+    )
+    (PROJECT / gui.folder / "ras.nrrd").write_bytes(header.encode() + bytes(range(64)))
+    gui.press("ctrl+o")
+    gui.hover("button('Cancel')")
+    gui.type(f"{gui.folder}/ras.nrrd")
+    gui.hover("button('Set reader as default')")
+    gui.screenshot("1_asked")
+    gui.click("button('OK')")
+    gui.until("simple.GetActiveSource() != wavelet")
+    assert gui.value("simple.GetActiveSource().SMProxy.GetXMLName()") == "MLSImageReader"
+    gui.run("read = simple.FindSource('ras.nrrd'); read.UpdatePipeline()")
+    bounds = gui.value("list(read.GetDataInformation().GetBounds())")
+    assert bounds == [-6, -3, -7, -4, 5, 8]
 
 
 def test_edits_after_vtk_mls(start):
@@ -367,34 +524,66 @@ WATCHED = """
 wavelet = simple.Wavelet()
 wavelet.UpdatePipeline()
 deform = simple.MLSDeform(Input=wavelet)
-edited = deform.SMProxy.GetProperty("LatticeDimensions")
-edited.SetUncheckedElements([2, 2, 2], 3)
-answer = deform.SMProxy.GetProperty("RestPoints").GetNumberOfUncheckedElements()
+names = ("LatticeDimensions", "DeformedPoints", "RestPoints")
+lattice, moved, rest = (deform.SMProxy.GetProperty(name) for name in names)
+answer = []
+for edited, values in ((lattice, [2] * 3), (moved, [1.0] * 27), (moved, [1.0] * 24)):
+    edited.SetUncheckedElements(values, len(values))
+    answer.append(rest.GetNumberOfUncheckedElements())
 """
+LAID_ADDED_REMOVED = [24, 27, 24]
 
 
 def test_handles_are_watched_when_loaded_by_path(start, paraview):  # noqa: F811
     folder = "/project" if paraview.prefix else str(PROJECT)
     with start(PV_PLUGIN_PATH=f"{folder}/paraview_plugin") as gui:
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         assert noise(gui) == []
+
+
+def load_new(gui):
+    """Load the plugin in the dialog for plugins, which stays open."""
+    gui.click("menu_item('Tools')")
+    gui.click("menu_item('Manage Plugins')")
+    gui.click("button('Load New')")
+    gui.hover("button('Cancel')")
+    gui.type("paraview_plugin/vtk_mls_plugin.py")
+    gui.until("hasattr(servermanager.filters, 'MLSDeform')")
 
 
 def test_handles_are_watched_when_loaded_by_mouse(start):
     with start() as gui:
         if not gui.run(HAS_QT):
             unavailable("no Qt for Python beside this ParaView")
-        gui.click("menu_item('Tools')")
-        gui.click("menu_item('Manage Plugins')")
-        gui.click("button('Load New')")
-        gui.hover("button('Cancel')")
-        gui.type("paraview_plugin/vtk_mls_plugin.py")
-        gui.until("hasattr(servermanager.filters, 'MLSDeform')")
+        load_new(gui)
         gui.click("button('Close')")
         gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
-        assert gui.run(WATCHED) == 24
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
+        assert noise(gui) == []
+
+
+def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request):  # noqa: F811
+    """Auto Load is ticked by mouse, ParaView left and started again."""
+    folder = PICTURES / request.node.callspec.id / "auto_load/home"
+    shutil.rmtree(PROJECT / folder, ignore_errors=True)
+    (PROJECT / folder / ".config").mkdir(parents=True)
+    welcome = "[General]\nGeneralSettings.ShowWelcomeDialog=false\n"
+    (PROJECT / folder / ".config/ParaView.ini").write_text(welcome)  # for every version
+    home = f"HOME={'/project' if paraview.prefix else PROJECT}/{folder}"
+    command = ("env", home, "paraview", f"--script={LISTENER}")
+    with start(command=command) as gui:
+        if not gui.run(HAS_QT):
+            unavailable("no Qt for Python beside this ParaView")
+        load_new(gui)
+        gui.find_in_tree("vtk_mls_plugin", clicks=2)  # which opens it
+        gui.find_in_tree("Auto Load", column=1)
+        gui.screenshot("1_ticked")
+        gui.click("button('Close')")
+        gui.end()
+    with start(command=command) as gui:
+        assert gui.run(WATCHED) == LAID_ADDED_REMOVED
         assert noise(gui) == []
 
 

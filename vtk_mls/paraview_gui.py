@@ -25,12 +25,14 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMP
 
 from vtk_mls import handle_files, paraview_undo
 from vtk_mls.filters.control_points import lattice
+from vtk_mls.paraview_arrows import Arrows
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _LISTS = ("RestPoints", "DeformedPoints", "Weights")
-_LAYING = ("Mode", "LatticeDimensions", "Bounds", "FileName", "DeformedFileName")
+_FILES = ("FileName", "DeformedFileName", "Space")
+_LAYING = ("Mode", "LatticeDimensions", "Bounds", *_FILES)
 # Of a display, beside the representation.
 _LOOK = (
     *("ColorArrayName", "LookupTable", "MapScalars", "InterpolateScalarsBeforeMapping"),
@@ -90,7 +92,7 @@ def _watch(session):
     def changed(manager, event):
         here = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
         for number in pipelines.keys() - here.keys():
-            del pipelines[number]
+            pipelines.pop(number).end()
         for number in here.keys() - pipelines.keys():
             if here[number].GetXMLName() in (*_FILTERS, _SOURCE):
                 pipelines[number] = _Handles(here[number])
@@ -115,6 +117,7 @@ class _Handles:
         self._busy = self._is_held = False
         self._added = None  # when handles were last added to which list, and what was before
         self._number, self._widgets = proxy.GetGlobalID(), set()
+        self._arrows = Arrows()
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
@@ -138,6 +141,7 @@ class _Handles:
                 try:
                     method(changed, changed.GetParent())
                     self._settle(changed.GetParent())
+                    self._point(changed.GetParent())
                 finally:
                     self._busy = False
 
@@ -161,6 +165,9 @@ class _Handles:
             if proxy:
                 self._settle(proxy)
 
+        if not widget.GetSession().IsA("vtkSMSessionClient"):  # it draws what is here
+            self._arrows.follow(widget)
+            self._point(_find(self._number))
         widget.AddObserver("StartInteractionEvent", held)
         widget.AddObserver("EndInteractionEvent", let_go)
 
@@ -175,8 +182,17 @@ class _Handles:
                 proxy.GetProperty(name).SetUncheckedElements(values, len(values))
             self._remember(proxy)
             self._settled = _lists(proxy)
+            self._point(proxy)
         finally:
             self._busy = False
+
+    def end(self):
+        """The proxy is gone."""
+        self._arrows.end()
+
+    def _point(self, proxy):
+        """Let the arrows show what is pending."""
+        self._arrows.point(*(_pending(proxy.GetProperty(name)) for name in _LISTS[:2]))
 
     def _settle(self, proxy):
         """Tell Undo what an edit has changed, at the end of a drag, or that all is applied."""
@@ -338,8 +354,8 @@ def _layout(proxy):
     mode = mode.GetUncheckedElement(0) if mode else "lattice"
     with suppress(ValueError, OSError):  # Apply will say it, and the file may be the server's
         if mode == "file":
-            names = (proxy.GetProperty(name) for name in ("FileName", "DeformedFileName"))
-            rest, deformed, weights = handle_files.read(*(_elements(each)[0] for each in names))
+            named = (proxy.GetProperty(name) for name in _FILES)
+            rest, deformed, weights = handle_files.read(*(_elements(each)[0] for each in named))
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
             places = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))

@@ -4,19 +4,10 @@ import os
 
 from paraview import simple
 
-
-def open_file(file):
-    """A reader of the file, under its name: the plugin's where ParaView has none that serves."""
-    name = os.path.basename(file)
-    if name.lower().endswith((".nii", ".nii.gz")):
-        return simple.MLSImageReader(registrationName=name, FileName=file)
-    return simple.OpenDataFile(file, registrationName=name)
-
-
 view = simple.GetActiveViewOrCreate("RenderView")
 file = os.environ.get("VTK_MLS_OPEN")
 if file:
-    shown = open_file(file)
+    shown = simple.OpenDataFile(file, registrationName=os.path.basename(file))
 else:
     volume = simple.Wavelet(registrationName="Volume")
     shown = simple.MLSDeform(registrationName="Deformed", Input=volume)

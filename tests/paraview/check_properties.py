@@ -53,6 +53,7 @@ of_handles = {
     "Mode": "points",
     "FileName": "",
     "DeformedFileName": "",
+    "Space": "lps",
     "DeformedPoints": [],
     "Weights": [],
     "LatticeDimensions": [3, 3, 3],
@@ -65,7 +66,7 @@ for proxy, expected, others in (
     (deform, {**defaults, **of_deform, **panel}, {"Input", "ControlPoints", "Cuts", *of_bounds}),
     (
         field,
-        {**defaults, "SampleDimensions": [32, 32, 32], **panel},
+        {**defaults, "Inverse": 0, "SampleDimensions": [32, 32, 32], **panel},
         {"Input", "ControlPoints", "Cuts", *of_bounds},
     ),
     (handles, {**of_handles, "Drag": "deformed"}, {"RestPoints"}),

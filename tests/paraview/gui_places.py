@@ -57,6 +57,26 @@ def field(name):
     return _middle(found, found.rect()) if found and found.isEnabled() else None
 
 
+def tree():
+    """The tree of a dialog."""
+    found = _visible(QtWidgets.QTreeWidget)
+    return _middle(found[0].viewport(), found[0].viewport().rect()) if found else None
+
+
+def tree_cell(row, column):
+    """The left end of a cell of a tree, where its check box is, by the text that begins its row."""
+    for tree in _visible(QtWidgets.QTreeWidget):
+        items = QtWidgets.QTreeWidgetItemIterator(tree)
+        while item := items.value():
+            place = tree.visualItemRect(item)
+            if item.text(0) == row and not place.isEmpty():
+                place.setX(max(place.x(), tree.columnViewportPosition(column)))
+                place.setWidth(20)
+                return _middle(tree.viewport(), place)
+            items += 1
+    return None
+
+
 def table(name):
     """The cell in the middle of the table in a widget."""
     found = _table(name)

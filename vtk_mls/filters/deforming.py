@@ -290,7 +290,7 @@ class DeformingFilter(HandleLists, Algorithm):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
         names = self._handle_arrays(*handles) if handles else ()
         cuts = self._all_cuts(surfaces)
-        data = [(each, each.GetMTime()) for each in handles]
+        data = _stamps(handles)
         state = (data, names or self._handle_lists(), self._blend, cuts, self._nu)
         state += (self._kind, self._alpha, self._degree, self._device)
         if self._known is None or self._known[0] != state:
@@ -313,7 +313,7 @@ class DeformingFilter(HandleLists, Algorithm):
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
         own = self._own_cut()
-        state = own, self._cuts, [(each, each.GetMTime()) for each in surfaces]
+        state = own, self._cuts, _stamps(surfaces)
         if self._known_cuts is None or self._known_cuts[0] != state:
             found = [cut for each in surfaces for cut in cutting.surfaces(each)]
             self._known_cuts = state, (*cutting.own_cuts(*own), *self._cuts, *found)
@@ -404,3 +404,12 @@ def _is_on(cut, places):
     with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
         size = np.ptp(places, axis=0).max(initial=0)
         return cut.opening(places, places) <= _ON_CUT * size
+
+
+def _stamps(data):
+    """What tells data objects apart, without keeping them.
+
+    VTK 9.6 has the attributes of a filter outlive it where ParaView held it last, and crashes when
+    it drops them if that is the end of data objects.
+    """
+    return [(each.__this__, each.GetMTime()) for each in data]
