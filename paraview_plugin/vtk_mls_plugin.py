@@ -482,8 +482,8 @@ FIELD = [
     *HANDLES,
     check_box(
         "Inverse",
-        """Whether to make the displacement to where the material goes, which moves points, instead of
-        the one to where it came from, which resamples images.""",
+        """Whether to make the displacement to where the material goes, which moves points, instead
+        of the one to where it came from, which resamples images.""",
     ),
     vector(
         "Int",
