@@ -44,6 +44,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_POLYHEDRON,
     VTK_PYRAMID,
     VTK_QUAD,
+    VTK_QUADRATIC_EDGE,
     VTK_QUADRATIC_HEXAHEDRON,
     VTK_QUADRATIC_TETRA,
     VTK_TETRA,
@@ -570,3 +571,18 @@ def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved,
     assert ((way < 1e-6) | (np.abs(way - moved) < 1e-6)).all()
     assert (way > moved / 2).any()
     assert (way < moved / 2).any()
+
+
+@pytest.mark.parametrize("nowhere", [np.inf, -np.inf, np.nan])
+def test_a_curved_cell_that_leads_nowhere_is_not_divided(nowhere, messages):  # noqa: F811
+    """Nor are others affected, which are divided with it."""
+    mesh = vtkUnstructuredGrid()
+    x = [[-2, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0], [nowhere, 2, 0]]
+    set_places(mesh, np.array(x, float))
+    for corners in ([0, 1, 2], [3, 4, 5]):
+        mesh.InsertNextCell(VTK_QUADRATIC_EDGE, 3, corners)
+    deform = deforming(mesh, cut=Plane((0.5, 0, 0), (1, 0, 0)))
+    assert update(deform)
+    types = arrays.cell_types(deform.GetOutput()).tolist()
+    assert types.count(VTK_QUADRATIC_EDGE) == 1
+    assert len(types) > 2

@@ -244,8 +244,8 @@ def _joined(parts, keys):
 def _heights(grid, cut, tolerance):
     """Signed distances of points from the cut or what continues it, and their range in each cell.
 
-    Distances up to `tolerance` are 0; points far from a bounded cut, and cells with one, have
-    infinite ones.
+    Distances up to `tolerance` are 0; points far from a bounded cut or nowhere, and cells with one,
+    have infinite ones.
     """
     places, (corners, starts) = _places(grid), _corners(grid)
     near = np.ones(len(places), bool)
@@ -259,6 +259,7 @@ def _heights(grid, cut, tolerance):
         near[corners[np.repeat(touching, np.diff(starts))]] = True
     height = np.full(len(places), np.inf)
     height[near] = _height_function(cut)(places[near])
+    height[~np.isfinite(height)] = np.inf
     height[np.abs(height) <= tolerance] = 0
     low, high = _range(height, corners, starts)
     low[np.isinf(high)] = np.inf
@@ -360,6 +361,8 @@ def _clip_apart(grid):
     )
     pieces = _clip(apart)
     for piece in pieces:
+        if piece.GetNumberOfCells() == 0:  # it has no arrays
+            continue
         set_places(piece, _values(piece, _PLACE), VTK_DOUBLE)
         corners, starts = _corners(piece)
         number = np.rint(_values(piece, _CELL)[corners[starts[:-1]]]).astype(np.int64)

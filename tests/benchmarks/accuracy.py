@@ -1,0 +1,83 @@
+"""The error of the kernels against the float64 specification, as tables for docs/accuracy.md.
+
+python tests/benchmarks/accuracy.py            # of the fastest device
+python tests/benchmarks/accuracy.py 0:1        # of another one
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from conftest import EXTENT, HARD_SETS, KINDS_AND_DEGREES, deformation, places, random_handles
+
+from vtk_mls import dispatch, reference
+from vtk_mls.device import Device
+from vtk_mls.engine import Engine
+
+ALPHAS = (0.5, 1.0, 1.5, 2.0, 3.0)
+SETS = {"15 at random": lambda rng: random_handles(rng, 15), **HARD_SETS}
+HEAD = """# Accuracy
+
+Largest error of a displacement against the specification in float64, in **thousandths of a voxel of
+a volume of 256^3** that the control points fill: at 500 points all over it, and at and next to
+control points. Made by `make accuracy` on {device}. The sets are those of `tests/conftest.py`.
+Devices without float64 should not be used for large alpha with the affine and polynomial kinds.
+"""
+
+
+def main(arguments):
+    """Print the tables for a device."""
+    engine = dispatch.engine_for(*arguments[:1])
+    if engine is reference:
+        sys.exit("there is no OpenCL device whose error could be measured")
+    print(HEAD.format(device=engine.device.name))
+    print("## Each set, alpha 1\n")
+    _print_table("set", SETS, lambda name, kind: error(engine, name, kind, 1.0))
+    for title, one in (("Sums in float64", engine), ("Without float64", _without_double(engine))):
+        print(f"\n## {title}: each alpha, 15 control points at random\n")
+        _print_table("alpha", ALPHAS, lambda a, kind, one=one: error(one, "15 at random", kind, a))
+
+
+def error(engine, name, kind_and_degree, alpha):
+    """The largest error for a set, in voxels of 256."""
+    rng = np.random.default_rng(20240229)
+    rest, deformed = SETS[name](rng)
+    x = places(rng, deformed)
+    d = deformation(rest, deformed, kind_and_degree, alpha=alpha)
+    size = max(np.ptp(deformed, axis=0).max(), 1e-3 * np.abs(deformed).max())
+    apart = np.abs(engine.backward(d, x) - reference.backward(d, x)).max()
+    return apart / size * EXTENT
+
+
+class _NoDouble(Device):
+    has_float64 = False
+
+
+def _without_double(engine):
+    """The engine of a device that cannot compute in double."""
+    fields = {name: getattr(engine.device, name) for name in engine.device.__dataclass_fields__}
+    return Engine(replace(_NoDouble(**fields)))
+
+
+def _print_table(corner, rows, value):
+    names = [
+        f"{kind} {degree}" if kind == "polynomial" else kind for kind, degree in KINDS_AND_DEGREES
+    ]
+    print(f"| {corner} | " + " | ".join(names) + " |")
+    print("|---" * (len(names) + 1) + "|")
+    for row in rows:
+        values = [value(row, kind) for kind in KINDS_AND_DEGREES]
+        print(f"| {row} | " + " | ".join(_text(each) for each in values) + " |", flush=True)
+
+
+def _text(voxels):
+    return f"{float(f'{1000 * voxels:.2g}'):g}"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
