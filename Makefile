@@ -2,6 +2,7 @@
 # make test     check style and run all tests
 # make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
 # make fuzz     try random cases until something fails (CASES=10000)
+# make accuracy measure the error of the kernels, for docs/accuracy.md
 # make bench    measure against other programs (LARGE=1: also 256^3)
 # make lint     check style only
 # make clean    remove what these commands made
@@ -11,7 +12,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo test drivers fuzz bench lint clean
+.PHONY: demo test drivers fuzz accuracy bench lint clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -42,6 +43,9 @@ drivers:
 
 fuzz: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/fuzz/run.py $(CASES)
+
+accuracy: .venv/test-$(OPENCL).stamp
+	@$(PY) tests/benchmarks/accuracy.py >docs/accuracy.md
 
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
