@@ -92,6 +92,9 @@ def dragged():  # numbers of the handles that are not where they rest, pending e
     rest, moved = (np.reshape(pending(n), (-1, 3)) for n in ("RestPoints", "DeformedPoints"))
     return [int(i) for i in np.flatnonzero((moved != rest).any(axis=1))]
 
+def rest_of(number):
+    return pending("RestPoints")[3 * number:3 * number + 3]
+
 def counts():
     return [len(pending(n)) for n in ("RestPoints", "DeformedPoints", "Weights")]
 
@@ -497,7 +500,12 @@ def test_edits_after_vtk_mls(start):
         gui.until("counts() == [84, 84, 0]")
         gui.find_and_click("table", "InteractivePolyLine")
         gui.find_and_click("tool", "Remove")
-        gui.until("counts() == [81, 81, 0]")
+        in_step = "len(dragged()) == 1 and rest_of(dragged()[0]) == [10, 10, 0]"
+        gui.until(f"counts() == [81, 81, 0] and {in_step}")
+        gui.press("ctrl+z")
+        gui.until(f"counts() == [84, 84, 0] and {in_step}")
+        gui.press("ctrl+y")
+        gui.until(f"counts() == [81, 81, 0] and {in_step}")
         gui.press("alt+a")
         gui.find_and_click("tool", "AdvancedButton")
         gui.find_and_click("field", "LatticeDimensions")
