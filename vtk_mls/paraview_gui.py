@@ -42,7 +42,7 @@ _LOOK = (
     *("InterpolationType", "VolumeRenderingMode", "ScalarOpacityUnitDistance"),
     *("IsosurfaceValues", "Slice", "SliceMode"),
 )
-_AT_ONCE = 1.0  # seconds: what a click on *+* takes at most
+_AT_ONCE = 1.0  # seconds: what a click on *+* or *-* takes at most
 _watching = False
 
 
@@ -115,7 +115,8 @@ class _Handles:
 
     def __init__(self, proxy):
         self._busy = self._is_held = False
-        self._added = None  # when handles were last added to which list, and what was before
+        # when handles were last added to or removed from which list, and what was before
+        self._recounted = None
         self._number, self._widgets = proxy.GetGlobalID(), set()
         self._arrows = Arrows()
         if proxy.GetXMLName() == _SOURCE:
@@ -239,21 +240,19 @@ class _Handles:
     def _count_changed(self, proxy, before, after, other):
         """Add or remove in the lists beside what was added to or removed from one."""
         beside = {name: _pending(proxy.GetProperty(name)) for name in (other, "Weights")}
-        is_added = len(after) > len(before)
-        self._added = (time.monotonic(), other, before, beside) if is_added else None
+        self._recounted = time.monotonic(), other, before, beside
         self._insert_or_remove(proxy, before, after, other)
 
     def _correct(self, other, proxy, after):
-        """Whether an edit is the second part of *+*: the table has appended a row, now it has
-        moved it to its place between the others. Then the lists beside get it there as well.
+        """Whether an edit is the second part of *+* or *-*: the table has appended a row or dropped
+        the last, now it has moved the others to their places. Then the lists beside follow.
         """
-        if self._added is None or self._is_held:
+        if self._recounted is None or self._is_held:
             return False
-        since, expected, before, beside = self._added
+        since, expected, before, beside = self._recounted
         if expected != other or time.monotonic() - since > _AT_ONCE:
             return False
-        first, count = _first_difference(before, after), len(after) - len(before)
-        if not np.array_equal(np.delete(after, slice(first, first + count), axis=0), before):
+        if not _is_one_edit(before, after):
             return False
         for name, rows in beside.items():
             _set_pending(proxy.GetProperty(name), rows)
@@ -405,6 +404,14 @@ def _first_difference(before, after):
     """The first row in which `after`, which is not shorter, differs from `before`."""
     differs = (before != after[: len(before)]).any(axis=1)
     return int(differs.argmax()) if differs.any() else len(before)
+
+
+def _is_one_edit(before, after):
+    """Whether rows were only added to `before`, all at one place, or only removed from it."""
+    if len(after) < len(before):
+        return np.count_nonzero(_kept(before, after)) == len(after)
+    first, count = _first_difference(before, after), len(after) - len(before)
+    return np.array_equal(np.delete(after, slice(first, first + count), axis=0), before)
 
 
 def _kept(before, after):
