@@ -101,6 +101,7 @@ def test_a_whole_ply_file_counts_as_whole(tmp_path):
 def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
     polygon = vtkRegularPolygonSource()
     polygon.SetNumberOfSides(300)
+    polygon.GeneratePolylineOff()
     polygon.Update()
     with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 corners"):
         io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
