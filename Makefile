@@ -19,8 +19,6 @@ CASES ?= 10000
 # tests that start whole programs, or have the mouse
 ALONE := $(addprefix tests/test_,paraview.py paraview_gui.py mpi.py installation.py)
 PY := .venv/bin/python
-# 3D Slicer's own readers, whose VTK must not meet ours; nothing where they cannot be had
-SLICER = $(and $(wildcard .venv-slicer/bin/python),"$(CURDIR)/.venv-slicer/bin/python")
 
 demo: .venv/demo-$(OPENCL).stamp
 	@bash .ci/drivers
@@ -31,7 +29,7 @@ test: .venv/test-$(OPENCL).stamp .venv-slicer/made.stamp
 	@bash tests/paraview/install.sh
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
-	VTK_MLS_SLICER_PYTHON=$(SLICER) $(PY) -m pytest --numprocesses auto $(foreach file,$(ALONE),--ignore $(file))
+	$(PY) -m pytest --numprocesses auto $(foreach file,$(ALONE),--ignore $(file))
 	$(PY) -m pytest $(ALONE)
 
 lint: .venv/test-$(OPENCL).stamp
@@ -45,7 +43,7 @@ fuzz: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/fuzz/run.py $(CASES)
 
 accuracy: .venv/test-$(OPENCL).stamp
-	@$(PY) tests/benchmarks/accuracy.py >docs/accuracy.md
+	@$(PY) tests/benchmarks/accuracy.py >.venv/accuracy.md && mv .venv/accuracy.md docs
 
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
@@ -53,6 +51,7 @@ bench: .venv/bench-$(OPENCL).stamp
 clean:
 	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache build demo-output dist
 
+# 3D Slicer's own readers, whose VTK must not meet ours
 .venv-slicer/made.stamp: .venv/made.stamp
 	$(PYTHON) -m venv --clear .venv-slicer
 	@.venv-slicer/bin/python -m pip install --quiet --disable-pip-version-check slicer-core || { \

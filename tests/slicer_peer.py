@@ -1,21 +1,22 @@
 """3D Slicer without its window (the package slicer-core), as a judge of files.
 
 It brings a VTK of its own, which must not meet ours, so it lives in an environment of its own and
-runs in a process of its own. `VTK_MLS_SLICER_PYTHON` names the Python of that environment.
+runs in a process of its own; `make test` makes it.
 """
 
 from __future__ import annotations
 
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 
-_PYTHON = os.environ.get("VTK_MLS_SLICER_PYTHON")
+_PYTHON = Path(__file__).resolve().parents[1] / ".venv-slicer/bin/python"
 
 needs_slicer = pytest.mark.skipif(
-    not _PYTHON,
-    reason="VTK_MLS_SLICER_PYTHON does not name a Python with the package slicer-core",
+    not _PYTHON.exists(),
+    reason="no .venv-slicer with the package slicer-core, which `make test` makes where it can",
 )
 
 
@@ -26,7 +27,7 @@ def run(code, *arguments):
         for name, value in os.environ.items()
         if not name.startswith("PYTHON") and name != "LD_LIBRARY_PATH"
     }
-    command = [_PYTHON, "-c", code, *map(str, arguments)]
+    command = [str(_PYTHON), "-c", code, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, env=usual, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

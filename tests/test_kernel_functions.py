@@ -255,18 +255,14 @@ def test_monomials(of, degree, functions, rng):
 def test_points_of_a_lattice(of):
     """Whatever the row is that a vector begins in, also in rows shorter than it."""
     for nx, ny in ((1, 1), (3, 2), (7, 5), (40, 3)):
-        first = np.repeat(np.arange(0, 97, 1, dtype=float), 16)[:, None]
+        first = np.repeat(np.arange(97.0), 16)[:, None]
         body = f"""lattice_t lattice = {{0, 100000, {nx}, {ny}, (int4)(5, -2, 3, 0)}};
         vec at = lattice_index(&lattice, (long)LANE(a[0], 0)); {results("at", "xyz")}"""
         got = of(["lattice.cl"], body, first, 3)
-        lanes = _lanes_of(of)
+        lanes = of.args[1]
         n = first[:, 0].astype(int) + np.arange(len(first)) % lanes
         truth = np.column_stack([n % nx + 5, n // nx % ny - 2, n // nx // ny + 3])
         np.testing.assert_array_equal(got, truth)
-
-
-def _lanes_of(of):
-    return of.args[1]
 
 
 def test_affine_transforms(of, rng):
