@@ -17,7 +17,7 @@ PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
 # tests that start whole programs, or have the mouse
-ALONE := $(addprefix tests/test_,paraview.py paraview_gui.py mpi.py installation.py)
+ALONE := tests/paraview
 PY := .venv/bin/python
 
 demo: .venv/demo-$(OPENCL).stamp
@@ -29,7 +29,7 @@ test: .venv/test-$(OPENCL).stamp .venv-slicer/made.stamp
 	@bash tests/paraview/install.sh
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
-	$(PY) -m pytest --numprocesses auto $(foreach file,$(ALONE),--ignore $(file))
+	$(PY) -m pytest --numprocesses auto --ignore $(ALONE)
 	$(PY) -m pytest $(ALONE)
 
 lint: .venv/test-$(OPENCL).stamp

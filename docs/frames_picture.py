@@ -15,9 +15,11 @@ from vtkmodules.vtkFiltersSources import vtkConeSource, vtkLineSource
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 from vtkmodules.vtkRenderingCore import vtkActor, vtkBillboardTextActor3D, vtkPolyDataMapper
 
-from vtk_mls import demo_volumes, frames, io
-from vtk_mls.demo_picture import DRAGGED, OVERSAMPLING, spheres
-from vtk_mls.demo_scene import fill, render, window
+from vtk_mls import io
+from vtk_mls.demo.picture import DRAGGED, OVERSAMPLING, spheres
+from vtk_mls.demo.run import volumes
+from vtk_mls.demo.scene import fill, render, window
+from vtk_mls.files import frames
 
 SURFACE = 105  # T1 at which the brain ends
 BRAIN = (0.87, 0.66, 0.60)
@@ -65,7 +67,7 @@ def draw(file):
 def _brain():
     """The surface of the brain, in LPS as `io` reads it."""
     smooth, contour, normals = vtkImageGaussianSmooth(), vtkFlyingEdges3D(), vtkPolyDataNormals()
-    smooth.SetInputData(io.read_dataset(demo_volumes.brain()))
+    smooth.SetInputData(io.read_dataset(volumes.brain()))
     smooth.SetStandardDeviation(0.8)
     contour.SetInputConnection(smooth.GetOutputPort())
     contour.SetValue(0, SURFACE)

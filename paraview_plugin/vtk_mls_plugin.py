@@ -32,11 +32,13 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls import filters, handle_files, io, paraview_frames, paraview_gui
+from vtk_mls import filters, io
 from vtk_mls.arrays import Lattice
+from vtk_mls.files import control_point_files
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.image_axes import along_world
-from vtk_mls.paraview_xml import (
+from vtk_mls.paraview import frame_check, handle_widget
+from vtk_mls.paraview.image_axes import along_world
+from vtk_mls.paraview.xml import (
     arrays_of,
     bounds,
     check_box,
@@ -56,7 +58,7 @@ _here = str(Path(__file__).resolve().parent)
 if _here not in sys.path:
     sys.path.append(_here)  # ParaView 5.11 can reload a plugin only from there
 
-paraview_gui.start()
+handle_widget.start()
 
 paraview_plugin_version = vtk_mls.__version__
 
@@ -75,7 +77,7 @@ def file_name(name, text):
             "Hints",
             xml(
                 "FileChooser",
-                extensions=" ".join(suffix[1:] for suffix in handle_files.FORMATS),
+                extensions=" ".join(suffix[1:] for suffix in control_point_files.FORMATS),
                 file_description="Handles",
             ),
             shown_when("Mode", "file"),
@@ -606,7 +608,7 @@ class MLSDeform(filters.MLSDeform):
 
     def RequestData(self, request, inInfo, outInfo):
         """Not without a word if handles are on the wrong side of the head."""
-        if sentence := paraview_frames.mixed(self, inInfo):
+        if sentence := frame_check.mixed(self, inInfo):
             self._warn(sentence)
         return super().RequestData(request, inInfo, outInfo)
 
@@ -619,7 +621,7 @@ class MLSDisplacementField(filters.MLSDisplacementField):
 
     def RequestData(self, request, inInfo, outInfo):
         """Not without a word if handles are on the wrong side of the head."""
-        if sentence := paraview_frames.mixed(self, inInfo):
+        if sentence := frame_check.mixed(self, inInfo):
             self._warn(sentence)
         return super().RequestData(request, inInfo, outInfo)
 

@@ -7,8 +7,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from vtk_mls import Deformation, proof
-from vtk_mls.device import POCL, list_devices
+from vtk_mls import Deformation
+from vtk_mls.engine import proof
+from vtk_mls.engine.device import POCL, list_devices
 
 EXTENT = 256.0  # all errors are in voxels of a grid of this size
 

@@ -5,6 +5,7 @@ from importlib import import_module
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.arguments import VOID_VALUES
+    from vtk_mls.control_points import KINDS
     from vtk_mls.cuts import HalfPlane, Plane, Surface
     from vtk_mls.deformation import (
         Aborted,
@@ -12,10 +13,9 @@ if TYPE_CHECKING:
         DisplacementField,
         ForwardField,
     )
-    from vtk_mls.device import DeviceError
+    from vtk_mls.engine.device import DeviceError
     from vtk_mls.grid import Grid
-    from vtk_mls.handles import KINDS
-    from vtk_mls.interpolation import INTERPOLATIONS
+    from vtk_mls.sampling import INTERPOLATIONS
 
 __all__ = [
     "INTERPOLATIONS",
@@ -36,12 +36,12 @@ __version__ = "0.1.0"
 # Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
 # numpy is loaded.
 _MODULES = {
-    "INTERPOLATIONS": "interpolation",
-    "KINDS": "handles",
+    "INTERPOLATIONS": "sampling",
+    "KINDS": "control_points",
     "VOID_VALUES": "arguments",
     "Aborted": "deformation",
     "Deformation": "deformation",
-    "DeviceError": "device",
+    "DeviceError": "engine.device",
     "DisplacementField": "deformation",
     "ForwardField": "deformation",
     "Grid": "grid",

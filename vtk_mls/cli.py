@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from vtk_mls import __version__
-from vtk_mls.supervision import IS_POSSIBLE, supervise
+from vtk_mls.commands.supervision import IS_POSSIBLE, supervise
 
 
 def main(arguments=None):
@@ -113,7 +113,7 @@ def _plugin_path(options):
 
 
 def _demo(options):
-    from vtk_mls import demo
+    from vtk_mls.demo import run
 
-    demo.main(options.directory)
+    run.main(options.directory)
     return 0

@@ -7,15 +7,15 @@ from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
-from vtk_mls import arguments, gradients
+from vtk_mls import arguments, vector_fields
+from vtk_mls.control_points import KINDS
 from vtk_mls.cuts import Plane
-from vtk_mls.dispatch import engine_for
+from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
-from vtk_mls.handles import KINDS
-from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
+from vtk_mls.sampling import INTERPOLATIONS
 
 # Points of a grid whose displacements are in memory though only openings are wanted.
 _SLAB = 1 << 20
@@ -569,7 +569,7 @@ class Deformation:
         first, second = _halves(progress)
         vectors = arguments.single("vectors", vectors)
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
-        return gradients.pushed(moved, self.jacobian_field(target, progress=second))
+        return vector_fields.pushed(moved, self.jacobian_field(target, progress=second))
 
     @_quiet
     def corrected_gradient(
@@ -609,14 +609,14 @@ class Deformation:
                 f"`array` must be real numbers with the shape of the grid, {source.shape}, "
                 f"got {shown(array)}"
             )
-        slopes = gradients.gradient(array, source)
+        slopes = vector_fields.gradient(array, source)
         turned, opening = self._turned(
             slopes, source, target, interpolation, normalise, void_values, progress
         )
         if self.cuts and not arguments.continues(void_values):
-            reach = gradients.REACH * np.abs(source.spacing).mean()
+            reach = vector_fields.REACH * np.abs(source.spacing).mean()
             near = np.nonzero((opening >= 0) & (opening < reach))
-            at_faces = gradients.at_faces(
+            at_faces = vector_fields.at_faces(
                 self,
                 target.whole.at(np.stack(near[::-1], axis=1) + target.first),
                 np.asarray(array, np.float32),
@@ -625,7 +625,7 @@ class Deformation:
                 interpolation,
                 arguments.number("background", background),
             )
-            turned[near] = gradients.unit(at_faces) if normalise else at_faces
+            turned[near] = vector_fields.unit(at_faces) if normalise else at_faces
         return turned
 
     def _turned(self, vectors, source, target, interpolation, normalise, void_values, progress):

@@ -8,7 +8,9 @@ import platform
 
 import numpy as np
 
-from vtk_mls import DeviceError, __version__, device, dispatch, drivers, installation, proof
+from vtk_mls import DeviceError, __version__
+from vtk_mls.engine import device, dispatch, drivers, proof
+from vtk_mls.paraview import installation
 from vtk_mls.resources import resource
 
 

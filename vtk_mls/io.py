@@ -26,22 +26,21 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import (
-    arguments,
-    arrays,
+from vtk_mls import arguments, arrays
+from vtk_mls.arrays import Lattice
+from vtk_mls.files import (
+    control_point_files,
     field_files,
-    handle_files,
     image_files,
     mesh_files,
     mesh_frames,
     provenance,
     validity,
 )
-from vtk_mls.arrays import Lattice
+from vtk_mls.files.landmarks import Landmarks, handles
+from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
-from vtk_mls.landmarks import Landmarks, handles
-from vtk_mls.replacing import check_replaceable, replacing
 
 _WEIGHT = "Weight"
 _LONGEST = 200  # characters of what others say in an error
@@ -190,8 +189,8 @@ def read_control_points(path, deformed_path=None, space="LPS"):
     Parameters
     ----------
     path, deformed_path, space
-        As of `handle_files.read`, or a path of VTK polydata (.vtp, .vtk) with points p and point
-        vectors "Displacement" q - p; as `deformed_path` the points are q.
+        As of `control_point_files.read`, or a path of VTK polydata (.vtp, .vtk) with points p and
+        point vectors "Displacement" q - p; as `deformed_path` the points are q.
 
     Returns
     -------
@@ -215,7 +214,7 @@ def read_landmarks(path, space="LPS", is_alone=False):
     path : path
         As of `read_control_points`.
     space, is_alone
-        As of `handle_files.read_landmarks`.
+        As of `control_point_files.read_landmarks`.
 
     Returns
     -------
@@ -231,7 +230,7 @@ def read_landmarks(path, space="LPS", is_alone=False):
     _choose(_HANDLE_FORMATS, path, "read control points from")
     if _suffix(path) not in _POLYDATA_READERS:
         with _failures(path):
-            return handle_files.read_landmarks(path, space, is_alone)
+            return control_point_files.read_landmarks(path, space, is_alone)
     polydata = _read(_POLYDATA_READERS[_suffix(path)], path, vtkPolyData, "no control points")
     with _failures(path):
         return _landmarks(path, polydata, is_alone).in_lps(space)
@@ -475,4 +474,4 @@ _POLYDATA_READERS = {
     ".vtp": _read_with(vtkXMLPolyDataReader),
     ".vtk": _read_with(vtkDataSetReader),
 }
-_HANDLE_FORMATS = dict.fromkeys((*handle_files.FORMATS, *_POLYDATA_READERS))
+_HANDLE_FORMATS = dict.fromkeys((*control_point_files.FORMATS, *_POLYDATA_READERS))

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import guesses, interpolation
-from vtk_mls.handles import ROTATION_KINDS
+from vtk_mls import guesses, sampling
+from vtk_mls.control_points import ROTATION_KINDS
 
 NAME = "reference (numpy, float64)"
 
@@ -178,15 +178,15 @@ def resample(deformation, arrays, source, target, methods, background, continued
     for part, index in _source_index(deformation, source, target, continued, progress):
         for array, method, result in zip(arrays, methods, results):
             flat = result.reshape(-1, *array.shape[3:])
-            flat[part] = interpolation.sample(array, index, method, background, source)
+            flat[part] = sampling.sample(array, index, method, background, source)
     return results
 
 
 def source_bounds(deformation, source, target, continued, progress=None):
     """Lowest and highest index (2, 3) of `source.whole` that points of `target` come from."""
-    bounds = interpolation.NO_BOUNDS
+    bounds = sampling.NO_BOUNDS
     for _, index in _source_index(deformation, source, target, continued, progress):
-        bounds = interpolation.joined_bounds(bounds, index, source.whole.dimensions)
+        bounds = sampling.joined_bounds(bounds, index, source.whole.dimensions)
     return bounds
 
 

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from vtk_mls.handles import HandleSet
+from vtk_mls.control_points import HandleSet
 
 _MOST_PLANES = 6
 

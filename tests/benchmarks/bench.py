@@ -29,7 +29,7 @@ from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 import vtk_mls
-from vtk_mls.dispatch import engine_for
+from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 HANDLES = 15

@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, device, reference
-from vtk_mls.engine import Engine
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, reference
+from vtk_mls.engine import device
+from vtk_mls.engine.engine import Engine
 
 EXTENT = 40.0
 BOUND = 1e-4

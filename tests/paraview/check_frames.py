@@ -9,7 +9,7 @@ import numpy as np
 from paraview import simple
 from scene import output_messages
 
-from vtk_mls import handle_files
+from vtk_mls.files import control_point_files
 
 HANDLES = np.array([(0.0, 0, 0), (5, 0, 0), (0, 5, 0), (0, 0, 5)])
 NRRD = """NRRD0004
@@ -47,7 +47,7 @@ FILTERS = simple.MLSDeform, simple.MLSDisplacementField
 MetaImageReader = getattr(simple, "MetaImageReader", None) or simple.MetaFileSeriesReader
 with tempfile.TemporaryDirectory() as folder:
     markups, identity = os.path.join(folder, "handles.mrk.json"), "1 0 0 0 1 0 0 0 1"
-    handle_files.write(markups, HANDLES, HANDLES)
+    control_point_files.write(markups, HANDLES, HANDLES)
     filed = simple.MLSControlPoints(Mode="file", FileName=markups)
     listed = simple.MLSControlPoints(
         RestPoints=list(HANDLES.ravel()), DeformedPoints=list(HANDLES.ravel())

@@ -7,7 +7,7 @@ import numpy as np
 from paraview import simple
 from scene import DEFORMED, REST, array, control_points, data
 
-from vtk_mls import handle_files
+from vtk_mls.files import control_point_files
 
 handles = control_points(Weights=list(np.arange(1.0, 9.0)))
 handles.UpdatePipeline()
@@ -28,7 +28,7 @@ with tempfile.TemporaryDirectory() as folder:
     np.testing.assert_array_equal(array(data(read), "Displacement"), expected)
 
     for name, places in (("rest.mrk.json", REST), ("deformed.fcsv", DEFORMED)):
-        handle_files.write(os.path.join(folder, name), places, places)
+        control_point_files.write(os.path.join(folder, name), places, places)
     files.FileName = os.path.join(folder, "rest.mrk.json")
     assert not array(data(files), "Displacement").any()
     files.DeformedFileName = os.path.join(folder, "deformed.fcsv")
@@ -38,7 +38,7 @@ with tempfile.TemporaryDirectory() as folder:
 with tempfile.TemporaryDirectory() as folder:
     table, markups = (os.path.join(folder, name) for name in ("handles.csv", "rest.mrk.json"))
     for name in (table, markups):
-        handle_files.write(name, REST, REST if name == markups else DEFORMED)
+        control_point_files.write(name, REST, REST if name == markups else DEFORMED)
     turned = simple.MLSControlPoints(Mode="file", FileName=table)
     for name, space, signs in ((table, "lps", 1), (table, "ras", [-1, -1, 1]), (markups, "ras", 1)):
         turned.FileName, turned.Space = name, space

@@ -1,4 +1,4 @@
-"""Runs inside ParaView's GUI (`paraview --script`): does what `tests/paraview_gui.py` asks for.
+"""Runs inside ParaView's GUI (`paraview --script`): does what `tests/paraview/gui.py` asks for.
 
 A request is a file of Python, left in the folder PARAVIEW_GUI_FOLDER; a timer of the render view
 looks for it. What it assigns to `answer` is the reply. It may import what lies in this folder.
@@ -15,7 +15,7 @@ folder = os.environ["PARAVIEW_GUI_FOLDER"]
 sys.path.append("tests/paraview")
 names = {"simple": simple, "servermanager": servermanager}
 if "VTK_MLS_OPEN" in os.environ:  # started by vtk-mls, which runs one script, this
-    with open("vtk_mls/paraview_scene.py") as scene:
+    with open("vtk_mls/paraview/scene.py") as scene:
         exec(scene.read(), {})
 
 

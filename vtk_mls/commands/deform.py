@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read, update
-from vtk_mls.supervision import step
+from vtk_mls.commands.supervision import step
 
 
 def add(commands):
@@ -63,7 +63,7 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import series
+    from vtk_mls.commands import series
 
     steps = read(series.read_steps, options.input)
     is_series = options.output.lower().endswith(series.SUFFIX)
@@ -91,7 +91,8 @@ def _filter(options):
 
 
 def _deform_one(steps, deform, options):
-    from vtk_mls import io, mesh_files
+    from vtk_mls import io
+    from vtk_mls.files import mesh_files
 
     with step("read", options.input):
         dataset = steps[0][1]()
@@ -119,7 +120,7 @@ def _deform_one(steps, deform, options):
 
 def _deform_all(steps, deform, options):
     """Deform all time steps, each when the one before is written."""
-    from vtk_mls import series
+    from vtk_mls.commands import series
 
     lost = 0
     series.check_writable(options.output)
@@ -140,7 +141,7 @@ def _deform_all(steps, deform, options):
 
 def _failures(output):
     """Number of points of meshes that had no place to go to."""
-    from vtk_mls import mesh_files
+    from vtk_mls.files import mesh_files
 
     counts = [
         block.GetFieldData().GetArray("FailedInverses") for block in mesh_files.blocks(output)

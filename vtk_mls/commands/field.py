@@ -6,7 +6,7 @@ import sys
 
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read, update
-from vtk_mls.supervision import step
+from vtk_mls.commands.supervision import step
 
 
 def add(commands):

@@ -24,7 +24,7 @@ def run(options):
     """Run the command."""
     import subprocess
 
-    from vtk_mls import installation
+    from vtk_mls.paraview import installation
 
     found = installation.find(options.paraview)
     contents = found.contents()

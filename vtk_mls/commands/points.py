@@ -8,7 +8,7 @@ from functools import partial
 
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import draw_bar, read, shows_progress
-from vtk_mls.supervision import step
+from vtk_mls.commands.supervision import step
 
 
 def add(commands):
@@ -43,16 +43,16 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import handle_files
+    from vtk_mls.files import control_point_files
 
-    handle_files.check_writable(options.output)
+    control_point_files.check_writable(options.output)
     space = options.handles_space
-    landmarks = read(partial(handle_files.read_landmarks, space=space), options.input)
+    landmarks = read(partial(control_point_files.read_landmarks, space=space), options.input)
     deformation = map_options.deformation(options)
     with step("deform", options.input):
         moved = replace(landmarks, places=_moved(landmarks, deformation, options))
     with step("write", options.output):
-        left_out = handle_files.write_landmarks(options.output, moved, options.input, space)
+        left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     losses = _losses(landmarks, moved, options, left_out > 0)
     print(f"{options.output}: {len(moved.places)} points, {options.kind}{losses}")
     return 0
@@ -81,7 +81,7 @@ def _losses(landmarks, moved, options, are_left_out):
     """What the terminal is to see of points that have no place, or had none before."""
     import numpy as np
 
-    from vtk_mls.landmarks import listed
+    from vtk_mls.files.landmarks import listed
 
     fate = "left out" if are_left_out else "marked so"
     lost = np.flatnonzero(landmarks.is_placed & ~moved.is_placed).tolist()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from vtk_mls.supervision import step
+from vtk_mls.commands.supervision import step
 
 _BAR = 40  # characters
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import Grid, handle_files, provenance
+from vtk_mls import Grid
+from vtk_mls.files import control_point_files, provenance
 from vtk_mls.filters.algorithm import Algorithm, numbers
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
@@ -31,8 +32,8 @@ class MLSControlPoints(HandleLists, Algorithm):
     RestPoints, DeformedPoints, Weights
         See `HandleLists`. Unless they are empty, DeformedPoints and Weights are used in every mode.
     FileName, DeformedFileName : str
-        Of what `handle_files.read` can read. If there is a second file, its places are the deformed
-        positions q, by their labels or else in its order (see `landmarks.handles`).
+        Of what `control_point_files.read` can read. If there is a second file, its places are the
+        deformed positions q, by their labels or else in its order (see `landmarks.handles`).
     Space : {"lps", "ras"}
         The frame of files that do not say theirs: .fcsv, .mrk.json, and .csv with columns l,p,s or
         r,a,s do.
@@ -115,7 +116,9 @@ class MLSControlPoints(HandleLists, Algorithm):
         if self._space not in ("lps", "ras"):
             raise ValueError(f"`Space` must be one of lps, ras, got {shown(self._space)}")
         try:
-            return handle_files.read_handles(self._file_name, self._deformed_file_name, self._space)
+            return control_point_files.read_handles(
+                self._file_name, self._deformed_file_name, self._space
+            )
         except OSError as error:
             raise ValueError(f"`FileName`: {error}") from error
 

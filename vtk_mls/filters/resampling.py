@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls import arrays, provenance
+from vtk_mls import arrays
+from vtk_mls.files import provenance
 from vtk_mls.filters import cutting, gradients
 from vtk_mls.filters.algorithm import in_turn
 

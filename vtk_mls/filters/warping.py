@@ -22,7 +22,7 @@ from vtk_mls.filters import cutting, gradients
 from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
-from vtk_mls.gradients import pushed, turned
+from vtk_mls.vector_fields import pushed, turned
 
 # How far from a cut the side of a point is told, as a share of the extent of the control points or
 # of the distance from them: more than the device's float32 blurs.

@@ -1,0 +1,262 @@
+"""The command `vtk-mls`, in this process and in ones of its own."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    add_array,
+    make_image,
+    messages,  # noqa: F401
+    values_of,
+)
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
+
+from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, arrays, io
+from vtk_mls.arrays import Lattice
+from vtk_mls.cli import main
+
+PROJECT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder with in.vti and handles.csv, as the current one."""
+    image = make_image()
+    x, y, z = Lattice.of_image(image).grid.points().T
+    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
+    add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
+    image.GetPointData().SetActiveScalars("values")
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(image, "in.vti")
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    return tmp_path
+
+
+def run(*arguments, code=None, **environment):
+    """A process of its own: (exit status, stdout, stderr)."""
+    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
+    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_deform(files, kind, capsys):
+    options = ["--kind", kind, "--alpha", "1.5", "--degree", "1", "--background", "-2"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
+    value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
+    (expected,) = value.resample(
+        [values_of(image, "values")], Lattice.of_image(image).grid, background=-2
+    )
+    np.testing.assert_array_equal(values_of(output, "values"), expected)
+    printed = capsys.readouterr()
+    assert "out.vti: 9 x 8 x 7 points" in printed.out
+    assert printed.err == ""
+
+
+def test_deform_with_labels_on_a_fitted_grid(files):
+    options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    output = io.read_dataset("out.vti")
+    assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
+    value = Deformation(REST, DEFORMED, device=FAST)
+    target = value.fitted_grid(Lattice.of_image(io.read_dataset("in.vti")).grid)
+    assert output.GetDimensions() == target.dimensions
+
+
+def test_deform_with_cuts_and_a_gradient(files):
+    (files / "cut.stl").write_text(
+        "solid cut\nfacet normal 1 0 0\nouter loop\nvertex 3.9 -50 2.6\nvertex 3.9 50 2.6\n"
+        "vertex 3.9 4 90\nendloop\nendfacet\nendsolid cut\n"
+    )
+    options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-surface", "cut.stl", "--nu", "3"]
+    options += ["--cut-half-plane", "0,4.2,3,0,1,0,0,0,1", "--gradient", "values"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    cuts = [
+        Plane((4.3, 0, 0), (1, 0, 0)),
+        HalfPlane((0, 4.2, 3), (0, 1, 0), (0, 0, 1)),
+        Surface([(3.9, -50, 2.6), (3.9, 50, 2.6), (3.9, 4, 90)], [(0, 1, 2)]),
+    ]
+    image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
+    grid = Lattice.of_image(image).grid
+    value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device=FAST)
+    void = value.void(grid.points())
+    assert void.any()
+    np.testing.assert_array_equal(values_of(output, "Void").ravel(), void)
+    expected = value.corrected_gradient(values_of(image, "values"), grid)
+    np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
+
+
+def test_deform_a_mesh(files, capsys):
+    blocks = vtkCellTypeSource()
+    blocks.SetBlocksDimensions(5, 6, 4)
+    blocks.Update()
+    io.write_dataset(blocks.GetOutput(), "in.vtu")
+    assert main(["deform", "in.vtu", "handles.csv", "out.vtu", "--device", FAST]) == 0
+    before, after = (
+        arrays.to_numpy(io.read_dataset(name).GetPoints().GetData())
+        for name in ("in.vtu", "out.vtu")
+    )
+    expected = Deformation(REST, DEFORMED, device="reference").forward(before)
+    np.testing.assert_allclose(after, expected, atol=1e-4)
+    assert "out.vtu: 210 points, 120 cells, rigid" in capsys.readouterr().out
+    assert main(["deform", "in.vtu", "handles.csv", "out.vti", "--device", FAST]) == 1
+    assert "cannot write a vtkUnstructuredGrid to `out.vti`" in capsys.readouterr().err
+
+
+def test_progress_bar(files, capsys):
+    arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference"]
+    assert main([*arguments, "--progress"]) == 0
+    bars = capsys.readouterr().err.strip("\r\n").split("\r")
+    assert bars[-1] == f"[{'#' * 40}] 100%"
+    assert all(len(bar) == len(bars[-1]) for bar in bars)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({0: "none.vti"}, "there is no file `none.vti`"),
+        ({1: "none.csv"}, "there is no file `none.csv`"),
+        ({1: "in.vti"}, "cannot read control points from `in.vti`"),
+        ({2: "out.png"}, "cannot write an image to `out.png`"),
+        ({2: "none/out.vti"}, "there is no folder `none`"),
+        ({3: "--alpha=0"}, "`alpha` must be a positive number, got 0.0"),
+        ({3: "--degree=7"}, "`degree` must be 1, 2 or 3, got 7"),
+        ({3: "--label=bone"}, "`LabelArrays` names `bone`"),
+        ({3: "--cut-plane=1,2,3"}, "`--cut-plane` must be 6 numbers with commas, got `1,2,3`"),
+        ({3: "--cut-half-plane=0,0,0,1,0,0,2,0,0"}, "`inward` must not be parallel"),
+        ({3: "--cut-surface=none.stl"}, "there is no file `none.stl`"),
+        ({3: "--cut-surface=in.vti"}, "cannot read a surface from `in.vti`"),
+        ({3: "--gradient=bone"}, "`GradientArray` must name a point array"),
+        ({3: "--device=77:0"}, "no OpenCL device `77:0`"),
+    ],
+)
+def test_errors_are_one_sentence(files, capsys, change, sentence):
+    arguments = ["in.vti", "handles.csv", "out.vti", "--background=0"]
+    for position, argument in change.items():
+        arguments[position] = argument
+    assert main(["deform", *arguments]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(f"vtk-mls: {sentence}")
+    assert printed.err.count("\n") == 1
+    assert not Path("out.vti").exists()
+
+
+@pytest.mark.parametrize("options", [["--interpolation=cubic"], ["--gradient=values"]])
+def test_values_that_are_not_finite_are_no_matter_for_warnings(files, options):
+    image = io.read_dataset("in.vti")
+    values_of(image, "values").flat[::5] = np.inf
+    values_of(image, "values").flat[::7] = -np.inf
+    io.write_dataset(image, "in.vti")
+    arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference", *options]
+    status, _, err = run(*arguments)
+    assert (status, err) == (0, "")
+
+
+def test_as_a_process(files):
+    arguments = ["deform", "in.vti", "handles.csv", "out.nii.gz", "--device", "reference"]
+    status, out, err = run(*arguments)
+    assert (status, err) == (0, "")
+    assert "out.nii.gz" in out
+    status, out, err = run("deform", "handles.csv", "handles.csv", "out.vti")
+    assert (status, out) == (1, "")
+    assert err.startswith("vtk-mls: cannot read an image or a mesh from `handles.csv`")
+    assert err.count("\n") == 1
+
+
+def test_info():
+    status, out, err = run("info", VTK_MLS_DEVICE="reference")
+    assert (status, err) == (0, "")
+    assert f"vtk_mls    {__version__}" in out
+    assert f"numpy      {np.__version__}" in out
+    for word in ("Python", "VTK", "pyopencl", "ParaView", "OpenCL devices"):
+        assert word in out
+    assert "vtk_mls_plugin.py" in out
+
+
+def test_doctor_says_what_is_wrong():
+    status, out, _ = run("doctor", VTK_MLS_DEVICE="77:0")
+    assert status == 1
+    assert "wrong: no OpenCL device `77:0`" in out
+
+
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_doctor_shows_what_devices_have_proven(tmp_path):
+    folder = str(tmp_path)
+    status, out, _ = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
+    assert status == 0
+    assert f"-> {DEVICES[0]} " in out
+    assert "computes right with" in out
+    assert "million points/s" in out
+    assert f"verdict kept in {folder}" in out
+    assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
+    assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
+
+
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_an_environment_for_paraview_has_no_vtk_and_is_not_wrong():
+    code = WITHOUT.format(names=["vtkmodules", "vtk"])
+    status, out, err = run("doctor", code=code, VTK_MLS_DEVICE="")
+    assert (status, err) == (0, "")
+    assert "wrong" not in out
+    assert "VTK        not installed: ParaView brings its own" in out
+
+
+WITHOUT = """
+import sys
+for name in {names}:
+    sys.modules[name] = None
+from vtk_mls.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_without_vtk_and_opencl(files):
+    code = WITHOUT.format(names=["vtkmodules", "vtk", "pyopencl"])
+    status, out, err = run("info", code=code, VTK_MLS_DEVICE="")
+    assert (status, err) == (1, "")
+    assert "VTK        not installed" in out
+    assert "pip install 'vtk-mls[vtk]'" in out
+    assert "pip install 'vtk-mls[cpu]'" in out
+    status, out, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code)
+    assert (status, out) == (1, "")
+    assert err == "vtk-mls: VTK is not installed: pip install 'vtk-mls[vtk]'\n"
+    code = WITHOUT.format(names=["pyopencl"])
+    status, _, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code, VTK_MLS_DEVICE="")
+    assert status == 1
+    assert err.startswith("vtk-mls: no OpenCL device found: pyopencl cannot be imported")
+    assert err.count("\n") == 1
+
+
+def test_demo_is_called_with_the_folder(monkeypatch):
+    demo = pytest.importorskip("vtk_mls.demo.run", reason="the demo needs VTK")
+    called = []
+    monkeypatch.setattr(demo, "main", called.append)
+    assert main(["demo", "there"]) == 0
+    assert called == ["there"]
+
+
+def test_usage(capsys):
+    for arguments in ([], ["deform"], ["deform", "a", "b", "c", "--kind", "elastic"]):
+        with pytest.raises(SystemExit, match="2"):
+            main(arguments)
+        assert "usage: vtk-mls" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"vtk-mls {__version__}\n"

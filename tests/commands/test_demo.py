@@ -1,0 +1,118 @@
+"""The demo leaves what the README promises."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import subprocess
+
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import (
+    vtkXMLImageDataReader,
+    vtkXMLPolyDataReader,
+    vtkXMLUnstructuredGridReader,
+)
+
+from vtk_mls import KINDS
+from vtk_mls.demo.run import run
+
+pytestmark = pytest.mark.skipif(
+    not all(map(importlib.util.find_spec, ("nilearn", "pyvista", "tetgen"))),
+    reason="the demo's data come with pyvista, nilearn and tetgen",
+)
+
+
+@pytest.fixture(scope="module")
+def output(tmp_path_factory):
+    """The folder that the demo filled, and what it printed."""
+    folder = tmp_path_factory.mktemp("a folder") / "demo"
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        run.main(folder)
+    return folder, printed.getvalue()
+
+
+def _read(reader, file):
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def test_each_kind_moves_the_frog_differently(output):
+    volumes = {}
+    for kind in KINDS:
+        labels = _read(vtkXMLImageDataReader(), output[0] / f"{kind}.vti").GetPointData()
+        volumes[kind] = vtk_to_numpy(labels.GetScalars())
+        assert np.isin(volumes[kind], np.arange(30)).all()
+        assert np.count_nonzero(volumes[kind]) > 1000
+        assert kind in output[1]
+    assert len({np.count_nonzero(volume) for volume in volumes.values()}) == len(KINDS)
+
+
+def test_handles_are_written(output):
+    handles = _read(vtkXMLPolyDataReader(), output[0] / "handles.vtp")
+    assert handles.GetNumberOfPoints() == len(run.HANDLES) == 15
+    drag = vtk_to_numpy(handles.GetPointData().GetArray("Displacement"))
+    np.testing.assert_array_equal(drag, [drag for _, drag in run.HANDLES.values()])
+
+
+@pytest.mark.parametrize(
+    ("name", "height"), [("demo", 640), ("cut", 740), ("void", 740), ("mesh", 740)]
+)
+def test_picture_or_what_to_install(output, name, height):
+    picture = output[0] / f"{name}.png"
+    if picture.is_file():
+        assert str(picture) in output[1]
+        pixels = vtk_to_numpy(_read(vtkPNGReader(), picture).GetPointData().GetScalars())
+        assert pixels.reshape(height, 2400, 3).std(axis=(0, 1)).min() > 20
+    else:
+        assert "libegl1" in output[1]
+
+
+def test_the_brain_is_cut_open(output):
+    data = _read(vtkXMLImageDataReader(), output[0] / "cut.vti").GetPointData()
+    void = vtk_to_numpy(data.GetArray("Void")) > 0
+    assert 0.01 < void.mean() < 0.2
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetArray("VoidDistance")) < 0, void)
+    assert vtk_to_numpy(data.GetArray("T1"))[void].max() == 0
+
+
+def test_the_mesh_is_cut_open(output):
+    whole, cut = (
+        _read(vtkXMLUnstructuredGridReader(), output[0] / f"{name}.vtu")
+        for name in ("tetrahedra", "pulled_open")
+    )
+    assert 100_000 < whole.GetNumberOfCells() < cut.GetNumberOfCells()
+    lost = cut.GetFieldData().GetArray("FailedInverses").GetValue(0)
+    assert lost < 0.02 * cut.GetNumberOfPoints()
+
+
+def test_a_crash_of_opengl_says_what_to_install(monkeypatch, capsys, tmp_path):
+    crashed = subprocess.CompletedProcess([], -11)
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: crashed)
+    run.draw(tmp_path)
+    assert "apt-get install libegl1 libgl1-mesa-dri" in capsys.readouterr().out
+
+
+def test_without_the_volume_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(FileNotFoundError, match="pip install pyvista"):
+        run.main(tmp_path)
+
+
+def test_without_the_brain_it_says_what_to_install(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    run.cut_open(tmp_path)
+    assert "pip install nilearn" in capsys.readouterr().out
+
+
+def test_without_the_mesher_it_says_what_to_install(monkeypatch, capsys, tmp_path):
+    found = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda n: None if n == "tetgen" else found(n))
+    run.mesh_open(tmp_path)
+    assert "pip install tetgen" in capsys.readouterr().out

@@ -1,0 +1,284 @@
+"""Time series go through `vtk-mls deform` as a whole."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_cli import run
+from test_supervision import AT
+from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFWriter
+
+from vtk_mls import Deformation, arrays, io
+from vtk_mls.cli import main
+from vtk_mls.commands import series, supervision
+from vtk_mls.files import mesh_files
+
+resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+
+REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
+DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
+TIMES = (0.5, 2.0, 10.0)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty folder, but for handles.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
+    return tmp_path
+
+
+def places(time):
+    return np.arange(12.0).reshape(4, 3) % 5 + 0.1 * time
+
+
+def mesh(time):
+    """A tetrahedron whose points move with time."""
+    points, grid = vtkPoints(), vtkUnstructuredGrid()
+    points.SetData(arrays.from_numpy(places(time), 11))
+    grid.SetPoints(points)
+    grid.InsertNextCell(10, 4, [0, 1, 2, 3])
+    return grid
+
+
+def moved(time):
+    return Deformation(REST, DEFORMED, device="reference").forward(places(time))
+
+
+def points_of(dataset):
+    return arrays.to_numpy(dataset.GetPoints().GetData())
+
+
+def write_steps(names, make=mesh):
+    for name, time in zip(names, TIMES):
+        io.write_dataset(make(time), name)
+    return names
+
+
+def write_pvd(entries, name="in.pvd"):
+    lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
+    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    Path(name).write_text(text)
+    return name
+
+
+def write_input(how):
+    """The input of a series of `mesh` at TIMES."""
+    if how == ".pvd":
+        names = write_steps(["b.vtu", "a.vtu", "c.vtu"])
+        return write_pvd([(10, "c.vtu"), (0.5, "b.vtu"), (2.0, names[1])])
+    if how == ".series":
+        names = write_steps(["1.vtu", "2.vtu", "3.vtu"])
+        files = [{"name": name, "time": time} for name, time in zip(names, TIMES)]
+        Path("in.vtu.series").write_text(json.dumps({"files": files}))
+        return "in.vtu.series"
+    if how == "pattern":
+        write_steps(["step_8.vtu", "step_9.vtu", "step_10.vtu"])
+        return "step_*.vtu"
+    writer, source = vtkHDFWriter(), Moving()
+    writer.SetInputConnection(source.GetOutputPort())
+    writer.SetFileName("in.vtkhdf")
+    writer.SetWriteAllTimeSteps(True)
+    assert writer.Write()
+    return "in.vtkhdf"
+
+
+class Moving(VTKPythonAlgorithmBase):
+    """A source of `mesh` at TIMES."""
+
+    def __init__(self):
+        super().__init__(nInputPorts=0, outputType="vtkUnstructuredGrid")
+
+    def RequestInformation(self, request, inInfo, outInfo):
+        keys, info = vtkStreamingDemandDrivenPipeline, outInfo.GetInformationObject(0)
+        info.Set(keys.TIME_STEPS(), TIMES, len(TIMES))
+        info.Set(keys.TIME_RANGE(), (TIMES[0], TIMES[-1]), 2)
+        return 1
+
+    def RequestData(self, request, inInfo, outInfo):
+        info = outInfo.GetInformationObject(0)
+        time = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
+        output = vtkUnstructuredGrid.GetData(outInfo)
+        output.ShallowCopy(mesh(time))
+        output.GetInformation().Set(output.DATA_TIME_STEP(), time)
+        return 1
+
+
+def deform(name, output="out.pvd", *options):
+    return main(["deform", name, "handles.csv", output, "--device", FAST, *options])
+
+
+@pytest.mark.parametrize("how", [".pvd", ".series", "pattern", ".vtkhdf"])
+def test_every_time_step_is_deformed(folder, how, capsys):
+    assert deform(write_input(how)) == 0
+    assert "out.pvd: 3 time steps, rigid" in capsys.readouterr().out
+    steps = series.read_steps("out.pvd")
+    expected = (0.0, 1.0, 2.0) if how == "pattern" else TIMES
+    assert tuple(time for time, _ in steps) == expected
+    for (_, read), time in zip(steps, TIMES):
+        np.testing.assert_allclose(points_of(read()), moved(time), atol=1e-5)
+    names = ["out_0000.vtu", "out_0001.vtu", "out_0002.vtu"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == names
+    assert np.abs(moved(0.5) - places(0.5)).max() > 0.1
+    assert np.abs(moved(0.5) - moved(10)).max() > 0.1
+
+
+def test_a_series_of_images_and_of_blocks(capsys):
+    def image(time):
+        made = make_image()
+        add_array(made.GetPointData(), "values", np.full(504, time))
+        return made
+
+    write_steps(["1.vti", "2.vti", "3.vti"], image)
+    assert deform("?.vti") == 0
+    values = [
+        arrays.to_numpy(read().GetPointData().GetArray("values")).max()
+        for _, read in series.read_steps("out.pvd")
+    ]
+    np.testing.assert_allclose(values, TIMES)
+    write_steps(["1.vtu", "2.vtu", "3.vtu"])
+    write_pvd([(0, "1.vtu"), (0, "2.vti"), (1, "3.vtu")])
+    assert deform("in.pvd") == 0
+    (first, read_blocks), (second, read_mesh) = series.read_steps("out.pvd")
+    assert (first, second) == (0, 1)
+    assert [block.GetClassName() for block in mesh_files.blocks(read_blocks())] == [
+        "vtkUnstructuredGrid",
+        "vtkImageData",
+    ]
+    np.testing.assert_allclose(points_of(read_mesh()), moved(TIMES[2]), atol=1e-5)
+
+
+def test_one_time_step_fits_into_any_file():
+    write_steps(["1.vtu"])
+    assert deform(write_pvd([(7, "1.vtu")]), "out.vtu") == 0
+    np.testing.assert_allclose(points_of(io.read_dataset("out.vtu")), moved(TIMES[0]), atol=1e-5)
+    assert deform("1.vtu", "out.pvd") == 0
+    assert [time for time, _ in series.read_steps("out.pvd")] == [0]
+
+
+def test_progress_goes_over_the_whole_series(capsys):
+    assert deform(write_input("pattern"), "out.pvd", "--progress") == 0
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    percents = [int(bar.rpartition("]")[2].strip(" %\n")) for bar in printed.split("\r")[1:]]
+    assert percents == sorted(percents)
+    assert percents[-1] == 100
+
+
+def test_several_time_steps_want_a_series(capsys):
+    for how, command in (("pattern", "deform"), (".vtkhdf", "deform")):
+        name = write_input(how)
+        assert main([command, name, "handles.csv", "out.vtu", "--device", FAST]) == 1
+        error = capsys.readouterr().err
+        assert error.startswith(f"vtk-mls: `{name}` has 3 time steps, which only a .pvd file can")
+    assert main(["field", "in.vtkhdf", "handles.csv", "out.nrrd", "--device", FAST]) == 1
+    assert "`in.vtkhdf` has 3 time steps, and one is wanted" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "`in.pvd` is no time series: it is not XML"),
+        ("<VTKFile/>", "`in.pvd` is no time series: it is no collection"),
+        ('<VTKFile type="Collection"/>', "`in.pvd` is no time series: it names no files"),
+        ("nan.vtu", "`in.pvd` is no time series: its times must be finite"),
+        ("none.vtu", "`in.pvd` is no time series: there is no data file"),
+        ("../1.vtu", "`in.pvd` is no time series: its data file `../1.vtu` is not in its own"),
+        ("in.pvd", "cannot read an image or a mesh from `in.pvd`"),
+        ("broken.vtu", "`broken.vtu`"),
+    ],
+)
+def test_errors_are_one_sentence_and_leave_nothing(folder, capsys, text, sentence):
+    write_steps(["1.vtu"])
+    Path("broken.vtu").write_text("<VTKFile")
+    if text.endswith((".vtu", ".pvd")):
+        time = "nan" if text == "nan.vtu" else "1"
+        write_pvd([(0, "1.vtu"), (time, text)])
+    else:
+        Path("in.pvd").write_text(text)
+    Path("out.pvd").write_text("the old one")
+    before = sorted(folder.rglob("*"))
+    assert deform("in.pvd") == 1
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+    assert sorted(folder.rglob("*")) == before
+    assert Path("out.pvd").read_text() == "the old one"
+
+
+@pytest.mark.parametrize("text", ["[]", "{", '{"files": 3}', '{"files": [{}]}', "[" * 100000])
+def test_bad_file_series(text):
+    Path("in.series").write_text(text)
+    with pytest.raises(ValueError, match=r"`in\.series` is no time series: "):
+        series.read_steps("in.series")
+
+
+def test_no_files_of_a_pattern(capsys):
+    assert deform("none_*.vtu") == 1
+    assert capsys.readouterr().err == "vtk-mls: there are no files `none_*.vtu`\n"
+
+
+def test_a_file_in_the_place_of_the_folder(capsys):
+    Path("out").write_text("mine")
+    assert deform(write_input("pattern")) == 1
+    assert "`out.pvd` cannot be written: " in capsys.readouterr().err
+    assert Path("out").read_text() == "mine"
+
+
+def test_a_full_disk_is_said_of_the_series():
+    write_steps(["1.vtu"])
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        with (
+            pytest.raises(
+                OSError, match=r"^`out\.pvd` could not be written: `\./out/out_0000\.vtu` "
+            ),
+            series.writing("out.pvd") as write,
+        ):
+            write(0.0, mesh(1))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(Path().glob("*out*"))
+
+
+@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGSEGV", 1)])
+def test_what_a_killed_series_leaves(folder, name, status):
+    """The second step is being read then; the first is written, for the time being."""
+    write_input("pattern")
+    before = sorted(folder.rglob("*"))
+    target = "os.getppid()" if name == "SIGINT" else "os.getpid()"
+    code = f"os.kill({target}, signal.{name}); forever()"
+    stop = """
+from vtk_mls.commands import series
+usual = series.io.read_dataset
+series.io.read_dataset = lambda path: meet() if "9" in str(path) else usual(path)
+"""
+    text = AT.format(place="nothing", code=code).replace(
+        "from vtk_mls.cli", stop + "from vtk_mls.cli"
+    )
+    arguments = ["deform", "step_*.vtu", "handles.csv", "out.pvd", "--device", "reference"]
+    assert run(*arguments, code=text)[0] == status
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
+def test_thousands_of_steps_do_not_fill_what_the_two_processes_share():
+    code = """
+import sys
+from vtk_mls.commands import supervision
+def work():
+    for number in range(5000):
+        with supervision.step("deform", "a file with a name of some length, " + str(number)):
+            pass
+    return 3
+sys.exit(supervision.supervise(work))
+"""
+    assert run(code=code)[0] == 3

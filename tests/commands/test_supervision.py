@@ -1,0 +1,204 @@
+"""The command in a process that is watched: crashes, signals, and what they leave."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from test_cli import PROJECT, files, run  # noqa: F401
+from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import io
+from vtk_mls.commands import supervision
+
+pytestmark = pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
+
+DEFORM = ["deform", "in.vti", "handles.csv", "out.mhd", "--device", "reference"]
+
+# Runs the command; where the worker begins to import or to call something, code is run.
+AT = """
+import ctypes, importlib.abc, os, signal, sys, time
+
+def forever():
+    signal.pause()  # as C++ does: without the interpreter's eye on signals
+    while True:
+        ctypes.PyDLL(None).sleep(1)
+
+def meet():
+    {code}
+
+class Finder(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "{place}":
+            meet()
+
+sys.meta_path.insert(0, Finder())
+if "{place}" == "the replacing":
+    from vtk_mls.files import replacing
+    replacing._put_in_place = lambda *_: meet()
+from vtk_mls.cli import main
+sys.exit(main())
+"""
+PLACES = ["argparse", "numpy", "vtkmodules", "vtk_mls.filters", "the replacing"]
+STOP = "os.kill(os.getppid(), signal.{}); forever()"
+
+
+def _run(place, code, *arguments):
+    return run(*(arguments or DEFORM), code=AT.format(place=place, code=code))
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_ctrl_c_ends_everything_at_once(files, place):  # noqa: F811
+    (files / "out.mhd").write_text("the old one")
+    before = {path.name: path.read_bytes() for path in files.iterdir()}
+    status, out, err = _run(place, STOP.format("SIGINT"))
+    assert (status, out, err) == (130, "", "\n")
+    assert {path.name: path.read_bytes() for path in files.iterdir()} == before
+
+
+def test_ctrl_c_for_both_processes(files):  # noqa: F811
+    code = "os.kill(os.getpid(), signal.SIGINT); " + STOP.format("SIGINT")
+    assert _run("numpy", code) == (130, "", "\n")
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129)])
+def test_other_signals_end_it_too(files, name, status):  # noqa: F811
+    assert _run("the replacing", STOP.format(name)) == (status, "", "")
+    assert sorted(path.name for path in files.iterdir()) == ["handles.csv", "in.vti"]
+
+
+def test_a_signal_that_is_ignored_stays_so(files):  # noqa: F811
+    code = "os.kill(os.getppid(), signal.SIGHUP)"
+    program = AT.format(place="numpy", code=code)
+    program = f"import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n{program}"
+    status, _, err = run(*DEFORM, code=program)
+    assert (status, err) == (0, "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells children")
+def test_the_worker_does_not_outlive_a_killed_supervisor(files):  # noqa: F811
+    code = AT.format(place="numpy", code="print(os.getpid(), flush=True); forever()")
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *DEFORM],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+    )
+    int(process.stdout.readline())
+    process.kill()
+    assert process.communicate(timeout=30) == (b"", None)  # the worker held the pipe, too
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "sentence"),
+    [
+        (
+            "vtk_mls.files.nrrd",
+            "os.kill(os.getpid(), signal.SIGSEGV)",
+            "the process crashed (SIGSEGV)",
+        ),
+        (
+            "the replacing",
+            "os.kill(os.getpid(), signal.SIGSEGV)",
+            "`out.mhd` could not be written: the process crashed (SIGSEGV)",
+        ),
+        (
+            "the replacing",
+            "os.kill(os.getpid(), signal.SIGKILL)",
+            "`out.mhd` could not be written: the system killed the process, as a rule because "
+            "memory ran out (SIGKILL)",
+        ),
+    ],
+)
+def test_a_crash_is_one_sentence(files, place, code, sentence):  # noqa: F811
+    assert _run(place, code) == (1, "", f"vtk-mls: {sentence}\n")
+    assert sorted(path.name for path in files.iterdir()) == ["handles.csv", "in.vti"]
+
+
+def test_a_crash_after_the_work_does_not_count(files):  # noqa: F811
+    code = "import atexit; atexit.register(os.kill, os.getpid(), signal.SIGSEGV)"
+    status, out, err = _run("the replacing", code)
+    assert (status, err) == (0, "")
+    assert "out.mhd" in out
+
+
+def _broken(path):
+    """A file that makes VTK's reader crash."""
+    sphere = vtkSphereSource()
+    sphere.Update()
+    io.write_dataset(sphere.GetOutput(), path)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"element face 96", b"element face 9999999"))
+
+
+def test_a_reader_that_crashes(files):  # noqa: F811
+    _broken(files / "in.ply")
+    status, out, err = run("deform", "in.ply", "handles.csv", "out.ply", "--device", "reference")
+    assert (status, out) == (1, "")
+    assert err.startswith("vtk-mls: `in.ply` could not be read: VTK's reader crashed (SIG")
+    assert err.count("\n") == 1
+
+
+def test_a_reader_that_does_not_end(files):  # noqa: F811
+    code = "from vtk_mls import io, supervision\nsupervision._SECONDS = 0.1\n"
+    code += "def endless(path):\n    while True: pass\nio.read_dataset = endless\n"
+    code += "import sys\nfrom vtk_mls.cli import main\nsys.exit(main())"
+    sentence = (
+        "`in.vti` could not be read: VTK's reader does not come to an end; the file is broken"
+    )
+    assert run(*DEFORM, code=code) == (1, "", f"vtk-mls: {sentence}\n")
+
+
+def test_nothing_is_imported_before_the_command_is_split():
+    code = "import sys; import vtk_mls.cli; print('numpy' in sys.modules, vtk_mls.Grid.__name__)"
+    assert run(code=code) == (0, "False Grid\n", "")
+    code = "import vtk_mls; vtk_mls.nothing"
+    assert "module `vtk_mls` has no attribute `nothing`" in run(code=code)[2]
+    assert run(code="from vtk_mls import *; print(KINDS, Deformation)")[0] == 0
+
+
+def test_what_the_worker_prints_arrives(files):  # noqa: F811
+    status, out, err = run("--version")
+    assert (status, err) == (0, "")
+    assert out.startswith("vtk-mls ")
+    status, out, err = run("deform", "--kind", "elastic")
+    assert (status, out) == (2, "")
+    assert "usage: vtk-mls" in err
+
+
+@pytest.mark.parametrize("status", [0, 1, 7])
+def test_a_reader_that_exits(files, status):  # noqa: F811
+    """As the libraries for Exodus do with some broken files."""
+    stop = f"""
+import os
+from vtk_mls import io
+io.image_files.READERS[".vti"] = lambda path: os._exit({status})
+from vtk_mls.cli"""
+    code = AT.format(place="nothing", code="pass").replace("from vtk_mls.cli", stop.lstrip())
+    found, out, err = _run_code(code)
+    assert (found, out) == (1, "")
+    assert err.startswith(
+        f"vtk-mls: `in.vti` could not be read: VTK's reader crashed (exit status {status}"
+    )
+    assert err.count("\n") == 1
+
+
+def test_what_python_says_itself_is_not_said_twice(files):  # noqa: F811
+    code = AT.format(place="vtk_mls.filters", code="raise AttributeError('by a mistake')")
+    status, _, err = _run_code(code)
+    assert status == 1
+    assert err.endswith("AttributeError: by a mistake\n")
+
+
+def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "x_0.vtu").write_bytes(bytes(2_000_000))
+    (tmp_path / "x.vtm").write_text("x/x_0.vtu")
+    (tmp_path / "other.vtu").write_bytes(bytes(2_000_000))
+    seconds = supervision._processor_time(tmp_path / "x.vtm")
+    assert 70 <= seconds < 71
+    assert supervision._processor_time("none/none.vtm") == 60
+
+
+def _run_code(code):
+    return run(*DEFORM, code=code)

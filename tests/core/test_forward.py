@@ -1,0 +1,416 @@
+"""The forward map: the true inverse of the backward map."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES, EXTENT, deformation, random_handles, random_rotation
+
+from vtk_mls import Aborted, Deformation, HalfPlane, Plane, Surface
+from vtk_mls.engine import device as opencl
+from vtk_mls.engine import dispatch, engine
+
+
+@pytest.fixture(params=["reference", *DEVICES])
+def device(request):
+    return request.param
+
+
+CUTS = {
+    "none": (),
+    "half-plane": (HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),),
+    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
+    "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
+}
+
+
+def sound_places(d, low=30, high=226, count=300, seed=7):
+    """Places (m, 3) that are not void, nor at a fold or a cut."""
+    v = np.random.default_rng(seed).uniform(low, high, (count, 3))
+    return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.opening(v) > 1e-5 * EXTENT)]
+
+
+def misses(d, x, field):
+    """How far G(v) is from x where v was found, next to `EXTENT`."""
+    v = x[field.found] + field.displacement[field.found].astype(float)
+    return np.linalg.norm(d.backward(v) - x[field.found], axis=1) / EXTENT
+
+
+@pytest.mark.parametrize("cuts", CUTS)
+@pytest.mark.parametrize("alpha", [0.5, 1, 2, 3])
+def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, device, rng):
+    """Wherever the map does not fold and no cut is in the way."""
+    # each side of a plane wants more control points than a cubic has coefficients
+    count = 150 if (kind_and_degree, cuts) == (("polynomial", 3), "plane") else 40
+    rest, deformed = random_handles(rng, count, 2)
+    d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha, cuts=CUTS[cuts])
+    v = sound_places(d)
+    assert len(v) > 150
+    x = d.backward(v)
+    field = d.forward_field(x)
+    assert field.found.all()
+    assert misses(d, x, field).max() <= 1e-5
+    error = np.linalg.norm(x + field.displacement - v, axis=1)[field.found] / EXTENT
+    # a place can have a second one with the same origin, behind a fold
+    assert np.percentile(error, 98) <= 1e-5
+
+
+@pytest.mark.skipif(
+    not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
+)
+class TestManyPoints:
+    """Enough for a lattice of first guesses."""
+
+    @pytest.fixture(params=DEVICES)
+    def device(self, request):
+        return request.param
+
+    @pytest.mark.parametrize("cuts", CUTS)
+    @pytest.mark.parametrize("alpha", [1, 3])
+    def test_find_what_few_find(self, alpha, cuts, kind_and_degree, device, rng):
+        self.check(alpha, cuts, kind_and_degree, device, rng)
+
+    @pytest.mark.parametrize("kind_and_degree", [("rigid", 1), ("polynomial", 2)])
+    @pytest.mark.parametrize("cuts", ["none", "half-plane"])
+    @pytest.mark.parametrize("alpha", [1, 3])
+    def test_find_it_one_by_one(self, alpha, cuts, kind_and_degree, device, rng, monkeypatch):
+        """As GPUs do: one point per work item."""
+        monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
+        self.check(alpha, cuts, kind_and_degree, device, rng)
+
+    def check(self, alpha, cuts, kind_and_degree, device, rng):
+        rest, deformed = random_handles(rng, 60, 2)
+        options = {"alpha": alpha, "cuts": CUTS[cuts]}
+        d = deformation(rest, deformed, kind_and_degree, device, **options)
+        v = sound_places(d, count=90_000)
+        assert len(v) > 70_000
+        x = d.backward(v)
+        field = d.forward_field(x)
+        assert field.found.all()
+        assert misses(d, x, field).max() <= 1e-5
+        few = deformation(rest, deformed, kind_and_degree, "reference", **options)
+        expected = few.forward_field(x[::700])
+        error = np.linalg.norm(field.displacement[::700] - expected.displacement, axis=1)
+        assert error.max() <= 1e-5 * EXTENT
+
+    def test_go_in_slabs_that_report_and_stop(self, device, rng, monkeypatch):
+        rest, deformed = random_handles(rng, 15, 4)
+        d = deformation(rest, deformed, ("rigid", 1), device)
+        x = rng.uniform(0, EXTENT, (70_000, 3)).astype(np.float32)
+        whole, steps = d.forward_field(x), []
+        monkeypatch.setattr(engine.on(dispatch.choose(device)), "memory", 4 * 64 * 4096)
+        slabs = d.forward_field(x, progress=steps.append)
+        assert len(steps) > 10
+        assert steps == [*sorted(steps[:-1]), 1]
+        np.testing.assert_array_equal(slabs.found, whole.found)
+        np.testing.assert_allclose(slabs.displacement, whole.displacement, rtol=0, atol=1e-4)
+        with pytest.raises(Aborted, match="stopped at 0%"):
+            d.forward_field(x, progress=lambda done: True)
+
+    def test_where_the_quick_search_overflows_are_looked_for_with_care(self, device):
+        """A cubic that folds: as many find their place as do without first guesses."""
+        rng = np.random.default_rng(1)  # 3% overflow
+        d = deformation(*random_handles(rng, 60, 25), ("polynomial", 3), device, alpha=2)
+        x = rng.uniform(0, EXTENT, (70_000, 3))
+        many, few = d.forward_field(x), d.forward_field(x[:10_000])
+        assert (few.found & ~many.found[:10_000]).mean() <= 0.01
+        assert misses(d, x, many).max() <= 1e-4
+
+    def test_that_are_not_finite_stay_so(self, device, rng):
+        rest, deformed = random_handles(rng, 15, 4)
+        d = deformation(rest, deformed, ("rigid", 1), device)
+        x = rng.uniform(0, EXTENT, (70_000, 3))
+        expected = d.forward_field(x)
+        x[5, 0], x[6, 1], x[7, 2] = np.nan, np.inf, -np.inf
+        field = d.forward_field(x)
+        np.testing.assert_array_equal(np.flatnonzero(~field.found), [5, 6, 7])
+        assert np.isnan(field.displacement[5:8]).all()
+        error = np.abs(field.displacement - expected.displacement)[field.found]
+        assert error.max() <= 1e-4
+
+    def test_that_two_halves_lose_are_counted(self, device, rng):
+        """All the material within 3 of the plane is pushed through it, and nothing else."""
+        d = Deformation(*_pressed(), cuts=[Plane((0, 0, 0), (0, 0, 1))], device=device)
+        x = rng.uniform(-9, 9, (70_000, 3))
+        x = x[np.abs(np.abs(x[:, 2]) - 3) > 1e-4]
+        np.testing.assert_array_equal(d.forward_field(x).found, np.abs(x[:, 2]) > 3)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(("offset", "scale"), [(0, 1), (5e5, 1), (0, 1e-11)])
+@pytest.mark.parametrize("count", [1, 300, 70_000])
+def test_coordinates_of_every_size_and_precision(count, offset, scale, dtype, device, rng):
+    count = min(count, 300) if device == "reference" else count  # it is slow
+    rest, deformed = (scale * (x + offset) for x in random_handles(rng, 15, 4))
+    d = deformation(rest, deformed, ("rigid", 1), device)
+    x = (scale * (rng.uniform(0, EXTENT, (count, 3)) + offset)).astype(dtype)
+    field = d.forward_field(x)
+    assert field.found.all()
+    assert field.displacement.dtype == np.float32
+    back = d.backward(x + field.displacement.astype(float)) - x
+    assert np.abs(back).max() <= 1e-5 * EXTENT * scale
+
+
+def test_what_is_not_finite_goes_nowhere(device, rng):
+    d = deformation(*random_handles(rng, 9), ("rigid", 1), device)
+    x = np.array([(1, 2, 3), (np.nan, 2, 3), (1, np.inf, 3)])
+    field = d.forward_field(x)
+    np.testing.assert_array_equal(field.found, [True, False, False])
+    np.testing.assert_array_equal(np.isnan(field.displacement).all(axis=1), [False, True, True])
+    np.testing.assert_array_equal(np.isnan(d.forward(x)).all(axis=1), [False, True, True])
+
+
+def test_a_place_that_is_lost_gets_a_finite_one(device):
+    d = Deformation(*_pressed(), cuts=[Plane((0, 0, 0), (0, 0, 1))], device=device)
+    field = d.forward_field([(0, 3, 1)])
+    assert not field.found.any()
+    assert np.isfinite(field.displacement).all()
+
+
+@pytest.mark.parametrize("points", [np.zeros((3, 2)), np.zeros(3), [[1, 2, 3, 4]]])
+def test_points_of_another_shape_are_refused(points, device, rng):
+    d = deformation(*random_handles(rng, 5), ("rigid", 1), device)
+    for question in (d.forward, d.forward_field):
+        with pytest.raises(ValueError, match=r"`points` must have the shape \(n, 3\)"):
+            question(points)
+
+
+def test_points_that_are_no_numbers_are_refused(device, rng):
+    d = deformation(*random_handles(rng, 5), ("rigid", 1), device)
+    with pytest.raises(TypeError, match="`points` must be numbers"):
+        d.forward_field([["a", "b", "c"]])
+
+
+def bar(along, across):
+    """Points of a bar of 256 bent by 90 degrees, at `along` (m,) in [0, 1], `across` (m, 2)."""
+    angle, radius = along * np.pi / 2, 163 - across[:, 0]
+    return np.stack([radius * np.sin(angle), 163 - radius * np.cos(angle), across[:, 1]], axis=1)
+
+
+def bent_bar():
+    """Control points, rest and deformed: the corners of seven cross-sections."""
+    corners = np.array([(20, 20), (-20, 20), (20, -20), (-20, -20)], float)
+    along, across = np.repeat(np.linspace(0, 1, 7), 4), np.tile(corners, (7, 1))
+    return np.column_stack([256 * along, across]), bar(along, across)
+
+
+BENT_CUTS = {
+    "none": (),
+    "half-plane": (HalfPlane((104, 60, 0), (0.1, 0.05, 1), (1, -1, 0)),),
+    "plane that leaves flat sets": (Plane((0, 0, 0), (0.1, 0.05, 1)),),
+    "plane across": (Plane((104, 60, 0), (1, 1, 0.1)),),
+    "polygon": (Surface.polygon([(60, -20, 3), (150, 20, -2), (140, 120, 1), (60, 60, 4)]),),
+}
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1, 2, 3])
+def test_large_bends(alpha, kind_and_degree, device, rng):
+    d = deformation(*bent_bar(), kind_and_degree, device, alpha=alpha)
+    x = rng.uniform((20, -15, -15), (236, 15, 15), (300, 3))
+    np.testing.assert_allclose(d.backward(d.forward(x)), x, rtol=0, atol=1e-5 * EXTENT)
+
+
+@pytest.mark.parametrize("cuts", BENT_CUTS)
+@pytest.mark.parametrize("alpha", [0.5, 1, 1.5, 2, 3])
+def test_large_bends_come_back(alpha, cuts, kind_and_degree, device, rng):
+    d = deformation(*bent_bar(), kind_and_degree, device, alpha=alpha, cuts=BENT_CUTS[cuts])
+    count = 40 if device == "reference" else 2000
+    v = bar(rng.uniform(0.05, 0.95, count), rng.uniform(-18, 18, (count, 2)))
+    v = v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.opening(v) > 1e-5 * EXTENT)]
+    assert len(v) > 0.8 * count
+    x = d.backward(v)
+    field = d.forward_field(x)
+    assert field.found.all()
+    assert misses(d, x, field).max() <= 1e-5
+    assert np.linalg.norm(x + field.displacement - v, axis=1).max() <= 1e-5 * EXTENT
+
+
+def test_a_place_at_the_rim_of_what_a_cut_hides(device):
+    """The way to it from any first guess leads through what is hidden from x."""
+    d = deformation(*bent_bar(), ("rigid", 1), device, alpha=3, cuts=BENT_CUTS["polygon"])
+    v = np.array([[132.712652346, 46.04697923, -1.286414308]])
+    np.testing.assert_allclose(d.forward(d.backward(v)), v, rtol=0, atol=1e-5 * EXTENT)
+
+
+def test_carries_control_points_to_where_they_were_dragged(kind_and_degree, device, rng):
+    rest, deformed = random_handles(rng, 40, 2)
+    d = deformation(rest, deformed, kind_and_degree, device)
+    got = d.forward(rest)
+    np.testing.assert_allclose(got, deformed, rtol=0, atol=1e-5 * EXTENT)
+
+
+def test_identity_and_no_points(kind_and_degree, device, rng):
+    _, deformed = random_handles(rng, 9)
+    d = deformation(deformed, deformed, kind_and_degree, device)
+    x = rng.uniform(0, EXTENT, (50, 3))
+    np.testing.assert_allclose(d.forward(x), x, rtol=0, atol=1e-4)
+    assert d.forward([]).shape == (0, 3)
+
+
+def _pressed():
+    """Control points, rest and deformed, that press two halves into each other by 3 each."""
+    deformed = np.array([(-9, 0, 5), (9, 0, 5), (0, 9, 6), (-9, 0, -5), (9, 0, -5), (0, 9, -6)])
+    return deformed + np.where(deformed[:, 2:] > 0, 1, -1) * [0, 0, 3.0], deformed
+
+
+def test_what_is_pushed_through_a_cut_has_no_place(device):
+    """Both halves of a block pressed into each other: the middle is lost, and said to be."""
+    d = Deformation(*_pressed(), cuts=[Plane((0, 0, 0), (0, 0, 1))], device=device)
+    x = np.array([[0, 3, z] for z in (-6.0, -2, 2, 6)])
+    lost = np.isnan(d.forward(x)).all(axis=1)
+    np.testing.assert_array_equal(lost, [False, True, True, False])
+
+
+def test_a_fold_is_said_to_have_no_place(device):
+    """Two control points exchanged along a line fold the space between them over itself."""
+    deformed = np.array([(0, 0, 0), (10, 0, 0), (40, 0, 0), (50, 0, 0), (20, 30, 0), (20, 0, 30)])
+    rest = deformed.astype(float)
+    rest[[1, 2]] = rest[[2, 1]]
+    d = Deformation(rest, deformed, "affine", alpha=2, device=device)
+    x = np.random.default_rng(0).uniform(0, 50, (500, 3)) * [1, 0.2, 0.2]
+    v = d.forward(x)
+    known = ~np.isnan(v[:, 0])
+    assert np.linalg.norm(d.backward(v[known]) - x[known], axis=1).max() <= 1e-5 * 100
+    assert known.any()
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("cuts", ["none", "half-plane"])
+def test_what_folds_lose_is_counted_as_in_the_specification(cuts, kind_and_degree, key, rng):
+    """Control points moved past each other; right at a fold or a cut rounding decides."""
+    rest, deformed = random_handles(rng, 60, 25)
+    x = rng.uniform(0, EXTENT, (300, 3))
+    expected, got = (
+        deformation(rest, deformed, kind_and_degree, name, cuts=CUTS[cuts])
+        for name in ("reference", key)
+    )
+    field = got.forward_field(x)
+    assert (field.found != expected.forward_field(x).found).mean() <= 0.01
+    assert misses(expected, x, field).max() <= 1e-5
+
+
+@pytest.mark.parametrize("key", DEVICES)
+def test_folds_without_cuts_lose_next_to_nothing(key, rng):
+    """Far away the map moves all alike, so every place has an origin, however the map folds."""
+    rest, deformed = random_handles(rng, 60, 25)
+    x = rng.uniform(0, EXTENT, (70_000, 3))
+    assert deformation(rest, deformed, ("rigid", 1), key).forward_field(x).found.mean() >= 0.9998
+
+
+def test_turns_and_scales_come_back(device, rng):
+    rotation = random_rotation(rng)
+    deformed = rng.uniform(0, EXTENT, (10, 3))
+    d = Deformation(0.5 * deformed @ rotation.T + 40, deformed, "similarity", device=device)
+    x = rng.uniform(0, EXTENT, (100, 3))
+    np.testing.assert_allclose(d.forward(x), (x - 40) @ rotation / 0.5, rtol=0, atol=2e-5 * EXTENT)
+
+
+def scaled_world(world, cut, device, kind="rigid", count=9, seed=61):
+    """A deformation with a cut through its middle, and places, all times `world`."""
+    rng = np.random.default_rng(seed)
+    rest = rng.uniform(0, 1, (count, 3))
+    deformed = rest + rng.normal(0, 0.03, rest.shape)
+    middle = np.full(3, 0.5)
+    cuts = {
+        "none": (),
+        "plane": (Plane(middle * world, (1, 0.2, 0)),),
+        "half-plane": (HalfPlane(middle * world, (1, 0.2, 0), (0, 0, 1)),),
+        "polygon": (
+            Surface.polygon(
+                np.array([(0.5, 0, 0), (0.5, 1, 0), (0.5, 1, 1), (0.5, 0, 0.6)]) * world
+            ),
+        ),
+    }
+    d = Deformation(rest * world, deformed * world, kind, cuts=cuts[cut], device=device)
+    return d, rng.uniform(0, 1, (400, 3)) * world
+
+
+@pytest.mark.parametrize("world", [2.0**-30, 2.0**30])
+@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("kind", ["rigid", "affine"])
+def test_a_world_of_any_size_gives_the_same_scaled(world, cut, kind, device):
+    (unit, x), (d, y) = (scaled_world(size, cut, device, kind) for size in (1.0, world))
+    np.testing.assert_array_equal(x * world, y)
+    np.testing.assert_allclose(d.backward(y) / world, unit.backward(x), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(d.jacobian(y), unit.jacobian(x), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(d.void(y), unit.void(x))
+    np.testing.assert_allclose(d.opening(y) / world, unit.opening(x), rtol=0, atol=1e-13)
+    ours, theirs = d.forward_field(y), unit.forward_field(x)
+    np.testing.assert_array_equal(ours.found, theirs.found)
+    assert ours.found.mean() > 0.5
+    both = ours.displacement / world, theirs.displacement
+    np.testing.assert_allclose(*both, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("world", [1e-9, 1e-4, 1.0, 1e9])
+@pytest.mark.parametrize("dragged", [1, 2])
+def test_what_is_found_beside_a_single_control_point_is_right(world, dragged, device):
+    """Places that are pushed through the plane have no place, however small the world is."""
+    rest = np.array([(0.9, 0.5, 0.5), (0.1, 0.2, 0.5), (0.2, 0.8, 0.5), (0.3, 0.4, 0.9)]) * world
+    deformed = rest.copy()
+    deformed[:dragged, 0] -= 0.02 * world
+    middle = np.full(3, 0.5) * world
+    d = Deformation(rest, deformed, cuts=[Plane(middle, (1, 0, 0))], device=device)
+    x = np.c_[np.linspace(0.501, 0.56, 12), np.full(12, 0.5), np.full(12, 0.5)] * world
+    v = d.forward(x)
+    found = np.isfinite(v).all(axis=1)
+    np.testing.assert_array_equal(found, x[:, 0] > 0.52 * world)
+    truth = Deformation(rest, deformed, cuts=d.cuts, device="reference")
+    assert np.abs(truth.backward(v[found]) - x[found]).max() <= 1e-5 * world
+
+
+@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("far", [1e6, 1e12, 1e18, 1e30, 1e150, 1e300])
+def test_a_far_point_does_not_spoil_the_others(far, cut, device):
+    d, x = scaled_world(1.0, cut, device)
+    clean = d.forward_field(x)
+    y = x.copy()
+    y[7], y[8] = (far, 0, 0), (0, -far, far)
+    spoilt = d.forward_field(y)
+    near = np.arange(len(x)) > 8
+    np.testing.assert_array_equal(spoilt.found[near], clean.found[near])
+    np.testing.assert_allclose(
+        spoilt.displacement[near & clean.found], clean.displacement[near & clean.found], atol=1e-6
+    )
+    assert np.isfinite(spoilt.displacement).all() or far > 1e37
+    if far > 1e12:
+        assert not spoilt.found[7:9].any()
+    v = d.forward(y)
+    truth, _ = scaled_world(1.0, cut, "reference")
+    error = np.linalg.norm(truth.backward(v[spoilt.found]) - y[spoilt.found], axis=1)
+    size = np.maximum(1, np.abs(y[spoilt.found]).max(axis=1))
+    assert (error <= 2e-5 * size).all()
+
+
+def test_a_side_on_which_the_map_is_inside_out_everywhere(device):
+    """No sample of it can begin a search."""
+    rng = np.random.default_rng(61)
+    count = int(rng.integers(3, 15))
+    rng.choice(["rigid", "affine", "similarity"])
+    rest = rng.uniform(0, 1, (count, 3))
+    deformed = rest + rng.normal(0, 0.03, (count, 3))
+    plane = Plane((0.5, 0.5, 0.5), rng.normal(size=3))
+    d = Deformation(rest, deformed, "affine", cuts=[plane], device=device)
+    x = np.random.default_rng(0).uniform(0, 1, (3000, 3))
+    field = d.forward_field(x)
+    assert 0.8 < field.found.mean() < 1
+    assert np.isfinite(field.displacement).all()
+
+
+@pytest.mark.parametrize("name", ["rest", "deformed"])
+def test_control_points_beyond_float32_are_refused(name):
+    places = {"rest": [(0, 0, 0), (1, 0, 0)], "deformed": [(0, 0, 0), (1, 0, 0)]}
+    places[name] = [(0, 0, 0), (1e299, -1e299, 0)]
+    with pytest.raises(ValueError, match=f"`{name}` must be within 1e\\+37.* row 1"):
+        Deformation(**places)
+
+
+@pytest.mark.parametrize(
+    "cut",
+    [
+        Plane((0, 0, 1e20), (0, 0, 1)),
+        HalfPlane((1e20, 0, 0), (0, 0, 1), (1, 0, 0)),
+        Surface.polygon([(0, 0, 0), (1e20, 0, 0), (0, 1e20, 0)]),
+    ],
+)
+def test_cuts_far_beyond_the_control_points_are_refused(cut):
+    with pytest.raises(ValueError, match="`cuts` must be within 1e\\+10 times the extent"):
+        Deformation([(0, 0, 0), (1, 0, 0)], [(0, 0, 0), (1, 1, 0)], cuts=[cut])

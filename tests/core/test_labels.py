@@ -1,0 +1,197 @@
+"""Labels are not mixed, and segments keep their names."""
+
+import nibabel
+import numpy as np
+import pytest
+import SimpleITK
+import slicer_peer
+from slicer_peer import needs_slicer
+from test_frames import DRAGGED, HANDLES, RIGHT, as_itk, as_nifti, nrrd_bytes
+from test_io import scalars
+from vtk_fixtures import FAST, add_array, connect, control_points, update
+
+from vtk_mls import io
+from vtk_mls.cli import main
+from vtk_mls.files import control_point_files, provenance
+from vtk_mls.filters import MLSDeform
+
+LABELS = np.zeros((7, 8, 9), np.uint8)
+LABELS[2:5, 2:6, 1:5] = 1
+LABELS[2:5, 2:6, 5:8] = 4
+SEGMENTS = """Segment0_Color:=0.5 0.25 1
+Segment0_Extent:=1 4 2 5 2 4
+Segment0_ID:=Segment_1
+Segment0_LabelValue:=1
+Segment0_Layer:=0
+Segment0_Name:=bone: left & \u00fcber
+Segment1_Color:=1 0 0
+Segment1_Extent:=5 7 2 5 2 4
+Segment1_ID:=Segment_2
+Segment1_LabelValue:=4
+Segment1_Layer:=0
+Segment1_Name:=vessel
+Segmentation_MasterRepresentation:=Binary labelmap
+Segmentation_ReferenceImageExtentOffset:=0 0 0
+"""
+
+
+def _segmentation(path):
+    path.write_bytes(nrrd_bytes("LPS", RIGHT, LABELS, SEGMENTS))
+
+
+def _nifti(path):
+    image = as_nifti(RIGHT, LABELS)
+    image.header.set_intent("label")
+    nibabel.save(image, path)
+
+
+def _by_itk(path):
+    _nifti(path.with_name("y.nii"))
+    SimpleITK.WriteImage(SimpleITK.ReadImage(str(path.with_name("y.nii"))), str(path))
+
+
+MAKERS = {
+    ".seg.nrrd": _segmentation,
+    ".nii.gz": _nifti,
+    ".mha": _by_itk,
+    ".nrrd": _by_itk,
+}
+
+
+@pytest.fixture(params=MAKERS)
+def labels(request, tmp_path):
+    """A file of labels, and the control points beside it."""
+    path = tmp_path / f"x{request.param}"
+    MAKERS[request.param](path)
+    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
+    return path
+
+
+def deform(path, output, *options):
+    handles = path.with_name("h.csv")
+    arguments = ["deform", path, handles, output, "--device", "reference", *options]
+    assert main([str(each) for each in arguments]) == 0
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+def test_no_label_is_invented(tmp_path, labels, interpolation):
+    output = tmp_path / f"out{''.join(labels.suffixes)}"
+    deform(labels, output, "--interpolation", interpolation)
+    values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(output)))
+    assert set(np.unique(values)) == {0, 1, 4}
+    assert (values != LABELS).sum() > 20
+    # they are still labels for the next step, in any format
+    for suffix in (".mha", ".nrrd", ".nii"):
+        io.write_dataset(io.read_dataset(output), tmp_path / f"next{suffix}")
+        assert provenance.kept(io.read_dataset(tmp_path / f"next{suffix}"), "LabelArrays")
+
+
+def test_a_volume_of_the_same_numbers_is_mixed(tmp_path):
+    SimpleITK.WriteImage(as_itk(RIGHT, LABELS), str(tmp_path / "x.mha"))
+    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
+    deform(tmp_path / "x.mha", tmp_path / "out.mha")
+    assert not set(np.unique(scalars(io.read_dataset(tmp_path / "out.mha")))) <= {0, 1, 4}
+
+
+def test_labels_after_scaling_are_none(tmp_path):
+    image = as_nifti(RIGHT, LABELS)
+    image.header.set_intent("label")
+    image.header.set_slope_inter(0.5, 0)
+    nibabel.save(image, tmp_path / "x.nii")
+    assert provenance.kept(io.read_dataset(tmp_path / "x.nii"), "LabelArrays") == ()
+
+
+SLICER_SEGMENTS = """
+import sys, slicer
+from vtk.util.numpy_support import vtk_to_numpy
+scene = slicer.vtkMRMLScene()
+for path in sys.argv[1:]:
+    node, storage = slicer.vtkMRMLSegmentationNode(), slicer.vtkMRMLSegmentationStorageNode()
+    scene.AddNode(node)
+    storage.SetFileName(path)
+    assert storage.ReadData(node)
+    for number in range(node.GetSegmentation().GetNumberOfSegments()):
+        segment = node.GetSegmentation().GetNthSegment(number)
+        image, label = segment.GetRepresentation("Binary labelmap"), segment.GetLabelValue()
+        count = (vtk_to_numpy(image.GetPointData().GetScalars()) == label).sum()
+        print("#", segment.GetName(), *segment.GetColor(), label, count, sep="|")
+"""
+
+
+@needs_slicer
+def test_slicer_reads_the_segments(tmp_path):
+    _segmentation(tmp_path / "x.seg.nrrd")
+    control_point_files.write(
+        tmp_path / "h.csv", HANDLES, DRAGGED + [4, 0, 0]
+    )  # out of the old extents
+    paths, expected = [], []
+    for grid in ("input", "fitted"):
+        deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd", "--grid", grid)
+        for name in ("out.seg.nrrd", "out.nrrd", "out.seg.nhdr"):
+            paths.append(tmp_path / f"{grid}-{name}")
+            io.write_dataset(io.read_dataset(tmp_path / "out.seg.nrrd"), paths[-1])
+            values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(paths[-1])))
+            counts = [str((values == label).sum()) for label in (1, 4)]
+            expected.append(["bone: left & \u00fcber", "0.5", "0.25", "1.0", "1", counts[0]])
+            expected.append(["vessel", "1.0", "0.0", "0.0", "4", counts[1]])
+    printed = slicer_peer.run(SLICER_SEGMENTS, *paths).splitlines()
+    assert [line.split("|")[1:] for line in printed if line.startswith("#")] == expected
+
+
+def test_segments_in_layers_overlap(tmp_path):
+    layers = np.stack([LABELS, np.roll(LABELS, 2, axis=1)], axis=-1)
+    header = nrrd_bytes("LPS", RIGHT, layers, SEGMENTS.replace("1_Layer:=0", "1_Layer:=1"))
+    for old, new in (
+        (b"dimension: 3", b"dimension: 4"),
+        (b"sizes: ", b"sizes: 2 "),
+        (b"directions: ", b"directions: none "),
+        (b"kinds: ", b"kinds: list "),
+    ):
+        header = header.replace(old, new, 1)
+    (tmp_path / "x.seg.nrrd").write_bytes(header)
+    image = io.read_dataset(tmp_path / "x.seg.nrrd")
+    np.testing.assert_array_equal(scalars(image), layers.reshape(-1, 2))
+    io.write_dataset(image, tmp_path / "y.seg.nrrd")
+    back = SimpleITK.ReadImage(str(tmp_path / "y.seg.nrrd"))
+    np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(back), layers)
+    assert back.GetMetaData("Segment1_Layer") == "1"
+    assert back.GetMetaData("Segment1_Extent") == "0 8 0 7 0 6"
+    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
+    deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd")
+    assert set(np.unique(scalars(io.read_dataset(tmp_path / "out.seg.nrrd")))) == {0, 1, 4}
+
+
+def test_a_segmentation_holds_integers(tmp_path):
+    SimpleITK.WriteImage(as_itk(RIGHT, LABELS.astype(np.float32)), str(tmp_path / "x.mha"))
+    image = io.read_dataset(tmp_path / "x.mha")
+    with pytest.raises(ValueError, match=r"y\.seg\.nrrd` is for labels.*float32"):
+        io.write_dataset(image, tmp_path / "y.seg.nrrd")
+    assert not (tmp_path / "y.seg.nrrd").exists()
+
+
+def test_what_is_no_label_does_not_say_so(tmp_path):
+    """A volume beside the labels, in the dataset that came from their file."""
+    _segmentation(tmp_path / "x.seg.nrrd")
+    image = io.read_dataset(tmp_path / "x.seg.nrrd")
+    add_array(image.GetPointData(), "CT", LABELS.ravel())
+    image.GetPointData().SetActiveScalars("CT")
+    for suffix in (".nrrd", ".mha", ".nii"):
+        io.write_dataset(image, tmp_path / f"y{suffix}")
+        back = io.read_dataset(tmp_path / f"y{suffix}")
+        assert provenance.kept(back, provenance.LABEL_ARRAYS) == ()
+    assert b"Segment" not in (tmp_path / "y.nrrd").read_bytes()
+
+
+def test_other_arrays_than_those_of_labels_are_mixed(tmp_path):
+    """Field data name the arrays, in any dataset; names of arrays that are gone do no harm."""
+    _segmentation(tmp_path / "x.seg.nrrd")
+    image = io.read_dataset(tmp_path / "x.seg.nrrd")
+    add_array(image.GetPointData(), "CT", LABELS.ravel())
+    provenance.keep(image, provenance.LABEL_ARRAYS, ["NRRD", "gone"])
+    deforming = connect(MLSDeform(), image, control_points(HANDLES, DRAGGED))
+    deforming.SetDevice(FAST)
+    output = update(deforming).GetPointData()
+    assert set(np.unique(scalars(update(deforming)))) == {0, 1, 4}
+    assert provenance.kept(update(deforming), provenance.LABEL_ARRAYS) == ("NRRD", "gone")
+    values = {output.GetArray("CT").GetValue(i) for i in range(504)}
+    assert not values <= {0, 1, 4}

@@ -1,0 +1,151 @@
+"""Parts of a grid get the values of the whole, to the bit, from just the source that they need."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+
+from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Surface
+from vtk_mls.engine import device, dispatch, engine
+
+REACH = {"nearest": 0, "linear": 0, "cubic": 1}
+
+WHOLE = (37, 22, 19)
+PARTS = [  # first index and dimensions
+    ((0, 0, 0), (37, 22, 10)),
+    ((0, 0, 10), (37, 22, 9)),
+    ((5, 3, 2), (11, 18, 17)),
+    ((36, 21, 18), (1, 1, 1)),
+    ((13, 0, 18), (24, 1, 1)),
+]
+CUTS = {
+    "none": (),
+    "plane": (Plane((100, 120, 130), (0.2, 1, 0.1)),),
+    "half-plane and surface": (
+        HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),
+        Surface.polygon([(20, 60, 90), (200, 60, 95), (190, 70, 220), (30, 66, 200)]),
+    ),
+}
+
+
+@pytest.fixture
+def grid(rng):
+    size = 256 / np.array(WHOLE)
+    return Grid(WHOLE, (3.3, -2.1, 5.7), size, random_rotation(rng) * [1, 1, -1])
+
+
+@pytest.fixture(params=CUTS)
+def cuts(request):
+    return CUTS[request.param]
+
+
+def block(first, dimensions):
+    """Where a part lies in the arrays of the whole."""
+    return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+
+
+def needed(d, source, target, reach):
+    """The part of `source` that interpolation needs for `target`, and where it lies."""
+    low, high = d.source_bounds(source, target)
+    if not np.isfinite(low).all():
+        low = high = np.zeros(3)
+    size = np.array(source.dimensions)
+    low = np.clip(np.floor(low - 1e-3) - reach, 0, size - 1).astype(int)
+    high = np.clip(np.ceil(high + 1e-3) + reach, 0, size - 1).astype(int)
+    return source.part(low, high - low + 1), block(low, high - low + 1)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("lanes", ["vectors", "scalars"])
+def test_a_part_is_the_whole_to_the_bit(key, lanes, kind_and_degree, cuts, grid, rng, monkeypatch):
+    if lanes == "scalars":
+        monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
+    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=cuts)
+    check(d, grid)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+def test_a_large_alpha_too(key, kind_and_degree, grid, rng):
+    """Rotations are fitted again at some places and not at others, side by side."""
+    check(deformation(*random_handles(rng, 15), kind_and_degree, key, alpha=3), grid)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("hard", HARD_SETS)
+def test_hard_sets_too(key, hard, grid, rng):
+    rest, deformed = HARD_SETS[hard](rng)
+    if hard.startswith("at "):
+        size = np.ptp(deformed, axis=0).max() / 256
+        grid = Grid(WHOLE, deformed.min(axis=0), size * grid.spacing, grid.direction)
+    d = deformation(rest, deformed, ("rigid", 1), key)
+    check(d, grid, PARTS[:3] if len(rest) < 1000 else PARTS[2:3])
+
+
+def check(d, grid, parts=PARTS):
+    field, jacobian = d.displacement_field(grid), d.jacobian_field(grid)
+    image = np.random.default_rng(1).normal(size=grid.shape).astype(np.float32)
+    resampled = {i: d.resample([image], grid, interpolation=i)[0] for i in INTERPOLATIONS}
+    for first, dimensions in parts:
+        part, here = grid.part(first, dimensions), block(first, dimensions)
+        got = d.displacement_field(part)
+        np.testing.assert_array_equal(got.displacement, field.displacement[here])
+        np.testing.assert_array_equal(d.jacobian_field(part), jacobian[here])
+        if d.cuts:
+            np.testing.assert_array_equal(got.opening, field.opening[here])
+        for method, expected in resampled.items():
+            source, there = needed(d, grid, part, REACH[method])
+            (values,) = d.resample([image[there]], source, part, method)
+            np.testing.assert_array_equal(values, expected[here], err_msg=method)
+
+
+def test_the_specification_agrees(kind_and_degree, cuts, grid, rng):
+    d = deformation(*random_handles(rng, 8), kind_and_degree, cuts=cuts)
+    first, dimensions = PARTS[2]
+    part, here = grid.part(first, dimensions), block(first, dimensions)
+    got = d.displacement_field(part).displacement
+    np.testing.assert_allclose(
+        got, d.displacement_field(grid).displacement[here], rtol=0, atol=1e-5
+    )
+    image = rng.normal(size=grid.shape)
+    source, there = needed(d, grid, part, 1)
+    (values,) = d.resample([image[there]], source, part, "cubic")
+    (expected,) = d.resample([image], grid, interpolation="cubic")
+    np.testing.assert_allclose(values, expected[here], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
+    """As on a GPU whose memory is small."""
+    chosen = engine.on(dispatch.choose(key))
+    d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
+    image = rng.normal(size=(*grid.shape, 4))
+    (expected,) = d.resample([image], grid, interpolation="cubic")
+    first, dimensions = PARTS[2]
+    source, there = needed(d, grid, grid.part(first, dimensions), 1)
+    monkeypatch.setattr(chosen, "_in_place", False)
+    monkeypatch.setattr(chosen, "memory", image[there].nbytes)
+    (got,) = d.resample([image[there]], source, grid.part(first, dimensions), "cubic")
+    np.testing.assert_array_equal(got, expected[block(first, dimensions)])
+
+
+@pytest.mark.parametrize("key", ["reference", *DEVICES])
+def test_bounds_of_what_is_needed(key):
+    shift = [(3.25, 0, -1.5)]
+    d = deformation(np.add(shift, 5), [(5, 5, 5)], ("rigid", 1), key)
+    grid = Grid((20, 21, 22))
+    low, high = d.source_bounds(grid, grid.part((2, 4, 6), (3, 4, 5)))
+    np.testing.assert_allclose([low, high], [(5.25, 4, 4.5), (7.25, 7, 8.5)], atol=1e-5)
+    # beyond the source, and as far as its border continues
+    low, high = d.source_bounds(grid, grid.part((10, 4, 0), (10, 1, 3)))
+    np.testing.assert_allclose([low, high], [(13.25, 4, -0.5), (19.25, 4, 0.5)], atol=1e-5)
+    low, high = d.source_bounds(grid, grid.part((17, 4, 6), (3, 4, 5)))
+    assert (low == np.inf).all()
+    assert (high == -np.inf).all()
+
+
+def test_parts_of_parts(grid):
+    part = grid.part((2, 3, 4), (9, 8, 7)).part((1, 1, 1), (2, 2, 2))
+    assert part.whole is grid
+    assert part.first == (3, 4, 5)
+    np.testing.assert_array_equal(part.points(), grid.at(part.indices() + part.first))
+    with pytest.raises(ValueError, match=r"`first` and `dimensions` must be of a part of the"):
+        grid.part((0, 0, 18), (2, 2, 2))

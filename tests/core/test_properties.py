@@ -1,0 +1,205 @@
+"""What every backward map must do, asked of the specification and of each device."""
+
+import numpy as np
+import pytest
+from conftest import (
+    DEVICES,
+    EXTENT,
+    deformation,
+    places,
+    random_handles,
+    random_rotation,
+)
+
+from vtk_mls.control_points import monomial_values
+
+# Share of the extent that float64 arithmetic, or float32 kernels, may lose.
+PRECISION = {"reference": 1e-10} | {device: 2e-6 for device in DEVICES}
+
+
+@pytest.fixture(params=PRECISION)
+def device(request):
+    return request.param
+
+
+def size_of(points):
+    return np.ptp(points, axis=0).max()
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1, 1.3, 2, 3])
+def test_interpolates_the_control_points(hard_set, kind_and_degree, alpha, device):
+    _, rest, deformed = hard_set
+    d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
+    # one place cannot have two origins: coincident control points count as one
+    rest, deformed = d.regions[0].handles.rest[:300], d.regions[0].handles.deformed[:300]
+    error = np.abs(d.backward(deformed) - rest).max()
+    reach = max(size_of(d.rest), size_of(d.deformed), 1e-6 * np.abs(d.rest).max())
+    assert error <= PRECISION[device] * reach
+
+
+def test_is_the_identity_where_nothing_moved(hard_set, kind_and_degree, device, rng):
+    _, _, deformed = hard_set
+    d = deformation(deformed, deformed, kind_and_degree, device)
+    v = places(rng, deformed, 100)
+    np.testing.assert_array_equal(d.backward(v), v)
+    np.testing.assert_array_equal(d.jacobian(v), np.broadcast_to(np.eye(3), (len(v), 3, 3)))
+    field = d.displacement_field((5, 4, 3), deformed[0], np.full(3, size_of(deformed) / 9 + 1e-30))
+    np.testing.assert_array_equal(field.displacement, 0)
+
+
+def test_is_a_translation_where_all_move_alike(kind_and_degree, device, rng):
+    _, deformed = random_handles(rng, 9)
+    d = deformation(deformed + [1, -2, 0.5], deformed, kind_and_degree, device)
+    v = places(rng, deformed)
+    np.testing.assert_allclose(d.backward(v), v + [1, -2, 0.5], rtol=0, atol=1e-9)
+
+
+def own_map(kind, degree, rng):
+    """A random map of the kind, as a function on points around the centre of the cube."""
+    rotation = random_rotation(rng)
+    if kind == "rigid":
+        return lambda v: (v - 128) @ rotation.T + 120
+    if kind == "similarity":
+        return lambda v: 0.8 * (v - 128) @ rotation.T + 140
+    if kind == "affine":
+        matrix = rotation + rng.normal(0, 0.2, (3, 3))
+        return lambda v: (v - 128) @ matrix.T + 120
+    count = {1: 3, 2: 9, 3: 19}[degree]
+    coefficients = rng.normal(0, 0.3, (count, 3))
+    return lambda v: 128 + 128 * monomial_values((v - 128) / 128, degree) @ coefficients
+
+
+def test_reproduces_its_own_maps(kind_and_degree, device, rng):
+    kind, degree = kind_and_degree
+    own = own_map(kind, degree, rng)
+    deformed = rng.uniform(0, EXTENT, (40, 3))
+    d = deformation(own(deformed), deformed, kind_and_degree, device)
+    v = rng.uniform(0, EXTENT, (500, 3))
+    expected = own(v)
+    tolerance = PRECISION[device] * size_of(expected) * (10 if kind == "polynomial" else 1)
+    np.testing.assert_allclose(d.backward(v), expected, rtol=0, atol=tolerance)
+
+
+def test_does_not_depend_on_the_order_of_control_points(kind_and_degree, device, rng):
+    rest, deformed = random_handles(rng, 25)
+    order = rng.permutation(25)
+    v = places(rng, deformed)
+    one = deformation(rest, deformed, kind_and_degree, device).backward(v)
+    other = deformation(rest[order], deformed[order], kind_and_degree, device).backward(v)
+    np.testing.assert_allclose(one, other, rtol=0, atol=10 * PRECISION[device] * EXTENT)
+
+
+@pytest.mark.parametrize("count", [2, 3, 7, 25])
+def test_moves_and_scales_with_everything(kind_and_degree, device, count, rng):
+    """Same answer in a frame that is turned, scaled and moved, also for degenerate sets."""
+    rest, deformed = random_handles(rng, count)
+    rotation, factor, offset = random_rotation(rng), 3.7, np.array([400, -300, 50])
+
+    def frame(points):
+        return factor * points @ rotation.T + offset
+
+    v = places(rng, deformed)
+    one = frame(deformation(rest, deformed, kind_and_degree, device).backward(v))
+    other = deformation(frame(rest), frame(deformed), kind_and_degree, device).backward(frame(v))
+    reach = max(size_of(one), factor * EXTENT)
+    np.testing.assert_allclose(one, other, rtol=0, atol=20 * PRECISION[device] * reach)
+
+
+def test_weights_count_as_repeated_control_points(kind_and_degree, device, rng):
+    rest, deformed = random_handles(rng, 12)
+    weights = rng.integers(1, 4, 12)
+    v = places(rng, deformed)
+    one = deformation(rest, deformed, kind_and_degree, device, weights=weights)
+    repeated = np.repeat(np.arange(12), weights)
+    other = deformation(rest[repeated], deformed[repeated], kind_and_degree, device)
+    np.testing.assert_allclose(
+        one.backward(v), other.backward(v), rtol=0, atol=20 * PRECISION[device] * EXTENT
+    )
+
+
+def test_coincident_control_points_count_as_their_mean(kind_and_degree, device, rng):
+    rest, deformed = random_handles(rng, 8)
+    deformed[5] = deformed[4]
+    d = deformation(rest, deformed, kind_and_degree, device, weights=[1, 1, 1, 1, 3, 1, 1, 1])
+    expected = (3 * rest[4] + rest[5]) / 4
+    got = d.backward(deformed[4:5])[0]
+    np.testing.assert_allclose(got, expected, rtol=0, atol=10 * PRECISION[device] * EXTENT)
+
+
+def test_is_finite_for_hard_sets(hard_set, kind_and_degree, device, rng):
+    _, rest, deformed = hard_set
+    v = places(rng, deformed, 50)[:200]
+    for alpha in (0.5, 1, 2.2, 3):
+        d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
+        assert np.isfinite(d.backward(v)).all()
+        assert np.isfinite(d.jacobian(v)).all()
+
+
+def test_one_control_point_translates(kind_and_degree, device):
+    d = deformation([[1, 2, 3]], [[2, 2, 2]], kind_and_degree, device)
+    np.testing.assert_allclose(d.backward([[9, 9, 9]]), [[8, 9, 10]], rtol=0, atol=1e-6)
+
+
+def test_a_line_turns_without_twist(device):
+    """Two control points turned by 90 degrees about z: z itself stays."""
+    for kind in ("rigid", "similarity"):
+        d = deformation([[0, 0, 0], [0, 2, 0]], [[0, 0, 0], [2, 0, 0]], (kind, 1), device)
+        got = d.backward([[1, 0, 0], [0, 0, 1], [0, 1, 0]])
+        expected = [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]
+        np.testing.assert_allclose(got, expected, rtol=0, atol=1e-5)
+
+
+def test_a_plane_keeps_what_is_across_it(device):
+    """Affine and polynomial maps of a flat set leave the direction across it alone."""
+    xy = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 0], [2, 1, 0], [1, 3, 0]], float)
+    for kind in (("affine", 1), ("polynomial", 1)):
+        d = deformation(xy * [1.5, 1, 1], xy, kind, device)
+        np.testing.assert_allclose(d.backward([[1, 1, 3]]), [[1.5, 1, 3]], rtol=0, atol=1e-5)
+
+
+def test_jacobian_is_the_derivative(kind_and_degree, rng):
+    """The specification's closed form against differences of the specification's map."""
+    for count in (1, 2, 3, 4, 7, 15, 40):
+        for alpha in (1, 1.3, 2):
+            rest, deformed = random_handles(rng, count)
+            d = deformation(rest, deformed, kind_and_degree, alpha=alpha)
+            v, step = rng.uniform(0, EXTENT, (50, 3)), 1e-3
+            slopes = [
+                (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
+                for axis in np.eye(3)
+            ]
+            got, expected = d.jacobian(v), np.stack(slopes, axis=2)
+            assert np.abs(got - expected).max() <= 1e-5 * max(1, np.abs(expected).max())
+
+
+def test_jacobian_at_a_control_point_is_the_limit(kind_and_degree, device, rng):
+    rest, deformed = random_handles(rng, 15)
+    d = deformation(rest, deformed, kind_and_degree, device)
+    near = d.jacobian(deformed + 1e-4)
+    np.testing.assert_allclose(d.jacobian(deformed), near, rtol=0, atol=2e-3)
+
+
+def test_affine_solves_the_normal_equations(rng):
+    """Against Eq. 7 written out, which the specification does not use."""
+    rest, deformed = random_handles(rng, 15)
+    v = rng.uniform(0, EXTENT, (20, 3))
+    d = deformation(rest, deformed, ("affine", 1), alpha=1.5)
+    for place, got in zip(v, d.backward(v)):
+        w = 1 / np.linalg.norm(deformed - place, axis=1) ** 3
+        p_star, q_star = w @ rest / w.sum(), w @ deformed / w.sum()
+        p, q = rest - p_star, deformed - q_star
+        m = np.linalg.solve((w[:, None] * q).T @ q, (w[:, None] * q).T @ p)
+        np.testing.assert_allclose(got, (place - q_star) @ m + p_star, rtol=0, atol=1e-9)
+
+
+def test_rigid_is_the_best_rotation(rng):
+    """Against the singular value decomposition (Kabsch), which the specification does not use."""
+    rest, deformed = random_handles(rng, 15, 40)
+    v = rng.uniform(0, EXTENT, (20, 3))
+    d = deformation(rest, deformed, ("rigid", 1))
+    for place, got in zip(v, d.backward(v)):
+        w = 1 / np.linalg.norm(deformed - place, axis=1) ** 2
+        p_star, q_star = w @ rest / w.sum(), w @ deformed / w.sum()
+        u, _, vt = np.linalg.svd((w[:, None] * (deformed - q_star)).T @ (rest - p_star))
+        m = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+        np.testing.assert_allclose(got, (place - q_star) @ m + p_star, rtol=0, atol=1e-9)

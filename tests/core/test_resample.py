@@ -1,0 +1,187 @@
+"""Images through the map: on the specification and on each device."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES, random_rotation
+
+from vtk_mls import INTERPOLATIONS, Deformation, Grid
+from vtk_mls.sampling import sample
+
+DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
+DTYPES += ["float32", "float64"]
+
+
+@pytest.fixture(params=["reference", *DEVICES])
+def device(request):
+    return request.param
+
+
+def random_array(rng, dtype, shape):
+    if dtype.startswith("f"):
+        return rng.normal(size=shape).astype(dtype)
+    limits = np.iinfo(dtype)
+    return rng.integers(limits.min, limits.max, shape, dtype=dtype, endpoint=True)
+
+
+def oriented_grid(rng, dimensions=(23, 17, 12)):
+    return Grid(dimensions, (30, -20, 5), (1.5, 0.7, 2), random_rotation(rng))
+
+
+def handles_in(grid, rng, count=12, shift=2.0):
+    deformed = grid.at(rng.uniform(0, 1, (count, 3)) * grid.dimensions)
+    return deformed + rng.normal(0, shift, (count, 3)), deformed
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_the_identity_keeps_every_bit(device, dtype, interpolation, rng):
+    grid = oriented_grid(rng)
+    image, vectors = (random_array(rng, dtype, grid.shape + c) for c in ((), (3,)))
+    if dtype.startswith("f"):
+        image.flat[:4] = np.nan, np.inf, -np.inf, -0.0
+    handles = handles_in(grid, rng)[1]
+    d = Deformation(handles, handles, device=device)
+    for given, got in zip(
+        (image, vectors), d.resample([image, vectors], grid, interpolation=interpolation)
+    ):
+        assert got.dtype == given.dtype
+        assert got.tobytes() == given.tobytes()
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_devices_agree_with_the_specification(key, dtype, interpolation, rng):
+    grid = oriented_grid(rng)
+    arrays = [random_array(rng, dtype, grid.shape + c) for c in ((), (2,))]
+    handles = handles_in(grid, rng)
+    expected, got = (
+        Deformation(*handles, device=name).resample(
+            arrays, grid, interpolation=interpolation, background=7
+        )
+        for name in ("reference", key)
+    )
+    for a, b in zip(expected, got):
+        size = float(arrays[0].max()) - float(arrays[0].min())
+        error = np.abs(a.astype(float) - b.astype(float))
+        # the last digit of a rounded integer can go either way
+        allowed = 2e-5 * size + (1 if dtype[0] in "iu" else 0)
+        assert np.mean(error > allowed) <= (2e-3 if interpolation == "nearest" else 1e-4)
+
+
+def test_linear_functions_come_through_exactly(device, rng):
+    """A ramp sampled through the map is the ramp of the map."""
+    grid = oriented_grid(rng)
+    ramp = (grid.points() @ [0.3, -0.2, 0.5] + 4).reshape(grid.shape)
+    d = Deformation(*handles_in(grid, rng), "similarity", device=device)
+    expected = (d.backward(grid.points()) @ [0.3, -0.2, 0.5] + 4).reshape(grid.shape)
+    index = grid.index_of(d.backward(grid.points())).reshape(*grid.shape, 3)
+    margins = {"linear": 0, "cubic": 1}
+    for interpolation, margin in margins.items():
+        inside = (index >= margin) & (index <= np.array(grid.dimensions) - 1 - margin)
+        inside = inside.all(axis=-1)
+        assert inside.mean() > 0.2
+        got = d.resample([ramp], grid, interpolation=interpolation)[0]
+        np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
+
+
+def test_integers_are_rounded_and_kept_in_range(device):
+    grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), origin=(0.75, 0, 0))
+    image = np.array([0, 10, 255, 255, 0], np.uint8).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    (linear,) = d.resample([image], grid, target)
+    np.testing.assert_array_equal(linear.ravel(), [8, 194, 255, 64])  # 7.5, 193.75, 255, 63.75
+    (cubic,) = d.resample([image], grid, target, interpolation="cubic")
+    assert cubic.ravel()[2] == 255  # would overshoot
+
+
+def test_background_begins_half_a_voxel_outside(device):
+    grid = Grid((3, 1, 1))
+    image = np.array([1.0, 2.0, 3.0]).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    target = Grid((9, 1, 1), origin=(-0.95, 0, 0), spacing=(0.5, 1, 1))
+    for interpolation in INTERPOLATIONS:
+        (got,) = d.resample([image], grid, target, interpolation, background=-5)
+        # at -0.95, -0.45, 0.05, 0.55, ..., 2.05, 2.55, 3.05
+        np.testing.assert_array_equal(got.ravel()[[0, 1, 7, 8]], [-5, 1, -5, -5])
+        assert got.ravel()[6] == pytest.approx(3)
+
+
+def test_background_is_kept_in_the_range_of_the_type(device):
+    d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
+    grid = Grid((2, 2, 2))
+    (got,) = d.resample([np.zeros(grid.shape, np.uint8)], grid, background=-1000)
+    assert (got == 0).all()
+
+
+def test_each_array_has_its_own_interpolation(device):
+    grid, target = Grid((2, 1, 1)), Grid((1, 1, 1), origin=(0.25, 0, 0))
+    values = np.array([0.0, 8.0]).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    near, linear = d.resample([values, values], grid, target, ["nearest", "linear"])
+    assert (near.item(), linear.item()) == (0, 2)
+
+
+def test_a_neighbour_without_weight_brings_nothing_in(device):
+    """NaN beside a place exactly between two others does not spread."""
+    grid, target = Grid((2, 2, 1)), Grid((1, 1, 1), origin=(0.5, 0, 0))
+    values = np.array([[2.0, 4.0], [np.nan, np.inf]]).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    assert d.resample([values], grid, target)[0].item() == 3
+
+
+def test_one_slice_stays_one_slice(device, rng):
+    grid = Grid((20, 15, 1), spacing=(1, 1, 5))
+    image = rng.normal(size=grid.shape)
+    rest, deformed = (h * [1, 1, 0] for h in handles_in(grid, rng, 6))
+    got = Deformation(rest, deformed, device=device).resample([image], grid)[0]
+    assert got.shape == grid.shape
+    assert np.ptp(got) > 0
+
+
+def test_sample_is_catmull_rom():
+    """Quadratics between inner points, which linear interpolation misses."""
+    x = np.arange(8.0)
+    values, grid = (x**2).reshape(1, 1, 8), Grid((8, 1, 1))
+    index = np.array([[2.3, 0, 0], [4.75, 0, 0]])
+    np.testing.assert_allclose(sample(values, index, "cubic", 0, grid), [2.3**2, 4.75**2])
+    assert sample(values, index, "linear", 0, grid)[0] == pytest.approx(0.7 * 4 + 0.3 * 9)
+
+
+@pytest.mark.parametrize("kind", ["affine", "rigid", "similarity", "polynomial"])
+def test_fitted_grid_holds_the_whole_volume(device, kind, rng):
+    """No place outside of the fitted grid has its origin in the volume."""
+    if device == "reference" and kind == "polynomial" and DEVICES:
+        pytest.skip("takes the specification half a minute; the devices show it")
+    source = oriented_grid(rng, (40, 30, 20))
+    rest, deformed = handles_in(source, rng, 12, 4)
+    d = Deformation(rest, deformed, kind, device=device)
+    fitted = d.fitted_grid(source)
+    np.testing.assert_array_equal(fitted.spacing, source.spacing)
+    first = source.index_of(fitted.origin[None])[0]
+    np.testing.assert_allclose(first, np.rint(first), atol=1e-9)
+    around = Grid(
+        np.array(fitted.dimensions) + 20,
+        fitted.at([[-10, -10, -10]])[0],
+        source.spacing,
+        source.direction,
+    )
+    ones = np.ones(source.shape, np.uint8)
+    held = d.resample([ones], source, fitted, "nearest")[0].sum()
+    assert held == d.resample([ones], source, around, "nearest")[0].sum()
+    if kind != "polynomial":  # which also brings copies from far away
+        assert fitted.size < 10 * source.size
+
+
+def test_fitted_grid_of_a_slice_is_a_slice(device):
+    source = Grid((20, 15, 1))
+    d = Deformation([[5, 5, 0], [15, 10, 0]], [[8, 5, 0], [19, 14, 0]], device=device)
+    assert d.fitted_grid(source).dimensions[2] == 1
+
+
+def test_fitted_grid_follows_a_far_move(device):
+    source = Grid((10, 10, 10))
+    d = Deformation([[5, 5, 5]], [[1005, 5, 5]], device=device)
+    fitted = d.fitted_grid(source)
+    got = d.resample([np.ones(source.shape)], source, fitted)[0]
+    assert got.sum() == pytest.approx(1000)

@@ -1,0 +1,67 @@
+"""Calls single functions of the kernels, on many numbers at once."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from vtk_mls.engine import device
+
+_KERNEL = """
+KERNEL void call(__global const float *table, const long count, __global const float *in,
+                 __global float *out) {{
+  long first = (long)get_global_id(0) * LANES;
+  real a[{inputs}], r[{outputs}];
+  for (int i = 0; i < {inputs}; ++i) a[i] = LOAD(in + i * count + first);
+  for (int i = 0; i < {outputs}; ++i) r[i] = 0;
+  {body}
+  for (int i = 0; i < {outputs}; ++i) STORE(r[i], out + i * count + first);
+}}
+"""
+
+
+def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants):
+    """What lines of OpenCL C that call functions give, for each row of their arguments.
+
+    Parameters
+    ----------
+    key : str
+        Of a device.
+    lanes : int
+        Rows that a work item takes at once.
+    files : sequence of str
+        Files of opencl/ with the functions, beside types.cl.
+    body : str
+        Reads `real a[]`, a row of the arguments, and the floats `table`; writes `real r[]`.
+    arguments : (n, inputs) array_like
+        Taken as float32.
+    outputs : int
+        Numbers in `r`.
+
+    Returns
+    -------
+    (n, outputs) float32
+    """
+    import pyopencl as cl
+
+    chosen = next(each for each in device.list_devices() if each.key == key)
+    rows = np.atleast_2d(np.asarray(arguments, np.float32))
+    padded = np.resize(rows, (-(-len(rows) // 16) * 16, rows.shape[1]))
+    text = _KERNEL.format(inputs=rows.shape[1], outputs=outputs, body=body)
+    text = "\n".join([device.source(name) for name in ("types.cl", *files)] + [text])
+    options = [f"-D{name}={value}" for name, value in {"LANES": lanes, **constants}.items()]
+    context, queue = device.context(chosen), device.queue(chosen)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a compiler's praise of itself
+        kernel = cl.Program(context, text).build(options=["-w", *options]).call
+    copied = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+    tables, planes = (
+        cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(each, np.float32))
+        for each in (table, padded.T)
+    )
+    result = np.empty((outputs, len(padded)), np.float32)
+    out = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, result.nbytes)
+    kernel(queue, (len(padded) // lanes,), None, tables, np.int64(len(padded)), planes, out)
+    cl.enqueue_copy(queue, result, out)
+    return result.T[: len(rows)]

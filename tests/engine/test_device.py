@@ -1,0 +1,283 @@
+"""Choice of the device and errors of its driver."""
+
+import dataclasses
+import multiprocessing
+import types
+
+import pyopencl as cl
+import pytest
+from conftest import DEVICES
+
+from vtk_mls import Deformation, DeviceError, reference
+from vtk_mls.engine import device, dispatch, engine, proof
+
+ONE = ([[0, 0, 0]], [[1, 0, 0]])
+GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)
+WIDE = types.SimpleNamespace(native_vector_width_float=16)
+CPU = device.Device("1:0", "Slow", "Other", "cpu", "OpenCL 3.0", WIDE)
+GOOD = proof.Verdict(8, speed=1.0)
+BAD = proof.Verdict(0, ("with 1 point per work item it is broken",))
+
+needs_device = pytest.mark.skipif(
+    not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
+)
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """Pretend that these devices are there, with verdicts, all of them good unless given."""
+
+    def pretend(*devices, **verdicts):
+        known = {d.key: verdicts.get(d.name.lower(), GOOD) for d in devices}
+        monkeypatch.setattr(device, "find", lambda: (list(devices), "OpenCL has no device"))
+        monkeypatch.setattr(proof, "verdicts", lambda asked: [known[d.key] for d in asked])
+        monkeypatch.setattr(proof, "known", lambda d: known[d.key])
+
+    return pretend
+
+
+def key_of(chosen):
+    return chosen and chosen.key
+
+
+def test_first_gpu_else_fastest_cpu(found):
+    found(CPU, GPU)
+    assert key_of(dispatch.choose()) == GPU.key
+    assert key_of(dispatch.choose("cpu")) == CPU.key
+    assert key_of(dispatch.choose("1:0")) == CPU.key
+    found(CPU)
+    assert key_of(dispatch.choose()) == CPU.key
+    faster = dataclasses.replace(CPU, key="2:0", name="Faster")
+    found(CPU, faster, faster=proof.Verdict(4, speed=2.0))
+    assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
+
+
+def test_a_device_gets_the_width_that_it_has_proven(found):
+    found(CPU)
+    assert CPU.lanes == 16
+    assert dispatch.choose().lanes == 8
+
+
+def test_a_device_that_fails_is_passed_over(found):
+    second = dataclasses.replace(CPU, key="2:0", name="Sound")
+    found(GPU, CPU, second, fast=BAD, slow=BAD)
+    assert key_of(dispatch.choose()) == second.key
+
+
+def test_without_any_that_computes_right_the_specification_does(found, caplog):
+    found(CPU, slow=BAD)
+    assert dispatch.engine_for() is reference
+    assert "numpy does it, slowly; found 1:0 Slow" in caplog.text
+
+
+def test_a_named_device_is_never_replaced(found):
+    found(GPU, CPU, fast=BAD)
+    for name in ("0:0", "gpu"):
+        with pytest.raises(
+            DeviceError, match=rf"no OpenCL device `{name}` that works; found .* it is broken"
+        ):
+            dispatch.choose(name)
+
+
+def test_errors_list_what_there_is(found):
+    found(CPU)
+    with pytest.raises(DeviceError, match=r"no OpenCL device `gpu`; found 1:0 Slow \(cpu, Other\)"):
+        dispatch.choose("gpu")
+    found()
+    with pytest.raises(DeviceError, match=r"no OpenCL device found: .*vtk-mls\[cpu\]"):
+        dispatch.choose()
+
+
+def test_without_pyopencl(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyopencl", None)
+    monkeypatch.setattr(device, "_listed", device._listed.__wrapped__)
+    assert device.list_devices() == []
+    with pytest.raises(DeviceError, match="pyopencl cannot be imported"):
+        dispatch.choose()
+    d = Deformation(*ONE, device="cpu")  # a value needs no device
+    with pytest.raises(DeviceError, match="pyopencl cannot be imported"):
+        d.backward([[0, 0, 0]])
+
+
+def test_the_environment_is_asked_after_the_argument(monkeypatch):
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+    assert dispatch.engine_for() is reference
+    monkeypatch.setenv("VTK_MLS_DEVICE", "7:7")
+    assert dispatch.engine_for("reference") is reference
+    with pytest.raises(DeviceError, match="no OpenCL device `7:7`"):
+        dispatch.engine_for()
+
+
+def test_what_an_uninstalled_pyopencl_leaves(monkeypatch):
+    folder = types.ModuleType("pyopencl")
+    folder.__path__ = ["/somewhere/pyopencl"]
+    monkeypatch.setitem(__import__("sys").modules, "pyopencl", folder)
+    devices, problem = device._listed.__wrapped__()
+    assert devices == []
+    assert "no pyopencl in /somewhere/pyopencl: install it again" in problem
+
+
+def pocl(key, version, target, native=16):
+    handle = types.SimpleNamespace(native_vector_width_float=native)
+    return device.Device(
+        key, "CPU", device.POCL, "cpu", f"OpenCL 3.0 PoCL HSTR: {target}", handle, version
+    )
+
+
+@pytest.mark.parametrize(
+    ("version", "target", "native", "widths", "double"),
+    [
+        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-linux-gnu-znver3", 16, (8, 4, 1), 4),
+        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-haswell", 8, (8, 4, 1), 4),
+        (
+            "3.1, OpenCL 3.0 PoCL 3.1",
+            "cpu-x86_64-pc-linux-gnu-skylake-avx512",
+            16,
+            (16, 8, 4, 1),
+            16,
+        ),
+        ("6.0, OpenCL 3.0 PoCL 6.0", "cpu-x86_64-pc-linux-gnu-znver3", 16, (16, 8, 4, 1), 16),
+    ],
+)
+def test_old_pocl_has_no_wide_vectors_without_avx512(version, target, native, widths, double):
+    found = pocl("0:0", version, target, native)
+    assert found.widths == widths
+    assert found.double_lanes == double
+
+
+def test_what_calls_itself_everything_is_a_cpu():
+    types_ = cl.device_type
+    platform = types.SimpleNamespace(name="Simulator", version="1")
+
+    def kind(type_):
+        handle = types.SimpleNamespace(type=type_, name="D", version="V", driver_version="1")
+        return device._described("0:0", platform, handle).kind
+
+    assert kind(types_.CPU | types_.GPU | types_.ACCELERATOR | types_.DEFAULT) == "cpu"
+    assert kind(types_.GPU | types_.DEFAULT) == "gpu"
+    assert kind(types_.ACCELERATOR) == "accelerator"
+
+
+def test_one_pocl_at_a_time(monkeypatch):
+    first, second = pocl("0:0", "3.0", "a"), pocl("1:0", "3.1", "b")
+    monkeypatch.setattr(device, "_in_use", [first, CPU])
+    assert device.is_free(first)
+    assert device.is_free(CPU)
+    assert not device.is_free(second)
+    with pytest.raises(DeviceError, match=r"^1:0 .* another PoCL already"):
+        device.context(second)
+
+
+@needs_device
+def test_build_errors_are_readable():
+    chosen = dispatch.choose(DEVICES[0])
+    with pytest.raises(DeviceError, match=r"point_jacobian does not build on .*LANES is missing"):
+        device.kernel(chosen, "point_jacobian", ())
+
+
+@needs_device
+def test_a_broken_entry_of_a_cache_is_built_anew(monkeypatch):
+    texts = []
+
+    class Program(cl.Program):
+        def build(self, *arguments, **options):
+            texts.append(self._source if hasattr(self, "_source") else "")
+            built = super().build(*arguments, **options)
+            if len(texts) == 1:
+                raise EOFError("Ran out of input")
+            return built
+
+    monkeypatch.setattr(cl, "Program", Program)
+    chosen = dispatch.choose(DEVICES[0])
+    assert device.kernel(chosen, "turn", (("LANES", 1), ("UNLIKE_ANY", 1))).function_name == "turn"
+    assert len(texts) == 2
+    assert texts[0] != texts[1]
+
+
+def driver_error(kind, code):
+    return kind(cl._cl._ErrorRecord("clSomething", code, ""))
+
+
+@needs_device
+def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
+    chosen = dispatch.choose(DEVICES[0])
+
+    def refuse(*_, **__):
+        raise driver_error(cl.LogicError, cl.status_code.INVALID_WORK_GROUP_SIZE)
+
+    monkeypatch.setattr(engine.Engine, "_launch", refuse)
+    with pytest.raises(DeviceError, match=rf"driver of {DEVICES[0]} .* INVALID_WORK_GROUP_SIZE"):
+        Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]])
+    monkeypatch.undo()
+    assert dispatch.engine_for(DEVICES[0]) is engine.on(chosen)
+    assert Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]]).tolist() == [[-1, 0, 0]]
+
+
+@needs_device
+def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
+    used = engine.on(dispatch.choose(DEVICES[0]))
+    monkeypatch.setattr(used, "memory", 1 << 26)
+    d = Deformation(*ONE, device=DEVICES[0])
+    whole = d.displacement_field((64, 64, 200)).displacement
+    sizes, buffer = [], cl.Buffer
+
+    def limited(context, flags, size=0, hostbuf=None):
+        sizes.append(size or hostbuf.nbytes)
+        if sizes[-1] > 2e6:
+            raise driver_error(cl.MemoryError, cl.status_code.MEM_OBJECT_ALLOCATION_FAILURE)
+        return buffer(context, flags, size, hostbuf)
+
+    monkeypatch.setattr(cl, "Buffer", limited)
+    assert (d.displacement_field((64, 64, 200)).displacement == whole).all()
+    assert max(sizes) > 2e6
+    monkeypatch.setattr(used, "memory", 1000)
+    monkeypatch.setattr(cl, "Buffer", lambda *_, **__: limited(None, None, 1 << 40))
+    with pytest.raises(DeviceError, match="has not memory enough"):
+        d.backward([[1, 2, 3]])
+
+
+def _asked_in_a_fork(answers):
+    try:
+        answers.put(Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]]).tolist())
+    except DeviceError as error:
+        answers.put(str(error))
+
+
+@needs_device
+@pytest.mark.skipif(
+    "fork" not in multiprocessing.get_all_start_methods(), reason="this system has no fork"
+)
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_process_is_told_so():
+    Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]])
+    forks = multiprocessing.get_context("fork")
+    answers = forks.Queue()
+    child = forks.Process(target=_asked_in_a_fork, args=(answers,))
+    child.start()
+    answer = answers.get(timeout=60)
+    child.join()
+    assert "forked" in answer
+    assert "spawn" in answer
+
+
+def test_sources_are_one_text():
+    text = device.source("grid_jacobian.cl")
+    assert "#include" not in text
+    assert text.count("inline quaternion_t whole_rotation") == 1
+
+
+@pytest.mark.parametrize("launcher", device._PROCESS_VARIABLES)
+def test_processes_share_out_the_gpus_of_a_node(found, launcher, monkeypatch):
+    cards = [dataclasses.replace(GPU, key=f"0:{number}") for number in range(3)]
+    found(CPU, *cards)
+    for rank in range(5):
+        for name, value in zip(launcher, (rank, 5)):
+            monkeypatch.setenv(name, str(value))
+        assert key_of(dispatch.choose()) == key_of(dispatch.choose("gpu")) == cards[rank % 3].key
+        assert key_of(dispatch.choose("0:1")) == "0:1"
+        assert key_of(dispatch.choose("cpu")) == CPU.key
+        assert device.sharers(cards[0]) == 2
+        assert device.sharers(CPU) == 1
+    broken = dataclasses.replace(cards[1], name="Broken")
+    found(cards[0], broken, cards[2], broken=BAD)
+    assert key_of(dispatch.choose()) == cards[2].key

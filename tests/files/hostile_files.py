@@ -1,0 +1,282 @@
+"""Broken files of every format, one after the other, through `vtk-mls`.
+
+    python tests/files/hostile_files.py SEED COUNT [FORMAT...]
+
+Each must end in a deformed or moved file, or in one sentence with the file's name. Those that do
+not are printed, and kept in hostile-files/.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from test_io import MESHES, NRRD, NRRD_DATA
+from test_mesh_files import collection, many_blocks, write_tetrahedra
+from test_point_files import ANTS, BIGWARP, ELASTIX, SLICER, TRANSFORMIX
+from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
+from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOGeometry import vtkOBJWriter, vtkSTLWriter
+from vtkmodules.vtkIOLegacy import vtkDataSetWriter
+from vtkmodules.vtkIOParallelXML import vtkXMLPImageDataWriter, vtkXMLPUnstructuredGridWriter
+from vtkmodules.vtkIOPLY import vtkPLYWriter
+from vtkmodules.vtkIOXML import (
+    vtkXMLImageDataWriter,
+    vtkXMLPolyDataWriter,
+    vtkXMLRectilinearGridWriter,
+    vtkXMLStructuredGridWriter,
+    vtkXMLUnstructuredGridWriter,
+)
+
+from vtk_mls import arrays, cli, io
+from vtk_mls.commands import series, supervision
+from vtk_mls.files import control_point_files, mesh_files
+
+KEPT = Path("hostile-files")
+MEMORY, SECONDS = 3 << 30, 60
+WORDS = b"0 -1 1e400 nan 99999999999 4294967295 300 None < \xff\xfe".split()
+XML = {
+    "vti": vtkXMLImageDataWriter,
+    "vtp": vtkXMLPolyDataWriter,
+    "vtu": vtkXMLUnstructuredGridWriter,
+    "vts": vtkXMLStructuredGridWriter,
+    "vtr": vtkXMLRectilinearGridWriter,
+}
+OUTPUT = {"vtu": "vtu", "vts": "vts", "vtr": "vts", "vtp": "vtp", "stl": "vtp", "ply": "vtp"}
+
+
+def _datasets():
+    image = make_image((5, 4, 3))
+    add_array(image.GetPointData(), "values", np.arange(60.0))
+    add_array(image.GetCellData(), "cells", np.arange(24.0))
+    image.GetPointData().SetActiveScalars("values")
+    source = vtkSphereSource()
+    source.SetThetaResolution(5)
+    source.SetPhiResolution(5)
+    rectilinear = vtkRectilinearGrid()
+    rectilinear.SetDimensions(3, 3, 2)
+    setters = rectilinear.SetXCoordinates, rectilinear.SetYCoordinates, rectilinear.SetZCoordinates
+    for count, set_coordinates in zip((3.0, 3.0, 2.0), setters):
+        set_coordinates(arrays.from_numpy(np.arange(count), 11))
+    return {
+        "vti": image,
+        "vtp": update(source),
+        "vtu": MESHES[".vtu"](),
+        "vts": MESHES[".vts"](),
+        "vtr": rectilinear,
+    }
+
+
+def _write(writer, dataset, name, **settings):
+    writer.SetInputData(dataset)
+    writer.SetFileName(name)
+    for setting, value in settings.items():
+        getattr(writer, f"Set{setting}")(value)
+    writer.Write()
+
+
+def _make_files():
+    """Good files: (how the command uses it, its files with the one to name first) for each."""
+    datasets, jobs = _datasets(), []
+    for suffix in ("mha", "mhd", "nii", "nii.gz", "nrrd", "nhdr"):
+        io.write_dataset(datasets["vti"], f"a.{suffix}")
+        beside = {"mhd": ["a.raw"], "nhdr": ["a.raw.gz"]}.get(suffix, [])
+        jobs.append(("vti", [f"a.{suffix}", *beside]))
+    for kind, dataset in datasets.items():
+        output = OUTPUT.get(kind, kind)
+        for mode in range(3):  # text, base64, appended
+            name = f"{kind}{mode}.{kind}"
+            _write(XML[kind](), dataset, name, DataMode=mode, EncodeAppendedData=False)
+            jobs.append((output, [name]))
+        for version in (42, 51):
+            for file_type in (1, 2):
+                name = f"{kind}{version}{file_type}.vtk"
+                _write(vtkDataSetWriter(), dataset, name, FileType=file_type, FileVersion=version)
+                jobs.append((output, [name]))
+    for suffix, kind in (("stl", vtkSTLWriter), ("ply", vtkPLYWriter)):
+        for file_type in (1, 2):
+            _write(kind(), datasets["vtp"], f"{file_type}.{suffix}", FileType=file_type)
+            jobs.append(("vtp", [f"{file_type}.{suffix}"]))
+    _write(vtkOBJWriter(), datasets["vtp"], "a.obj")
+    jobs.append(("vtp", ["a.obj"]))
+    for encoding in ("raw", "ascii"):
+        header = NRRD.replace("encoding: raw", f"encoding: {encoding}")
+        data = NRRD_DATA if encoding == "raw" else b"1 2\n3 400\n"
+        Path(f"{encoding}.nrrd").write_bytes(header.encode() + b"\n" + data)
+        Path(f"{encoding}.nhdr").write_text(f"{header}data file: {encoding}.raw\n")
+        Path(f"{encoding}.raw").write_bytes(data)
+        jobs.append(("vti", [f"{encoding}.nrrd"]))
+        jobs.append(("vti", [f"{encoding}.nhdr", f"{encoding}.raw"]))
+    for suffix in control_point_files.FORMATS:
+        control_point_files.write(f"handles{suffix}", REST, DEFORMED)
+        jobs.append(("handles", [f"handles{suffix}"]))
+    for name, text in {
+        "bigwarp.csv": BIGWARP,
+        "slicer.csv": SLICER,
+        "ants.csv": ANTS,
+        "elastix.txt": ELASTIX,
+        "transformix.txt": TRANSFORMIX,
+    }.items():
+        Path(name).write_text(text)
+        jobs += [(role, [name]) for role in ("handles", "landmarks")]
+    for suffix in (".fcsv", ".mrk.json", ".pts"):
+        jobs += [(role, [f"handles{suffix}"]) for role in ("landmarks", "deformed")]
+    control_point_files.write("rest.fcsv", REST, REST)
+    handles = control_points(weights=[1.0] * len(REST))
+    _write(vtkXMLPolyDataWriter(), update(handles), "handles.vtp", DataMode=0)
+    shutil.copy("1.stl", "cut.stl")
+    jobs += [("handles", ["handles.vtp"]), ("cut", ["cut.stl"]), ("cut", ["vtp0.vtp"])]
+    jobs += _make_blocks() + _make_simulations()
+    control_point_files.write("good.csv", REST, DEFORMED)
+    io.write_dataset(datasets["vti"], "good.vti")
+    return jobs
+
+
+def _make_blocks():
+    """As `_make_files`: files that name others."""
+    jobs = []
+    pieces = {
+        "vtm": io.write_dataset,
+        "vtpc": io.write_dataset,
+        "pvtu": lambda data, name: _write(vtkXMLPUnstructuredGridWriter(), data, name),
+        "pvti": lambda data, name: _write(vtkXMLPImageDataWriter(), data, name),
+    }
+    blocks = many_blocks()
+    data = {"vtm": blocks, "vtpc": collection(*mesh_files.blocks(blocks))}
+    data["pvtu"], data["pvti"] = mesh_files.blocks(blocks)[:2]
+    for suffix, write in pieces.items():
+        name = f"blocks_{suffix}.{suffix}"
+        write(data[suffix], name)
+        found = [str(each) for each in Path().rglob(f"blocks_{suffix}*") if each.is_file()]
+        role = {"pvtu": "vtu", "pvti": "vti"}.get(suffix, suffix)
+        jobs.append((role, [name, *sorted(set(found) - {name})]))
+    with series.writing("series.pvd") as write:
+        write(0.0, data["pvtu"])
+        write(1.5, data["pvti"])
+    found = sorted(str(each) for each in Path("series").iterdir())
+    jobs.append(("pvd", ["series.pvd", *found]))
+    names = [{"name": name, "time": time} for time, name in enumerate(found)]
+    Path("in.series").write_text(json.dumps({"files": names}))
+    jobs.append(("pvd", ["in.series", *found]))
+    return jobs
+
+
+def _make_simulations():
+    """As `_make_files`: formats of simulation programs."""
+    suffixes = (".vtkhdf", ".cgns", ".e", ".xdmf", ".case", ".msh", ".inp", ".bdf", ".vol", ".su2")
+    jobs = []
+    for suffix in suffixes:
+        name = write_tetrahedra(suffix)
+        beside = sorted(map(str, Path().glob("in.0.0*"))) if suffix == ".case" else []
+        jobs.append(("vtm" if suffix in (".cgns", ".e", ".case") else "vtu", [name, *beside]))
+    return jobs
+
+
+def _broken(content, rng):
+    """A file's content, cut off, with wrong bits or bytes, a part less or twice, or other words."""
+    content, how = bytearray(content), rng.integers(7)
+    start, length = rng.integers(len(content)), rng.integers(1, 64)
+    if how == 0:
+        return bytes(content[:start])
+    if how == 1:
+        for place in rng.integers(len(content), size=rng.integers(1, 8)):
+            content[place] ^= 1 << rng.integers(8)
+    elif how == 2:
+        for place in rng.integers(len(content), size=rng.integers(1, 20)):
+            content[place] = rng.integers(256)
+    elif how == 3:
+        del content[start : start + length]
+    elif how == 4:
+        content[start:start] = content[rng.integers(len(content)) :][:length]
+    else:
+        pattern = rb"[-+]?\d[-+.\w]*" if how == 5 else rb"[-+.\w]+"
+        found = list(re.finditer(pattern, bytes(content[:3000])))
+        if found:
+            word = found[rng.integers(len(found))]
+            near = (
+                str(int(word[0][:9]) + rng.integers(-3, 4)).encode() if word[0].isdigit() else b""
+            )
+            choices = [*WORDS, near]
+            content[word.start() : word.end()] = choices[rng.integers(len(choices))]
+    return bytes(content)
+
+
+def _deform(arguments):
+    """Exit status and stderr of the command, in a process with little memory and time."""
+    with tempfile.TemporaryFile() as errors:
+        child = os.fork()
+        if child == 0:
+            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            os.dup2(errors.fileno(), 2)
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            supervision._SECONDS = SECONDS / 4
+            signal.alarm(SECONDS)
+            try:
+                status = supervision.supervise(lambda: cli._run(arguments))
+            except BaseException:
+                traceback.print_exc()
+                status = 99
+            sys.stderr.flush()
+            os._exit(status)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        errors.seek(0)
+        return status, errors.read().decode(errors="replace")
+
+
+def _is_fine(status, text, names):
+    if status == 0:
+        return text == ""
+    is_sentence = text.startswith("vtk-mls: ") and text.count("\n") == 1 and len(text) < 600
+    return status == 1 and is_sentence and any(name in text for name in names)
+
+
+def main(seed, count, *formats):
+    """Number of broken files that did not end well."""
+    home = Path.cwd()
+    rng = np.random.default_rng(seed)
+    ends, bad = Counter(), 0
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        jobs = _make_files()
+        jobs = [job for job in jobs if not formats or job[1][0].endswith(formats)]
+        good = {name: Path(name).read_bytes() for _, names in jobs for name in names}
+        for number in range(count):
+            role, names = jobs[rng.integers(len(jobs))]
+            for name in names:
+                Path(name).write_bytes(good[name])
+            spoilt = names[rng.integers(len(names))]
+            Path(spoilt).write_bytes(_broken(good[spoilt], rng))
+            suffix = names[0].partition(".")[2]
+            arguments = {
+                "handles": ["deform", "good.vti", names[0], "out.vti"],
+                "deformed": ["deform", "good.vti", "rest.fcsv", "out.vti", "--deformed", names[0]],
+                "landmarks": ["points", names[0], "good.csv", f"out.{suffix}"],
+                "cut": ["deform", "good.vti", "good.csv", "out.vti", "--cut-surface", names[0]],
+            }.get(role, ["deform", names[0], "good.csv", f"out.{role}"])
+            status, text = _deform([*arguments, "--device", "reference"])
+            ends["deformed" if status == 0 else "crash" if "crash" in text else "sentence"] += 1
+            if not _is_fine(status, text, names):
+                bad += 1
+                print(f"{number}: {names[0]} ended with {status} and {text[-600:]!r}")
+                (home / KEPT).mkdir(exist_ok=True)
+                for name in names:
+                    shutil.copy(name, home / KEPT / f"{seed}-{number}-{Path(name).name}")
+        os.chdir(home)
+    print(f"{count} broken files: {dict(ends)}, {bad} ended badly")
+    return bad
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:3]), *sys.argv[3:]) > 0)

@@ -1,0 +1,273 @@
+"""Other programs, given only the file of a field, deform as we do."""
+
+import json
+from pathlib import Path
+
+import nibabel
+import numpy as np
+import pytest
+import SimpleITK as sitk
+import slicer_peer
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    TURNED,
+    add_array,
+    make_image,
+    messages,  # noqa: F401
+    values_of,
+)
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import KINDS, Deformation, Grid, arrays, io
+from vtk_mls.arrays import Lattice
+from vtk_mls.cli import main
+from vtk_mls.files import field_files
+
+TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
+DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
+
+
+def write_handles(rest, deformed):
+    np.savetxt("handles.csv", np.hstack([rest, deformed]), "%.17g", ",")
+
+
+def handles_on(grid):
+    """p and q round the middle of a grid."""
+    centre = grid.corners().mean(axis=0)
+    return [centre + 1.6 * (places - (4, 4, 3)) for places in (REST, DEFORMED)]
+
+
+@pytest.fixture(params=DIRECTIONS)
+def scene(request, tmp_path, monkeypatch):
+    """A folder with in.mha, oblique, and handles.csv, as the current one; the grid, p and q."""
+    image = make_image((18, 17, 16), direction=DIRECTIONS[request.param], origin=(20, -30, 40))
+    grid = Lattice.of_image(image).grid
+    rest, deformed = handles_on(grid)
+    x, y, z = (grid.points() - rest.mean(axis=0)).T
+    add_array(image.GetPointData(), "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)
+    image.GetPointData().SetActiveScalars("values")
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(image, "in.mha")
+    write_handles(rest, deformed)
+    return grid, rest, deformed
+
+
+def run(command, path, *options, source="in.mha"):
+    """Call the command with a file and handles.csv."""
+    arguments = [command, source, "handles.csv", path, "--device", FAST, *options]
+    assert main(list(map(str, arguments))) == 0
+
+
+def values_by_itk(path):
+    return sitk.GetArrayFromImage(sitk.ReadImage(str(path)))
+
+
+def transform_by_itk(path):
+    return sitk.DisplacementFieldTransform(sitk.ReadImage(path, sitk.sitkVectorFloat64))
+
+
+def inner(values):
+    return values[2:-2, 2:-2, 2:-2]
+
+
+@pytest.mark.parametrize("suffix", TRANSFORMS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_simpleitk_resamples_as_we_do(scene, suffix, kind, capsys):
+    image = sitk.ReadImage("in.mha")
+    sitk.WriteImage(image, f"by-itk{suffix}")
+    options = ("--kind", kind, "--degree", 1)
+    run("deform", "out.mha", *options, source=f"by-itk{suffix}")
+    run("field", f"field{suffix}", *options, source=f"by-itk{suffix}")
+    printed = capsys.readouterr()
+    assert f"field{suffix}: 18 x 17 x 16 backward displacements, {kind}" in printed.out
+    assert printed.err == ""
+    ours = values_by_itk("out.mha")
+    transform = transform_by_itk(f"field{suffix}")
+    theirs = sitk.GetArrayFromImage(sitk.Resample(image, image, transform, sitk.sitkLinear))
+    close = inner(np.abs(theirs - ours)) < 0.005 * np.ptp(ours)
+    assert close.mean() > 0.99
+    assert inner(np.abs(ours - sitk.GetArrayFromImage(image))).max() > 0.1 * np.ptp(ours)
+
+
+@pytest.mark.parametrize("suffix", TRANSFORMS)
+def test_the_inverse_moves_landmarks(scene, suffix):
+    grid, rest, deformed = scene
+    run("field", f"field{suffix}", "--inverse")
+    transform = transform_by_itk(f"field{suffix}")
+    value = Deformation(rest, deformed, device="reference")
+    on_points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
+    between = grid.at([[5.5, 6.2, 7.1], [9.3, 8.9, 8.5], [12.1, 9.4, 4.5]])
+    for landmarks, tolerance in ((on_points, 1e-4), (between, 0.02)):  # bent within a voxel
+        moved = [transform.TransformPoint(each) for each in landmarks.tolist()]
+        expected = value.forward(landmarks)
+        np.testing.assert_allclose(moved, expected, atol=tolerance)
+        assert np.abs(expected - landmarks).max() > 0.5
+
+
+def test_nibabel_sees_displacements(scene):
+    grid, rest, deformed = scene
+    run("field", "field.nii.gz")
+    image = nibabel.load("field.nii.gz")
+    assert image.shape == (18, 17, 16, 1, 3)
+    assert image.header.get_intent()[0] == "displacement vector"
+    assert image.get_data_dtype() == np.float32
+    assert image.header["qform_code"] > 0
+    assert image.header["sform_code"] > 0
+    np.testing.assert_allclose(image.get_qform(), image.get_sform(), atol=1e-5)
+    to_ras = np.diag([-1.0, -1, 1])
+    index = np.array([4, 11, 9])
+    v = (image.affine @ [*index, 1])[:3]
+    np.testing.assert_allclose(v, to_ras @ grid.at([index])[0], atol=1e-5)
+    back = Deformation(rest, deformed, device="reference").backward([to_ras @ v])[0]
+    displacement = image.get_fdata()[4, 11, 9, 0]
+    np.testing.assert_allclose(v + displacement, to_ras @ back, atol=1e-4)
+    assert np.abs(displacement).max() > 0.3
+
+
+@slicer_peer.needs_slicer
+def test_slicer_reads_transforms(scene):
+    code = """
+import json, sys
+import slicer
+scene = slicer.vtkMRMLScene()
+for path in sys.argv[2:]:
+    storage, node = slicer.vtkMRMLTransformStorageNode(), slicer.vtkMRMLTransformNode()
+    scene.AddNode(storage)
+    scene.AddNode(node)
+    storage.SetFileName(path)
+    assert storage.ReadData(node), path
+    for transform in (node.GetTransformFromParent(), node.GetTransformToParent()):
+        print(json.dumps([transform.TransformPoint(p) for p in json.loads(sys.argv[1])]))
+"""
+    grid, rest, deformed = scene
+    paths = [Path(f"field-{suffix[1:]}{suffix}").resolve() for suffix in TRANSFORMS]
+    for path in paths:
+        run("field", path)
+    points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
+    value = Deformation(rest, deformed, device="reference")
+    back, forth = value.backward(points), value.forward(points)
+    to_ras = [-1, -1, 1]  # Slicer's own world
+    printed = slicer_peer.run(code, json.dumps((points * to_ras).tolist()), *paths)
+    lines = printed.splitlines()[-2 * len(paths) :]
+    for resampling, moving in zip(lines[::2], lines[1::2]):
+        np.testing.assert_allclose(json.loads(resampling), back * to_ras, atol=1e-4)
+        np.testing.assert_allclose(json.loads(moving), forth * to_ras, atol=0.02)  # between points
+    assert np.abs(back - points).max() > 0.5
+    assert np.abs(forth - points).max() > 0.5
+
+
+def test_for_vtk_the_field_is_written_with_its_arrays(scene, capsys):
+    grid, rest, _ = scene
+    cut = ",".join(map(str, [*grid.corners().mean(axis=0), 1, 0, 0, 0, 0, 1]))
+    write_handles(rest, rest + np.sign(rest - rest.mean(axis=0)))
+    run("field", "field.vti", f"--cut-half-plane={cut}")
+    assert capsys.readouterr().err == ""
+    image = io.read_dataset("field.vti")
+    assert values_of(image, "BackwardDisplacement").shape == (16, 17, 18, 3)
+    void = int(values_of(image, "Void").sum())
+    assert void > 0
+    run("field", "field.nrrd", f"--cut-half-plane={cut}")
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"vtk-mls: `field.nrrd`: {void} of 4896 points are void, which this")
+    assert printed.count("\n") == 1
+    np.testing.assert_array_equal(
+        values_by_itk("field.nrrd"), values_of(image, "BackwardDisplacement")
+    )
+
+
+def test_what_has_no_forward_image_is_counted(scene, capsys):
+    grid, rest, _ = scene
+    centre = grid.corners().mean(axis=0)
+    write_handles(rest, np.where(rest[:, :1] < centre[0], rest + [3, 0, 0], rest - [3, 0, 0]))
+    run("field", "field.mha", "--inverse", f"--cut-plane={','.join(map(str, centre))},1,0,0")
+    found = capsys.readouterr().err
+    assert found.startswith("vtk-mls: `field.mha`: ")
+    assert " of 4896 points have no forward image" in found
+    assert np.isfinite(values_by_itk("field.mha")).all()
+    assert int(found.split("`: ")[1].split()[0]) > 1000
+
+
+@pytest.mark.parametrize("suffix", [".mha", ".nii.gz", ".nrrd"])
+@pytest.mark.parametrize("options", [(), ("--inverse",)])
+def test_determinants(scene, suffix, options, capsys):
+    grid, rest, deformed = scene
+    run("field", f"determinant{suffix}", "--jacobian", *options)
+    assert "determinants, rigid; 0 of them not above 0" in capsys.readouterr().out
+    image = sitk.ReadImage(f"determinant{suffix}")
+    np.testing.assert_allclose(image.GetOrigin(), grid.origin, rtol=1e-6)
+    np.testing.assert_allclose(image.GetDirection(), grid.direction.ravel(), atol=1e-6)
+    assert image.GetNumberOfComponentsPerPixel() == 1
+    values = sitk.GetArrayFromImage(image).ravel()
+    value, points = Deformation(rest, deformed, device="reference"), grid.points()
+    if options:
+        expected = 1 / np.linalg.det(value.jacobian(value.forward(points)))
+    else:
+        expected = np.linalg.det(value.jacobian(points))
+    np.testing.assert_allclose(values, expected, rtol=1e-3)
+    assert np.ptp(values) > 0.05
+
+
+def test_a_mesh_gives_its_bounds(scene):
+    sphere = vtkSphereSource()
+    sphere.SetCenter(20, -30, 40)
+    sphere.Update()
+    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    arguments = ["field", "in.vtp", "handles.csv", "field.nrrd", "--device", FAST]
+    assert main([*arguments, "--dimensions", "5,6,7"]) == 0
+    image = sitk.ReadImage("field.nrrd")
+    assert image.GetSize() == (5, 6, 7)
+    np.testing.assert_allclose(image.GetOrigin(), sphere.GetOutput().GetBounds()[::2])
+    assert main(arguments) == 0
+    assert sitk.ReadImage("field.nrrd").GetSize() == (32, 32, 32)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({2: "out.png"}, "cannot write a displacement field to `out.png`: its name must end in"),
+        ({2: "none/out.nrrd"}, "there is no folder `none`"),
+        ({3: "--dimensions=4,4,4"}, "`--dimensions` is for meshes: `in.mha` is an image"),
+        ({0: "in.vtp", 3: "--dimensions=4,4"}, "`--dimensions` must be three positive integers"),
+        ({0: "in.vtp", 3: "--dimensions=4,0,4"}, "`--dimensions` must be three positive integers"),
+        ({1: "none.csv"}, "there is no file `none.csv`"),
+    ],
+)
+def test_errors_are_one_sentence(scene, capsys, change, sentence):
+    sphere = vtkSphereSource()
+    sphere.Update()
+    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    arguments = ["in.mha", "handles.csv", "out.nrrd", "--kind=rigid"]
+    for position, argument in change.items():
+        arguments[position] = argument
+    assert main(["field", *arguments]) == 1
+    printed = capsys.readouterr()
+    assert printed.err.startswith(f"vtk-mls: {sentence}")
+    assert printed.err.count("\n") == 1
+    assert not list(Path().glob("out*"))
+
+
+def test_numbers_alone_can_be_written(tmp_path):
+    """As somebody does who has no VTK."""
+    grid = Grid((5, 4, 3), (1, 2, 3), (2, 1, 0.5))
+    field = Deformation(REST, DEFORMED, device="reference").displacement_field(grid)
+    field_files.write(field.displacement, field.grid, str(tmp_path / "x.nrrd"))
+    np.testing.assert_array_equal(values_by_itk(tmp_path / "x.nrrd"), field.displacement)
+    with pytest.raises(ValueError, match=r"`path` must end in one of \.nii\.gz, .*got `x\.txt`"):
+        field_files.write(field.displacement, field.grid, "x.txt")
+
+
+def test_the_old_file_stays_when_the_disk_is_full(tmp_path, monkeypatch):
+    image = make_image()
+    arrays.add(image.GetPointData(), "field", np.zeros((504, 3), np.float32))
+    image.GetPointData().SetActiveScalars("field")
+    (tmp_path / "x.nrrd").write_text("old")
+
+    def fails(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(field_files.nrrd, "_pack", fails)
+    with pytest.raises(OSError, match=r"x\.nrrd` could not be written: No space left on device"):
+        io.write_field(image, tmp_path / "x.nrrd")
+    assert (tmp_path / "x.nrrd").read_text() == "old"

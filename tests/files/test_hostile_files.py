@@ -1,0 +1,47 @@
+"""Some broken files of every format; `hostile_files.py SEED COUNT` tries more."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vtk_mls.commands import supervision
+
+if not supervision.IS_POSSIBLE:
+    pytest.skip("the command is one process here", allow_module_level=True)
+
+import hostile_files
+
+
+def test_every_broken_file_is_deformed_or_ends_in_a_sentence(tmp_path):
+    command = [sys.executable, hostile_files.__file__, "20240229", "250"]
+    project = Path(hostile_files.__file__).parents[2]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={**hostile_files.os.environ, "PYTHONPATH": str(project)},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "sentence" in done.stdout
+    assert "deformed" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("status", "text"),
+    [
+        (-11, ""),
+        (0, "RuntimeWarning\n"),
+        (1, "vtk-mls: it is broken\n"),
+        (1, "Traceback\n`x.vti`\n"),
+        (1, "vtk-mls: `x.vti` is broken\nand so on\n"),
+        (1, f"vtk-mls: `x.vti` is {'1 ' * 300}\n"),
+        (99, "vtk-mls: `x.vti` is broken\n"),
+    ],
+)
+def test_this_harness_can_fail(status, text):
+    assert not hostile_files._is_fine(status, text, ["x.vti"])
+    assert hostile_files._is_fine(1, "vtk-mls: `x.vti` is broken\n", ["x.vti"])

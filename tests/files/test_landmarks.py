@@ -1,0 +1,298 @@
+"""Two files of points make pairs; names of points go along."""
+
+import json
+
+import numpy as np
+import pytest
+from test_cli import FAST, files  # noqa: F401
+from vtk_fixtures import (  # noqa: F401
+    DEFORMED,
+    REST,
+    control_points,
+    make_image,
+    messages,
+    update,
+)
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
+
+from vtk_mls import arrays, io
+from vtk_mls.cli import main
+from vtk_mls.files import control_point_files
+from vtk_mls.files.landmarks import Landmarks, handles
+from vtk_mls.filters import MLSControlPoints, MLSDeform, gathering
+
+NOWHERE = (np.nan,) * 3
+
+
+def _points(path, labels, places=None, **more):
+    """Points at (1, 0, 0), (2, 0, 0), ..., or at these places."""
+    if places is None:
+        places = [(i + 1.0, 0.0, 0.0) for i in range(len(labels))]
+    return Landmarks(path, np.array(places, float).reshape(-1, 3), "LPS", labels, **more)
+
+
+def _pairs(*points):
+    found = handles(*points)
+    return list(zip(found.labels, found.rest[:, 0].tolist(), found.deformed[:, 0].tolist()))
+
+
+@pytest.mark.parametrize(
+    ("rest", "deformed", "order"),
+    [
+        ("abc", "cab", [2, 3, 1]),
+        ("abc", ["", "", ""], [1, 2, 3]),
+        ("abc", "aac", [1, 2, 3]),
+        (["", "", ""], "abc", [1, 2, 3]),
+        (["rest-1", "rest-2", "rest-3"], ["moved - x-3", "moved - x-1", "moved - x-2"], [2, 3, 1]),
+        (["1", "2", "3"], ["F-2", "F-1", "F-3"], [2, 1, 3]),
+    ],
+    ids=["labels", "one without", "not unique", "other without", "lists of Slicer", "numbers"],
+)
+def test_points_of_two_files_make_pairs(rest, deformed, order):
+    found = _pairs(_points("p", rest), _points("q", deformed))
+    assert found == [(label, i + 1.0, order[i]) for i, label in enumerate(rest)]
+
+
+@pytest.mark.parametrize(
+    ("rest", "deformed", "sentence"),
+    [
+        (
+            "abc",
+            "abd",
+            r"labels of `p` and `q` do not fit: only `p` has `c`; only `q` has `d`$",
+        ),
+        ("abc", "ab", r"do not fit: only `p` has `c`$"),
+        ("a", "abcdefghi", r"only `q` has `b`, `c`, `d`, `e`, `f` and 3 more$"),
+        (["T1", "T2"], ["L1", "L2"], r"only `p` has `T1`, `T2`; only `q` has `L1`, `L2`$"),
+        (["T-1", "T-2"], ["L-1", "L-3"], r"only `p` has `T-1`, `T-2`; only `q` has `L-1`, `L-3`$"),
+        (["T-1", "T-01"], ["L-1", "L-2"], r"only `p` has `T-1`, `T-01`; only `q` has"),
+        (["T-1", "U-2"], ["L-1", "L-2"], r"only `p` has `T-1`, `U-2`; only `q` has"),
+        (
+            "aab",
+            "ab",
+            r"`q` must hold .* the 3 control points of `p`, got 2; `p` has .* `a` 2 times$",
+        ),
+        (
+            ["", ""],
+            "abc",
+            r"`q` must hold one place for each of the 2 control .* of `p`, got 3$",
+        ),
+    ],
+)
+def test_points_that_do_not_fit(rest, deformed, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        handles(_points("p", rest), _points("q", deformed))
+
+
+def test_a_point_that_is_not_placed_goes_with_its_partner():
+    one = [(1, 0, 0), NOWHERE, (3, 0, 0), (4, 0, 0)]
+    other = [(1, 0, 0), (2, 0, 0), (3, 0, 0), NOWHERE]
+    weights = np.array([1.0, 2, 3, 4])
+    for labels in ("abcd", ["", "", "", ""]):
+        rest = _points("p", labels, one, weights=weights)
+        found = handles(rest, _points("q", labels, other))
+        assert found.rest[:, 0].tolist() == found.deformed[:, 0].tolist() == [1, 3]
+        assert found.weights.tolist() == [1, 3]
+    found = _pairs(_points("p", "abcd", one), _points("q", "dcba", other))
+    assert found == [("c", 3, 2), ("d", 4, 1)]
+    with pytest.raises(ValueError, match=r"^`p` holds no control points, nor pairs with .* `q`: "):
+        handles(_points("p", "ab", one[:2]), _points("q", "ab", other[:1:-1]))
+    with pytest.raises(ValueError, match=r"^`p` holds no control points: none is placed$"):
+        handles(_points("p", "a", [NOWHERE]))
+
+
+def test_a_second_file_of_pairs_must_not_say_two_places():
+    rest, places = _points("p", "a"), np.array([(5.0, 0, 0)])
+    both = _points("q", "a", [(4, 0, 0)], partners=places)
+    with pytest.raises(ValueError, match=r"^`q` says two places for a point; the file of places"):
+        handles(rest, both)
+    assert _pairs(rest, _points("q", "a", places, partners=places)) == [("a", 1, 5)]
+    assert _pairs(both, rest) == [("a", 4, 1)]
+
+
+def _write_markups(path, places, labels, frame="LPS", **more):
+    points = [
+        {"label": label, "position": (np.array(place) * {"LPS": 1, "RAS": (-1, -1, 1)}[frame])}
+        for place, label in zip(places, labels)
+    ]
+    for point in points:
+        point["position"] = point["position"].tolist()
+    points[0] |= more
+    markups = {"type": "Fiducial", "coordinateSystem": frame, "controlPoints": points}
+    path.write_text(json.dumps({"markups": [markups]}))
+
+
+@pytest.fixture
+def dragged(files):  # noqa: F811
+    """The control points of handles.csv as two files whose points are in different orders."""
+    labels = list("abcdefgh")
+    _write_markups(files / "rest.mrk.json", REST, labels)
+    _write_markups(files / "q.mrk.json", DEFORMED[::-1], labels[::-1], "RAS")
+    return files
+
+
+@pytest.mark.parametrize("rest", ["rest.mrk.json", "rest.vtp", "handles.csv", "ras.txt"])
+def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
+    options = ["--device", FAST]
+    if rest == "rest.vtp":
+        writer = vtkXMLPolyDataWriter()
+        writer.SetInputData(io.read_control_points("rest.mrk.json"))
+        writer.SetFileName(rest)
+        writer.Write()
+        options += ["--handles-space", "ras"]  # the file says LPS
+    if rest == "handles.csv":  # whose own q do not count; it has no labels
+        (dragged / "q.mrk.json").unlink()
+        _write_markups(dragged / "q.mrk.json", DEFORMED, "abcdefgh")
+        np.savetxt(rest, np.hstack([REST, REST + 1]), delimiter=",", fmt="%.17g")
+    if rest == "ras.txt":
+        labelled = [f"{n},{-x!r},{-y!r},{z!r}\n" for n, (x, y, z) in zip("abcdefgh", REST.tolist())]
+        (dragged / rest).write_text("".join(labelled))
+        options += ["--handles-space", "ras"]
+    assert main(["deform", "in.vti", rest, "out.vti", "--deformed", "q.mrk.json", *options]) == 0
+    np.savetxt("one.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    assert main(["deform", "in.vti", "one.csv", "expected.vti", "--device", FAST]) == 0
+    values = [
+        arrays.to_numpy(io.read_dataset(name).GetPointData().GetArray("values"))
+        for name in ("out.vti", "expected.vti")
+    ]
+    np.testing.assert_allclose(*values, atol=1e-5)
+    assert np.ptp(values[0]) > 0
+
+
+@pytest.mark.parametrize("name", ["rest.csv", "rest.vtp", "q.fcsv", "handles.csv", "pairs.vtp"])
+def test_the_command_says_what_does_not_fit(dragged, name, capsys):
+    (dragged / "rest.csv").write_text("a,1,2,3\nb,1,2,3\n")
+    control_point_files.write("q.fcsv", REST, REST)
+    with open("rest.vtp", "w") as file:
+        file.write("nothing")
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(io.read_control_points("handles.csv"))
+    writer.SetFileName("pairs.vtp")
+    writer.Write()
+    options = ["--deformed", name, "--device", FAST]
+    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
+    error = capsys.readouterr().err
+    expected = {
+        "rest.csv": "the labels of `rest.mrk.json` and `rest.csv` do not fit: only `rest.mrk.json`",
+        "rest.vtp": "`rest.vtp`: VTK says: ",
+        "handles.csv": "`handles.csv` says two places for a point; the file of places that",
+        "pairs.vtp": "`pairs.vtp` says two places for a point; the file of places that control",
+        "q.fcsv": "the labels of `rest.mrk.json` and `q.fcsv` do not fit: only `rest.mrk.json` has",
+    }
+    assert error.startswith(f"vtk-mls: {expected[name]}")
+    assert error.count("\n") == 1
+
+
+def test_handles_far_from_the_data_name_all_files(dragged, capsys):
+    control_point_files.write("far.fcsv", REST, REST + 1e12, None, list("abcdefgh"))
+    options = ["--deformed", "far.fcsv", "--device", FAST]
+    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
+    error = capsys.readouterr().err
+    assert "`rest.mrk.json` and `far.fcsv` must be where the data of `in.vti` are" in error
+
+
+def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):  # noqa: F811
+    source = MLSControlPoints()
+    source.SetMode("file")
+    source.SetFileName("rest.mrk.json")
+    source.SetDeformedFileName("q.mrk.json")
+    found = update(source)
+    p, q, _ = arrays.control_points(found, "Displacement")
+    np.testing.assert_array_equal(p, REST)
+    np.testing.assert_allclose(q, DEFORMED, rtol=1e-15)
+    assert arrays.texts(found.GetPointData(), "Label") == list("abcdefgh")
+    for port in range(2):
+        assert arrays.texts(source.GetOutputDataObject(port).GetFieldData(), "Space") == ["LPS"]
+
+    # through a file and back
+    writer, reader = vtkXMLPolyDataWriter(), vtkXMLPolyDataReader()
+    for each in (writer, reader):
+        each.SetFileName(str(tmp_path / "x.vtp"))
+    writer.SetInputData(found)
+    writer.Write()
+    assert arrays.texts(update(reader).GetPointData(), "Label") == list("abcdefgh")
+    assert io.read_landmarks(tmp_path / "x.vtp").labels == list("abcdefgh")
+
+    # between processes
+    there = gathering._joined([gathering._packed(found)])
+    assert arrays.texts(there.GetPointData(), "Label") == list("abcdefgh")
+
+    # the labels do not disturb a filter
+    deform, plain, unnamed = MLSDeform(), MLSDeform(), control_points()
+    for each in (deform, plain):
+        each.SetInputData(0, make_image())
+        each.SetDevice("reference")
+        each.SetGenerateJacobianDeterminant(True)
+    deform.SetInputConnection(1, source.GetOutputPort())
+    plain.SetInputConnection(1, unnamed.GetOutputPort())
+    outputs = [
+        arrays.to_numpy(update(each).GetPointData().GetArray("JacobianDeterminant"))
+        for each in (deform, plain)
+    ]
+    np.testing.assert_allclose(*outputs, rtol=1e-6)
+
+    # an undefined point takes its pair along
+    _write_markups(dragged / "rest.mrk.json", REST, "abcdefgh", positionStatus="undefined")
+    source.Modified()
+    found = update(source)
+    assert arrays.texts(found.GetPointData(), "Label") == list("bcdefgh")
+    _, q, _ = arrays.control_points(found, "Displacement")
+    np.testing.assert_allclose(q, DEFORMED[1:], rtol=1e-15)
+
+    _write_markups(dragged / "rest.mrk.json", REST, "abcdefgX")
+    source.Modified()
+    assert not source.GetExecutive().Update()
+    messages.assert_one(r"rest\.mrk\.json` has `X`; only `.*q\.mrk\.json` has `h`")
+
+
+def test_a_source_says_the_frame(tmp_path, messages):  # noqa: F811
+    source = MLSControlPoints()
+    assert source.GetSpace() == "lps"
+    source.SetRestPoints([(1, 2, 3)])
+    source.SetSpace("ras")  # lists are as they are
+    assert update(source).GetPoint(0) == (1, 2, 3)
+    assert not arrays.texts(source.GetOutput().GetFieldData(), "Space")
+
+    (tmp_path / "x.csv").write_text("1,2,3,5,5,5\n")
+    source.SetMode("file")
+    source.SetFileName(str(tmp_path / "x.csv"))
+    for space, sign in (("ras", -1), ("lps", 1)):
+        source.SetSpace(space)
+        found = update(source)
+        assert found.GetPoint(0) == (sign, 2 * sign, 3)
+        (moved,) = arrays.to_numpy(found.GetPointData().GetArray("Displacement")).tolist()
+        assert moved == [4 * sign, 3 * sign, 2]
+        assert arrays.texts(found.GetFieldData(), "Space") == ["LPS"]
+    control_point_files.write(tmp_path / "x.fcsv", [(1, 2, 3)], [(1, 2, 3)])
+    source.SetFileName(str(tmp_path / "x.fcsv"))
+    source.SetSpace("ras")  # the file says LPS
+    assert update(source).GetPoint(0) == (1, 2, 3)
+    source.SetSpace("xyz")
+    assert not source.GetExecutive().Update()
+    messages.assert_one("`Space` must be one of lps, ras, got 'xyz'")
+
+
+@pytest.mark.parametrize(
+    ("field", "frame", "sign"),
+    [("Space", "LPS", 1), ("Space", "RAS", -1), ("FileSpace", "RAS", 1), ("Other", "RAS", -1)],
+)
+def test_polydata_say_their_frame(tmp_path, field, frame, sign):
+    polydata = update(control_points())
+    arrays.add_texts(polydata.GetFieldData(), field, [frame])
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(polydata)
+    writer.SetFileName(str(tmp_path / "x.vtp"))
+    writer.Write()
+    found = io.read_control_points(tmp_path / "x.vtp", space="RAS")  # counts if there is no Space
+    p, q, _ = arrays.control_points(found, "Displacement")
+    np.testing.assert_array_equal(p, REST * [sign, sign, 1])
+    np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)
+
+
+def test_places_alone_are_said_to_move_nothing(tmp_path, capsys):
+    """Somebody may have forgotten the second file."""
+    io.write_dataset(make_image(), tmp_path / "in.vti")
+    (tmp_path / "p.csv").write_text("label,x,y,z\na,1,2,3\nb,4,5,6\n")
+    arguments = [str(tmp_path / name) for name in ("in.vti", "p.csv", "out.vti")]
+    assert main(["deform", *arguments, "--device", FAST]) == 0
+    assert "all control points rest" in capsys.readouterr().out

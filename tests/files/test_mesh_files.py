@@ -1,0 +1,343 @@
+"""Files of simulation programs and of several blocks: read, deformed, written, read by VTK again.
+
+`data/box.cgns`, two tetrahedra with a pressure, was made with h5py by the CGNS standard's mapping
+to HDF5.
+"""
+
+import shutil
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from test_cli import WITHOUT, run
+from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
+from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
+    vtkMultiBlockDataSet,
+    vtkPartitionedDataSet,
+    vtkPartitionedDataSetCollection,
+)
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOHDF import vtkHDFWriter
+from vtkmodules.vtkIOIOSS import vtkIOSSWriter
+from vtkmodules.vtkIOParallel import vtkEnSightWriter
+from vtkmodules.vtkIOParallelXML import (
+    vtkXMLPartitionedDataSetCollectionWriter,
+    vtkXMLPImageDataWriter,
+    vtkXMLPPolyDataWriter,
+    vtkXMLPUnstructuredGridWriter,
+)
+from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
+
+from vtk_mls import Deformation, arrays, io
+from vtk_mls.cli import main
+from vtk_mls.files import mesh_files
+
+resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+
+DATA = Path(__file__).parents[1] / "data"
+REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
+DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
+POINTS, CORNERS = REST, [(0, 1, 2, 3), (1, 2, 3, 4)]
+VALUES = np.arange(1.0, 6)
+BY_MESHIO = [".msh", ".inp", ".bdf", ".mesh", ".vol", ".su2", ".avs"]
+WITH_VALUES = {".msh", ".avs", ".cgns", ".xdmf", ".pvtu", ".vtkhdf"}
+
+XDMF = f"""<?xml version="1.0"?><Xdmf Version="2.0"><Domain><Grid Name="box">
+<Topology TopologyType="Tetrahedron" NumberOfElements="2"><DataItem Dimensions="2 4"
+ NumberType="Int" Format="XML">{" ".join(map(str, np.ravel(CORNERS)))}</DataItem></Topology>
+<Geometry GeometryType="XYZ"><DataItem Dimensions="5 3" Format="XML">
+{" ".join(map(str, POINTS.ravel()))}</DataItem></Geometry>
+<Attribute Name="Pressure" Center="Node"><DataItem Dimensions="5" Format="XML">1 2 3 4 5</DataItem>
+</Attribute></Grid></Domain></Xdmf>
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty folder, but for handles.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
+    return tmp_path
+
+
+def tetrahedra():
+    """The mesh that is in every file."""
+    meshio.write("tetrahedra.vtu", _by_meshio())
+    return io.read_dataset("tetrahedra.vtu")
+
+
+def _by_meshio():
+    return meshio.Mesh(POINTS, [("tetra", CORNERS)], point_data={"Pressure": VALUES})
+
+
+def image():
+    made = make_image((4, 3, 5), start=(1, 0, 0))
+    add_array(made.GetPointData(), "values", np.arange(60.0))
+    return made
+
+
+def sphere():
+    source = vtkSphereSource()
+    source.SetCenter(2, 2, 2)
+    source.Update()
+    return source.GetOutput()
+
+
+def many_blocks():
+    """Blocks with names, one of them empty, one of blocks again."""
+    inner, outer = vtkMultiBlockDataSet(), vtkMultiBlockDataSet()
+    inner.SetBlock(0, sphere())
+    for number, (name, block) in enumerate(
+        {"mesh": tetrahedra(), "none": None, "image": image(), "more": inner}.items()
+    ):
+        outer.SetBlock(number, block)
+        outer.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), name)
+    return outer
+
+
+def collection(*datasets):
+    made = vtkPartitionedDataSetCollection()
+    for number, dataset in enumerate(datasets):
+        partition = vtkPartitionedDataSet()
+        partition.SetPartition(0, dataset)
+        made.SetPartitionedDataSet(number, partition)
+        made.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), f"part {number}")
+    return made
+
+
+def write(writer, data, name, **settings):
+    writer.SetInputDataObject(0, data)
+    writer.SetFileName(name)
+    for setting, value in settings.items():
+        getattr(writer, f"Set{setting}")(value)
+    assert writer.Write()
+
+
+def write_tetrahedra(suffix):
+    """The name of a file with the mesh in a format."""
+    name = f"in{suffix}"
+    if suffix == ".cgns":
+        shutil.copy(DATA / "box.cgns", name)
+    elif suffix == ".pvtu":
+        write(vtkXMLPUnstructuredGridWriter(), tetrahedra(), name)
+    elif suffix == ".vtkhdf":
+        write(vtkHDFWriter(), tetrahedra(), name)
+    elif suffix == ".e":
+        write(vtkIOSSWriter(), collection(tetrahedra()), name)
+    elif suffix == ".case":
+        grid = tetrahedra()
+        arrays.add(grid.GetCellData(), "BlockId", np.ones(2, np.int64))
+        write(vtkEnSightWriter(), grid, name, BaseName="in", Path=".")
+        name = "in.0.case"
+    elif suffix == ".xdmf":
+        Path(name).write_text(XDMF)
+    elif suffix == ".msh":  # gmsh's, not ANSYS's
+        meshio.write(name, _by_meshio(), file_format="gmsh")
+    else:
+        meshio.write(name, _by_meshio())
+    return name
+
+
+def deform(name, output):
+    assert main(["deform", name, "handles.csv", output, "--device", FAST]) == 0
+
+
+def points_of(dataset):
+    return arrays.to_numpy(dataset.GetPoints().GetData())
+
+
+@pytest.mark.parametrize(
+    "suffix", [".pvtu", ".vtkhdf", ".cgns", ".e", ".case", ".xdmf", *BY_MESHIO]
+)
+def test_a_mesh_in_every_format(suffix, capfd, messages):  # noqa: F811
+    name = write_tetrahedra(suffix)
+    messages.take()  # the writer for Exodus warns that there are no ids
+    capfd.readouterr()
+    deform(name, "out.vtu")
+    printed = capfd.readouterr()
+    assert "5 points, 2 cells, rigid" in printed.out
+    output = io.read_dataset("out.vtu")
+    expected = Deformation(REST, DEFORMED, device="reference").forward(POINTS)
+    np.testing.assert_allclose(points_of(output), expected, atol=1e-5)
+    np.testing.assert_allclose(expected, DEFORMED, atol=1e-6)
+    corners = arrays.to_numpy(output.GetCells().GetConnectivityArray()).reshape(2, 4)
+    np.testing.assert_array_equal(corners, CORNERS)
+    if suffix in WITH_VALUES:
+        found = arrays.to_numpy(output.GetPointData().GetArray("Pressure"))
+        np.testing.assert_array_equal(found.ravel(), VALUES)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "writer", "make"),
+    [
+        (".pvti", vtkXMLPImageDataWriter, image),
+        (".pvtp", vtkXMLPPolyDataWriter, sphere),
+        (".vtkhdf", vtkHDFWriter, image),
+        (".vtkhdf", vtkHDFWriter, sphere),
+    ],
+)
+def test_images_and_surfaces(suffix, writer, make):
+    write(writer(), make(), f"in{suffix}")
+    read, made = io.read_dataset(f"in{suffix}"), make()
+    assert read.GetClassName() == made.GetClassName()
+    for number in range(0, made.GetNumberOfPoints(), 7):
+        np.testing.assert_allclose(read.GetPoint(number), made.GetPoint(number), atol=1e-6)
+    assert read.GetPointData().GetNumberOfArrays() == made.GetPointData().GetNumberOfArrays()
+
+
+@pytest.mark.parametrize("suffix", [".vtm", ".vtpc", ".vtkhdf"])
+@pytest.mark.parametrize("target", [".vtm", ".vtpc", ".vtkhdf"])
+def test_blocks_stay_blocks(suffix, target, capsys):
+    data = many_blocks()
+    if suffix == ".vtpc":
+        data = collection(tetrahedra(), image(), sphere())
+        write(vtkXMLPartitionedDataSetCollectionWriter(), data, "in.vtpc")
+    else:
+        writer = vtkXMLMultiBlockDataWriter() if suffix == ".vtm" else vtkHDFWriter()
+        write(writer, data, f"in{suffix}")
+    deform(f"in{suffix}", f"out{target}")
+    assert "3 blocks, 115 points" in capsys.readouterr().out
+    output = io.read_dataset(f"out{target}")
+    mesh, volume, surface = mesh_files.blocks(output)
+    value = Deformation(REST, DEFORMED, device="reference")
+    np.testing.assert_allclose(points_of(mesh), value.forward(POINTS), atol=1e-5)
+    np.testing.assert_allclose(points_of(surface), value.forward(points_of(sphere())), atol=1e-4)
+    assert volume.GetDimensions() == (4, 3, 5)
+    before = np.arange(60.0)
+    after = arrays.to_numpy(volume.GetPointData().GetArray("values"))
+    assert np.abs(after - before).max() > 1
+    if target == ".vtm" and suffix == ".vtm":
+        names = [output.GetMetaData(i).Get(vtkCompositeDataSet.NAME()) for i in range(4)]
+        assert names == ["mesh", "none", "image", "more"]
+
+
+def test_blocks_of_vtm_have_a_folder_and_what_is_in_it_stays(folder):
+    write(vtkXMLMultiBlockDataWriter(), many_blocks(), "in.vtm")
+    (folder / "out").mkdir()
+    (folder / "out" / "mine.txt").write_text("mine")
+    deform("in.vtm", "out.vtm")
+    deform("in.vtm", "out.vtm")
+    assert (folder / "out" / "mine.txt").read_text() == "mine"
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == ["handles.csv", "in", "in.vtm", "out", "out.vtm", "tetrahedra.vtu"]
+
+
+def test_a_name_that_xml_writes_otherwise():
+    write(vtkXMLMultiBlockDataWriter(), many_blocks(), "a & b's.vtm")
+    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtm"))) == 3
+    io.write_dataset(collection(sphere()), "a & b's.vtpc")
+    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtpc"))) == 1
+
+
+def test_an_error_in_one_block_is_the_command_s(capsys):
+    blocks = vtkMultiBlockDataSet()
+    for number, scale in enumerate((1, 1e-12)):
+        block = make_image((2, 2, 2))
+        block.SetSpacing(scale, scale, scale)
+        blocks.SetBlock(number, block)
+    write(vtkXMLMultiBlockDataWriter(), blocks, "in.vtm")
+    assert main(["deform", "in.vtm", "handles.csv", "out.vtm", "--device", FAST]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("vtk-mls: `handles.csv` must be where the data of `in.vtm` are")
+    assert error.count("\n") == 1
+    assert not Path("out.vtm").exists()
+
+
+def test_the_field_of_blocks_is_over_all_of_them():
+    write(vtkXMLMultiBlockDataWriter(), many_blocks(), "in.vtm")
+    arguments = ["field", "in.vtm", "handles.csv", "field.vti", "--device", FAST]
+    assert main([*arguments, "--dimensions", "5,6,7"]) == 0
+    field = io.read_dataset("field.vti")
+    assert field.GetDimensions() == (5, 6, 7)
+    every = [block.GetBounds() for block in mesh_files.blocks(many_blocks())]
+    low, high = np.min(every, axis=0)[::2], np.max(every, axis=0)[1::2]
+    np.testing.assert_allclose(field.GetBounds(), np.column_stack([low, high]).ravel())
+
+
+def test_a_dataset_alone_is_not_written_as_blocks(capsys):
+    write(vtkXMLPPolyDataWriter(), sphere(), "in.pvtp")
+    assert main(["deform", "in.pvtp", "handles.csv", "out.vtm", "--device", FAST]) == 1
+    assert "cannot write a vtkPolyData to `out.vtm`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "missing", "sentence"),
+    [
+        ("in.msh", "meshio", "`in.msh` cannot be used: it is read by meshio, which is not"),
+        (
+            "in.cgns",
+            "vtkmodules.vtkIOCGNSReader",
+            "has no vtkCGNSReader; that of `pip install vtk`",
+        ),
+        ("in.what", "meshio", ".off (.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
+    ],
+)
+def test_what_is_not_installed_is_said(folder, name, missing, sentence):
+    (folder / name).write_text("something")
+    arguments = ["deform", name, "handles.csv", "out.vtu", "--device", "reference"]
+    status, _, error = run(*arguments, code=WITHOUT.format(names=[missing]))
+    assert status == 1
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["../x.vtu", "/etc/passwd", "sub/../../x.vtu", "C:\\x.vtu"])
+def test_pieces_in_other_folders_are_refused(folder, name):
+    text = '<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>'
+    text += f'<DataSet index="0" file="{name}"/></vtkMultiBlockDataSet></VTKFile>'
+    (folder / "in.vtm").write_text(text)
+    with pytest.raises(ValueError, match=r"`in\.vtm` cannot be used: .* not in its own folder"):
+        io.read_dataset("in.vtm")
+
+
+def test_a_piece_that_is_not_there_is_no_empty_block(folder):
+    write(vtkXMLMultiBlockDataWriter(), many_blocks(), "in.vtm")
+    next((folder / "in").glob("*.vtu")).unlink()
+    with pytest.raises(ValueError, match=r"`in\.vtm` cannot be used: there is no data file"):
+        io.read_dataset("in.vtm")
+
+
+def test_meshio_that_gives_up_is_a_sentence(folder, capfd):
+    (folder / "in.msh").write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2 x\n")
+    assert main(["deform", "in.msh", "handles.csv", "out.vtu", "--device", FAST]) == 1
+    printed = capfd.readouterr()
+    assert "`in.msh` cannot be used: meshio says: " in printed.err
+    assert printed.out == ""
+
+
+def test_readers_are_imported_when_they_are_needed():
+    code = "import sys, vtk_mls.io; print([n for n in sys.modules if 'IOSS' in n or 'HDF' in n])"
+    status, out, _ = run(code=code)
+    assert (status, out) == (0, "[]\n")
+
+
+@pytest.fixture
+def disk():
+    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
+@pytest.mark.parametrize("suffix", [".vtm", ".vtpc", ".vtkhdf"])
+def test_a_full_disk_is_noticed_and_leaves_the_old_files(folder, disk, suffix, missing):
+    def state():
+        return {path: path.is_file() and path.read_bytes() for path in folder.rglob("*")}
+
+    blocks = vtkMultiBlockDataSet()
+    for number in range(2):
+        block = make_image((12, 12, 12))
+        noise = np.random.default_rng(number).normal(size=12**3)
+        add_array(block.GetPointData(), "values", noise)
+        blocks.SetBlock(number, block)
+    io.write_dataset(blocks, f"x{suffix}")
+    before = state()
+    largest = max(path.stat().st_size for path in folder.rglob("x*") if path.is_file())
+    disk(0 if missing is None else largest - missing)
+    with pytest.raises((OSError, ValueError), match=rf"^`x\{suffix}`"):
+        io.write_dataset(blocks, f"x{suffix}")
+    disk(resource.RLIM_INFINITY)
+    assert state() == before

@@ -1,0 +1,348 @@
+"""Landmarks and control points as other programs write them, and broken ones."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vtk_mls.files import control_point_files
+from vtk_mls.files.landmarks import Landmarks
+
+BIGWARP = (  # as BigWarp writes it, a point that is still to be set among them
+    '"Pt-0","true","1.5","2.0","3.0","4.0","5.0","6.0"\n'
+    '"Pt #1","false","Infinity","Infinity","Infinity","7.0","8.0","9.0"\n'
+    '"Pt-2","true","-1.0","-2.0","-3.0","1.0e-3","0.0","0.0"\n'
+)
+# As Slicer 5 exports tables; the last point is not placed.
+SLICER = (
+    '"label","l","p","s","defined","selected","visible","locked","description"\n'
+    '"nose, tip",1,2,3,1,1,1,0,"a # b"\n"",4,5,6,0,1,1,0,""\n'
+)
+ANTS = "x,y,z,t,label,comment\n82.5,116.5,0,0,1,this is the breast\n137.5,35.5,1,0,2,nan\n"
+ELASTIX = "point\n2\n102.8 -33.4 57.0\n1e1 2 3\n"
+TRANSFORMIX = (  # as elastix 5 writes it
+    "Point\t0\t; InputIndex = [ 1 2 3 ]\t; InputPoint = [ 0.500000 0.500000 0.500000 ]"
+    "\t; OutputIndexFixed = [ 1 2 4 ]\t; OutputPoint = [ 1.500000 2.500000 -3.500000 ]"
+    "\t; Deformation = [ 1.000000 2.000000 -4.000000 ]\n"
+    "Point\t1\t; InputIndex = [ 1 2 3 ]\t; InputPoint = [ 0.000000 0.000000 0.000000 ]"
+    "\t; OutputIndexFixed = [ 1 2 4 ]\t; OutputPoint = [ 4.000000 5.000000 6.000000 ]"
+    "\t; Deformation = [ 4.000000 5.000000 6.000000 ]\t; OutputIndexMoving = [ 4 5 6 ]\n"
+)
+
+
+def _read(tmp_path, text, name="x.csv", **options):
+    (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+    return control_point_files.read_landmarks(tmp_path / name, **options)
+
+
+def test_landmarks_of_bigwarp_are_pairs_from_moving_to_target(tmp_path):
+    found = _read(tmp_path, BIGWARP)
+    assert found.labels == ["Pt-0", "Pt #1", "Pt-2"]
+    rest, deformed, weights = control_point_files.read(tmp_path / "x.csv")
+    assert rest.tolist() == [[1.5, 2, 3], [-1, -2, -3]]
+    assert deformed.tolist() == [[4, 5, 6], [1e-3, 0, 0]]
+    assert weights is None
+
+
+@pytest.mark.parametrize("axes", ["l,p,s", "r,a,s"])
+def test_tables_of_slicer_say_their_frame(tmp_path, axes):
+    found = _read(tmp_path, SLICER.replace('"l","p","s"', axes), space="ras")
+    sign = 1 if axes == "l,p,s" else -1
+    assert found.places[0].tolist() == [sign, 2 * sign, 3]
+    assert found.is_placed.tolist() == [True, False]
+    assert (found.labels, found.descriptions) == (["nose, tip", ""], ["a # b", ""])
+
+
+def test_tables_of_ants(tmp_path):
+    found = _read(tmp_path, ANTS)
+    assert found.places.tolist() == [[82.5, 116.5, 0], [137.5, 35.5, 1]]
+    assert found.labels == ["1", "2"]
+    assert found.descriptions == ["this is the breast", "nan"]
+
+
+@pytest.mark.parametrize("name", ["x.txt", "x.pts", "x.csv"])
+def test_points_of_elastix(tmp_path, name):
+    found = _read(tmp_path, ELASTIX, name)
+    assert found.places.tolist() == [[102.8, -33.4, 57], [10, 2, 3]]
+    assert found.labels == ["", ""]
+    found = _read(tmp_path, TRANSFORMIX, name)
+    assert found.places.tolist() == [[1.5, 2.5, -3.5], [4, 5, 6]]
+    assert found.labels == ["0", "1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "labels"),
+    [
+        ("1,2,3\n4,5,6\n", ["", ""]),
+        ("# x y z\n1 2\t3\n\n4 5 6 # last\n", ["", ""]),
+        ("a,1,2,3\nb,4,5,6", ["a", "b"]),
+        ("label,x,y,z\na,1,2,3\nb,4,5,6", ["a", "b"]),
+        ("\ufeffZ,Y,X,Name\r\n3,2,1,a\r\n6,5,4,b\r\n", ["a", "b"]),
+        ("here,there\n1,2,3\n4,5,6\n", ["", ""]),
+        ("Landmarks\n1,2,3\n4,5,6\n", ["", ""]),
+    ],
+    ids=["plain", "blanks", "labels", "header", "order", "unknown", "title"],
+)
+def test_tables_of_places(tmp_path, text, labels):
+    found = _read(tmp_path, text)
+    assert found.places.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert (found.labels, found.partners) == (labels, None)
+
+
+def test_the_header_says_the_order_and_the_labels_of_control_points(tmp_path):
+    found = _read(tmp_path, "qx,qy,qz,label,px,py,pz\n4,5,6,a,1,2,3\n")
+    assert (found.places.tolist(), found.partners.tolist()) == ([[1, 2, 3]], [[4, 5, 6]])
+    assert found.labels == ["a"]
+    found = _read(tmp_path, "a,1,2,3,4,5,6,7\n")
+    assert (found.partners.tolist(), found.weights.tolist()) == ([[4, 5, 6]], [7])
+
+
+def test_labels_are_written_with_control_points(tmp_path):
+    for suffix in control_point_files.FORMATS:
+        path = tmp_path / f"x{suffix}"
+        labels = ["nose #1", 'a, "b"']
+        control_point_files.write(
+            path, [[1, 2, 3], [4, 5, 6]], [[1, 2, 4], [4, 5, 7]], None, labels
+        )
+        found = control_point_files.read_handles(path)
+        assert found.deformed.tolist() == [[1, 2, 4], [4, 5, 7]]
+        assert found.labels == (["", ""] if suffix == ".pts" else labels)
+
+
+def test_a_table_by_paraview_keeps_its_labels(tmp_path):
+    names = [f'"{name}:{axis}"' for name in ("Displacement", "Points") for axis in range(3)]
+    found = _read(tmp_path, f'{",".join(names)},"Label"\n1,0,0,1,2,3,"a, b"\n')
+    assert (found.partners.tolist(), found.labels) == ([[2, 2, 3]], ["a, b"])
+
+
+def test_all_markups_of_a_file_are_read_each_in_its_frame(tmp_path):
+    def point(label, position, **more):
+        return {"label": label, "position": position, **more}
+
+    markups = [
+        {"type": "Fiducial", "controlPoints": [point("a", [1, 2, 3], description="tip")]},
+        {"type": "ROI"},
+        {
+            "type": "ClosedCurve",
+            "coordinateSystem": "RAS",
+            "controlPoints": [
+                point("b", [1, 2, 3], orientation=[9] * 9),
+                point("c", "", positionStatus="undefined"),
+                point("d", [0, 0, 0], positionStatus="preview"),
+                point("e", [0, 0, 0], positionStatus="missing"),
+                {"label": "f"},
+            ],
+        },
+    ]
+    found = _read(tmp_path, json.dumps({"markups": markups}), "x.mrk.json")
+    assert found.labels == list("abcdef")
+    assert found.places[:2].tolist() == [[1, 2, 3], [-1, -2, 3]]
+    assert found.is_placed.tolist() == [True, True, False, False, False, False]
+    assert found.descriptions[0] == "tip"
+
+
+def test_fiducials_of_old_and_new_slicers(tmp_path):
+    old = "# Fiducial List file /a\n# columns = label,x,y,z,sel,vis\nleft eye,1,2,3,1,1\n"
+    found = _read(tmp_path, old, "x.fcsv")
+    assert (found.labels, found.places.tolist()) == (["left eye"], [[-1, -2, 3]])
+    new = (
+        "# Markups fiducial file version = 5.6\n# CoordinateSystem = LPS\n"
+        '1,1,2,3,0,0,0,1,1,1,0,"a, b","of two\nlines",,2,0\n2,7,8,9,0,0,0,1,1,1,0,c,,,0,0\n'
+    )
+    found = _read(tmp_path, new, "x.fcsv")
+    assert (found.labels, found.descriptions) == (["a, b", "c"], ["of two\nlines", ""])
+    assert found.is_placed.tolist() == [True, False]
+
+
+def test_markups_are_written_for_older_slicers(tmp_path):
+    control_point_files.write(tmp_path / "x.fcsv", [[1, 2, 3]], [[1, 2, 3]], None, ["a\nb"])
+    lines = (tmp_path / "x.fcsv").read_text().splitlines()
+    assert lines[1] == "# CoordinateSystem = 1"  # versions before 4.11 read a number
+    assert lines[3] == "1,1.0,2.0,3.0,0,0,0,1,1,1,0,a b,,"
+    control_point_files.write(tmp_path / "x.mrk.json", [[1, 2, 3]], [[1, 2, 3]])
+    schema = json.loads((tmp_path / "x.mrk.json").read_text())["@schema"]
+    folder = "Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#"
+    assert schema == f"https://raw.githubusercontent.com/slicer/slicer/master/{folder}"
+
+
+@pytest.mark.parametrize("space", ["lps", "ras"])
+def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
+    sign = {"lps": 1, "ras": -1}[space]
+    for text in (ELASTIX, ANTS, "1,2,3\n", BIGWARP, TRANSFORMIX):
+        expected = _read(tmp_path, text).places * [sign, sign, 1]
+        np.testing.assert_array_equal(_read(tmp_path, text, space=space).places, expected)
+    control_point_files.write(tmp_path / "x.csv", [[1, 2, 3]], [[4, 5, 6]])
+    rest, deformed, _ = control_point_files.read(tmp_path / "x.csv", space=space)
+    assert rest.tolist() == [[sign, 2 * sign, 3]]
+    assert deformed.tolist() == [[4 * sign, 5 * sign, 6]]
+    for suffix in (".fcsv", ".mrk.json"):
+        control_point_files.write(tmp_path / f"x{suffix}", [[1, 2, 3]], [[4, 5, 6]])
+        rest, _, _ = control_point_files.read(tmp_path / f"x{suffix}", space=space)
+        assert rest.tolist() == [[4, 5, 6]]
+
+
+NOWHERE = np.full(3, np.nan)
+MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the second is lost
+    "x.csv": (
+        'label,c,x,y,z\n"a #1",0,1,2,3\nb,0,4,5,6\nc,"1, 2",1,1,1\n',
+        'label,c,x,y,z\n"a #1","0","7.0","8.0","9.0"\nc,"1, 2",1.0,1.0,1.0\n',
+    ),
+    "blanks.txt": ("1 2 3\n4 5 6\n1 1 1\n", "7.0 8.0 9.0\n1.0 1.0 1.0\n"),
+    "elastix.txt": (
+        "point\n3\n1 2 3\n4 5 6\n1 1 1\n",
+        "point\n2\n7.0 8.0 9.0\n1.0 1.0 1.0\n",
+    ),
+    "bigwarp.csv": (
+        "p,true,1,2,3,5,5,5\nq,true,1,2,3,6,6,6\nr,false,1,1,1,7,7,7\n",
+        "p,true,7.0,8.0,9.0,5,5,5\nq,false,Infinity,Infinity,Infinity,6,6,6\n"
+        "r,false,1.0,1.0,1.0,7,7,7\n",
+    ),
+    "slicer.csv": (
+        "label,r,a,s,defined\np,1,2,3,1\nq,1,2,3,1\nr,-1,-1,1,1\n",
+        "label,r,a,s,defined\np,-7.0,-8.0,9.0,1\nq,1,2,3,0\nr,-1.0,-1.0,1.0,1\n",
+    ),
+    "x.fcsv": (
+        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
+        "1,1,2,3,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,2,0\n3,-1,-1,1,0,0,0,1,1,1,0,c,,,2,0\n",
+        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
+        "1,-7.0,-8.0,9.0,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,0,0\n"
+        "3,-1.0,-1.0,1.0,0,0,0,1,1,1,0,c,,,2,0\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_a_file_with_other_places_keeps_all_else(tmp_path, name):
+    text, expected = MOVED[name]
+    points = _read(tmp_path, text, name)
+    places = np.array([(7.0, 8, 9), NOWHERE, points.places[2]])
+    moved = Landmarks(name, places, "LPS", points.labels)
+    path = tmp_path / name  # over itself
+    left_out = control_point_files.write_landmarks(path, moved, path)
+    assert path.read_text() == expected
+    assert left_out == (3 - len(control_point_files.read_landmarks(path).places))
+
+
+def test_markups_with_other_places_keep_all_else(tmp_path):
+    point = {"id": "7", "label": "a [1  2]", "position": [1, 2, 3], "locked": True, "color": [1, 2]}
+    curve = {"type": "Curve", "display": {"opacity": 0.5}, "controlPoints": [point, dict(point)]}
+    curve |= {"measurements": [{"name": "length", "value": 2}]}
+    plane = {"type": "Plane", "coordinateSystem": "RAS", "center": [1, 2, 3], "name": "cut"}
+    plane["controlPoints"] = [dict(point)]
+    text = json.dumps({"@schema": "markups-schema-v1.0.0.json", "markups": [curve, plane]})
+    points = _read(tmp_path, text, "x.mrk.json")
+    moved = Landmarks("", np.array([(7.0, 8, 9), NOWHERE, (7, 8, 9)]), "LPS", points.labels)
+    path = tmp_path / "y.mrk.json"
+    assert control_point_files.write_landmarks(path, moved, tmp_path / "x.mrk.json") == 0
+    found = json.loads(path.read_text())
+    assert found["@schema"] == "markups-schema-v1.0.0.json"
+    lost = {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
+    assert found["markups"] == [
+        {
+            "type": "Curve",
+            "display": {"opacity": 0.5},
+            "controlPoints": [point | {"position": [7, 8, 9]}, lost],
+        },
+        {
+            "type": "Fiducial",
+            "coordinateSystem": "RAS",
+            "name": "cut",
+            "controlPoints": [point | {"position": [-7, -8, 9]}],
+        },
+    ]
+
+
+@pytest.mark.parametrize("suffix", control_point_files.FORMATS)
+@pytest.mark.parametrize("space", ["lps", "ras"])
+def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
+    places = np.array([(1.25, -2, 3e-9), NOWHERE, (4e5, 5, 6)])
+    points = Landmarks("", places, "LPS", ["a", "b", "c, d"], ["one", "", "three"])
+    path = tmp_path / f"x{suffix}"
+    left_out = control_point_files.write_landmarks(path, points, tmp_path / "y.vtp", space)
+    found = control_point_files.read_landmarks(path, space)
+    kept = slice(None) if suffix == ".mrk.json" else [0, 2]
+    np.testing.assert_array_equal(found.places, places[kept])
+    assert left_out == 3 - len(found.places)
+    if suffix not in (".txt", ".pts"):
+        assert found.labels == np.array(points.labels)[kept].tolist()
+        assert found.descriptions == np.array(points.descriptions)[kept].tolist()
+
+
+def _markups(point, **more):
+    return json.dumps({"markups": [{"controlPoints": [point], **more}]})
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "sentence"),
+    [
+        ("x.csv", "x,y,label\n1,2,3\n", r"`, line 1: expected columns x, y, z, got `x,y,label`$"),
+        ("x.csv", "l,a,s\n1,2,3\n", r"`, line 1: expected columns .*, got `l,a,s`$"),
+        ("x.csv", "x,y,z,x\n1,2,3,4\n", r"`, line 1: several columns are x$"),
+        ("x.csv", "px,py,pz,qx\n1,2,3,4\n1,2,3,4\n", r"line 1: expected columns qx, qy, qz, got"),
+        ("x.csv", "r,a,s\n1,2,3\n1,2\n", r"line 3: expected 3 cells .* numbers in r, a, s, got"),
+        ("x.csv", "r,a,s\n1,2,three\n", r"line 2: expected 3 cells .* got `1,2,three`$"),
+        ("x.csv", "x,y,z,defined\n1,2,inf,1\n", r"` has a coordinate .* finite number in line 2$"),
+        ("x.csv", "x,y,z,weight\n1,2,3,0\n", r"` has a weight that is not a positive number"),
+        ("x.csv", "1,2,3\na,4,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
+        ("x.csv", "1,2,3\n1_0,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
+        ("x.csv", "1,2,3,4\n", r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`$"),
+        ("x.csv", "1;2;3\n1;2;3\n", r"`, line 2: expected numbers px,py,pz,"),
+        ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
+        ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
+        ("x.csv", BIGWARP + '"p","yes",1,2,3,4,5,6', r"line 4: expected name,active,x,y,z,u,v,w"),
+        ("x.csv", BIGWARP + '"p","true",1,2,3,4,5', r"line 4: expected name,active,x,y,z,u,v,w"),
+        ("x.csv", BIGWARP.replace("false", "true"), r"not a finite number in line 2$"),
+        ("x.csv", '"p","true","1","2","3","4"\n', r"line 1: .* BigWarp in two dimensions; it must"),
+        ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected places, after"),
+        ("x.txt", "point\n", r"`, line 1: expected the number of points, got ``$"),
+        ("x.txt", "point\n2\n1 2 3\n", r"` must hold 2 points, as it says, got 1$"),
+        ("x.txt", "point\n9999999999999999\n1 2 3\n", r"must hold 9999999999999999 points, as"),
+        ("x.txt", "point\n-1\n1 2 3\n", r"`, line 2: expected the number of points, got `-1"),
+        ("x.txt", "point\n1\n1 2\n", r"`, line 3: expected three numbers, got `1 2"),
+        ("x.txt", "point\n1\n1 2 nan\n", r"` has a coordinate .* finite number in line 3$"),
+        ("x.txt", "point\n0\n", r"` holds no control points"),
+        ("x.txt", TRANSFORMIX + "Point 2 ;\n", r"`, line 3: expected `Point N ; .* got `Point 2 ;"),
+        ("x.txt", TRANSFORMIX[:-120], r"`, line 2: expected `Point N ; \.\.\. OutputPoint"),
+        ("x.fcsv", "# CoordinateSystem = 2\na,1,2,3\n", r"` has the coordinate system 2; it must"),
+        ("x.fcsv", "# CoordinateSystem = lps\na,1,2,3\n", r"` has the coordinate system lps; it"),
+        ("x.fcsv", "#\n\na,1,2,3\na,1,x,3\n", r"not three numbers in line 4: `a,1,x,3`$"),
+        ("x.fcsv", 'a,1,2,3,"\n' + 200_000 * "9", r"`, line 2: field larger than field limit"),
+        ("x.mrk.json", '{"markups": 5}', r"` is no list of markups: TypeError\('`markups` is no"),
+        ("x.mrk.json", '{"markups": [5]}', r"` is no list of markups: AttributeError"),
+        ("x.mrk.json", '{"markups": [{"controlPoints": {}}]}', r"`controlPoints` is no list of di"),
+        ("x.mrk.json", '{"markups": [{"controlPoints": [5]}]}', r"`controlPoints` is no list of d"),
+        ("x.mrk.json", _markups({}, coordinateSystem="IJK"), r"has the coordinate system IJK; it"),
+        ("x.mrk.json", _markups({"position": ["1", 2, 3]}), r"not three numbers: point 1 is at"),
+        ("x.mrk.json", _markups({"position": [True, 2, 3]}), r"not three numbers: point 1 is at"),
+        ("x.mrk.json", _markups({"position": "here"}), r"not three numbers: point 1 is at `here`$"),
+        ("x.mrk.json", _markups({"position": [1, 2, float("nan")]}), r"finite number in point 1$"),
+        ("x.mrk.json", _markups({"positionStatus": "lost"}), r"point 1: `positionStatus` must be "),
+        ("x.mrk.json", _markups({"positionStatus": [1]}), r"must be one of .* got `\[1\]`$"),
+    ],
+)
+def test_bad_files(tmp_path, name, text, sentence):
+    with pytest.raises(ValueError, match=rf"x\..*{sentence}") as caught:
+        _read(tmp_path, text, name)
+    assert len(str(caught.value)) < len(str(tmp_path)) + 240
+    assert "\n" not in str(caught.value)
+
+
+def test_places_without_a_header_are_not_taken_for_control_points(tmp_path):
+    for text in ("1,2,3\n", "a,1,2,3\n"):
+        _read(tmp_path, text)
+        with pytest.raises(ValueError, match=r"x\.csv`, line 1: expected numbers px,py,pz,qx"):
+            control_point_files.read(tmp_path / "x.csv")
+    _read(tmp_path, "x,y,z\n1,2,3\n")
+    rest, deformed, _ = control_point_files.read(tmp_path / "x.csv")
+    assert rest.tolist() == deformed.tolist() == [[1, 2, 3]]
+
+
+def test_labels_can_be_anything(tmp_path):
+    labels = [None, 5, [1], "\ud800", "a\nb", "#"]
+    points = [{"label": label, "position": [1, 2, 3]} for label in labels]
+    text = json.dumps({"markups": [{"controlPoints": points}]})
+    found = _read(tmp_path, text, "x.mrk.json")
+    assert found.labels == ["", "5", "[1]", "?", "a\nb", "#"]
+    for suffix in control_point_files.FORMATS:
+        control_point_files.write_landmarks(tmp_path / f"y{suffix}", found)
+        assert len(control_point_files.read_landmarks(tmp_path / f"y{suffix}").places) == 6

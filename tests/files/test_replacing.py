@@ -1,0 +1,169 @@
+"""A file that cannot be written as a whole leaves the old one as it was."""
+
+import os
+import stat
+
+import numpy as np
+import pytest
+from test_io import MESHES, TYPES, image_with
+from vtk_fixtures import add_array, make_image, messages  # noqa: F401
+from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
+
+from vtk_mls import io
+from vtk_mls.files import control_point_files
+from vtk_mls.files.replacing import remove_remains, replacing
+
+resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+
+SIZE = 40
+
+
+def _image():
+    image = make_image((SIZE, SIZE, SIZE))
+    noise = np.random.default_rng(1).normal(size=SIZE**3)
+    add_array(image.GetPointData(), "values", noise, TYPES["double"])
+    image.GetPointData().SetActiveScalars("values")
+    return image
+
+
+def _sphere():
+    sphere = vtkSphereSource()
+    sphere.SetThetaResolution(60)
+    sphere.SetPhiResolution(60)
+    sphere.Update()
+    return sphere.GetOutput()
+
+
+DATASETS = {
+    **dict.fromkeys((".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr"), _image),
+    **dict.fromkeys((".vtp", ".stl", ".ply"), _sphere),
+    ".vtu": MESHES[".vtu"],
+    ".vts": MESHES[".vts"],
+}
+
+
+@pytest.fixture
+def disk():
+    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def _contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+# 5,000 bytes before the end is within the last buffer that some writers empty without a look
+@pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
+@pytest.mark.parametrize("suffix", DATASETS)
+def test_a_full_disk_is_noticed_and_leaves_the_old_file(tmp_path, disk, suffix, missing):
+    dataset, path = DATASETS[suffix](), tmp_path / f"x{suffix}"
+    io.write_dataset(dataset, path)
+    full = max(len(content) for content in _contents(tmp_path).values())
+    for name in _contents(tmp_path):
+        (tmp_path / name).write_bytes(b"the old one")
+    before = _contents(tmp_path)
+    disk(0 if missing is None else max(full - missing, 0))
+    with pytest.raises(
+        OSError, match=rf"^`.*x\{suffix}` could not be written: (No space|File too)"
+    ):
+        io.write_dataset(dataset, path)
+    assert _contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".txt", ".fcsv", ".mrk.json"])
+def test_control_points_too(tmp_path, disk, suffix):
+    path = tmp_path / f"x{suffix}"
+    path.write_text("the old one")
+    disk(100)
+    with pytest.raises(OSError, match=rf"^`.*x\{suffix}` could not be written: File too large"):
+        control_point_files.write(path, np.ones((50, 3)), np.ones((50, 3)))
+    assert _contents(tmp_path) == {path.name: b"the old one"}
+
+
+@pytest.mark.parametrize("name", ["float", "unsigned char", "short", "int"])
+@pytest.mark.parametrize("components", [1, 3])
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_a_whole_nifti_file_counts_as_whole(tmp_path, suffix, name, components):
+    image = image_with(np.ones((24, components)), TYPES[name])
+    io.write_dataset(image, tmp_path / f"x{suffix}")
+
+
+def test_a_whole_ply_file_counts_as_whole(tmp_path):
+    sphere = _sphere()
+    add_array(sphere.GetPointData(), "uv", np.ones((sphere.GetNumberOfPoints(), 2)), TYPES["float"])
+    sphere.GetPointData().SetActiveTCoords("uv")
+    for _ in range(2):
+        io.write_dataset(sphere, tmp_path / "x.ply")
+        sphere.GetPointData().Initialize()
+
+
+def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
+    polygon = vtkRegularPolygonSource()
+    polygon.SetNumberOfSides(300)
+    polygon.GeneratePolylineOff()
+    polygon.Update()
+    with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 corners"):
+        io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+    polygon.SetNumberOfSides(255)
+    polygon.Update()
+    io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+    assert io.read_dataset(tmp_path / "x.ply").GetNumberOfCells() == 1
+
+
+def test_links_and_permissions_stay(tmp_path):
+    (tmp_path / "there").mkdir()
+    real, link = tmp_path / "there" / "x.vti", tmp_path / "link.vti"
+    real.touch()
+    real.chmod(0o640)
+    link.symlink_to(real)
+    io.write_dataset(image_with(np.arange(24), TYPES["short"]), link)
+    assert link.is_symlink()
+    assert stat.S_IMODE(real.stat().st_mode) == 0o640
+    assert io.read_dataset(real).GetNumberOfPoints() == 24
+    assert [path.name for path in real.parent.iterdir()] == ["x.vti"]
+
+
+def test_a_new_file_has_the_usual_permissions(tmp_path):
+    (tmp_path / "usual").touch()
+    io.write_dataset(image_with(np.arange(24), TYPES["short"]), tmp_path / "x.mhd")
+    modes = {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
+    assert len(modes) == 1
+
+
+def test_a_device_is_not_replaced(tmp_path):
+    (tmp_path / "x.vti").symlink_to(os.devnull)
+    with pytest.raises(OSError, match=r"`.*x\.vti` cannot be written: it is no ordinary file"):
+        io.write_dataset(image_with(np.arange(24), TYPES["short"]), tmp_path / "x.vti")
+    assert os.path.exists(os.devnull)
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_whatever_ends_the_writing_leaves_nothing(tmp_path, error):
+    (tmp_path / "x.mhd").write_text("the old one")
+
+    def write():
+        with replacing(tmp_path / "x.mhd") as new:
+            new.write_text("half")
+            new.with_suffix(".raw").write_text("half")
+            raise error(f"in {new}")
+
+    with pytest.raises(error, match=r"x\.mhd"):
+        write()
+    assert _contents(tmp_path) == {"x.mhd": b"the old one"}
+
+
+def test_the_remains_of_a_killed_process_can_be_removed(tmp_path):
+    (tmp_path / ".vtk-mls-17-abc").mkdir()
+    (tmp_path / ".vtk-mls-17-abc" / "x.vti").touch()
+    (tmp_path / ".vtk-mls-171-abc").mkdir()
+    remove_remains(tmp_path / "x.vti", 17)
+    assert [path.name for path in tmp_path.iterdir()] == [".vtk-mls-171-abc"]
+
+
+def test_the_limit_can_be_met(tmp_path, disk):
+    disk(10)
+    (tmp_path / "x").write_bytes(bytes(10))
+    with pytest.raises(OSError, match="File too large"):
+        (tmp_path / "x").write_bytes(bytes(11))

@@ -1,0 +1,66 @@
+"""Images stored along the axes of the world show the same values at the same places."""
+
+from itertools import permutations, product
+
+import numpy as np
+import pytest
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import Grid, arrays
+from vtk_mls.arrays import Lattice
+from vtk_mls.paraview.image_axes import along_world
+
+SIGNED = [
+    np.eye(3)[:, order] * signs
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+]
+
+
+def oriented(direction):
+    """An image with int16 scalars and float vectors, its extent not from 0."""
+    grid = Grid((3, 4, 5), (10, -20, 30), (1, 2, 0.5), direction)
+    whole = Lattice.of_grid(grid)
+    shift = grid.at(np.array([[-2.0, 3, 1]]))[0]
+    image = vtkImageData()
+    Lattice((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).place(image)
+    scalars = arrays.from_numpy(np.arange(60, dtype=np.int16), VTK_SHORT)
+    scalars.SetName("T1")
+    image.GetPointData().SetScalars(scalars)
+    vectors = arrays.from_numpy(np.arange(180, dtype=np.float32).reshape(60, 3), VTK_FLOAT)
+    vectors.SetName("V")
+    image.GetPointData().AddArray(vectors)
+    return image
+
+
+def by_place(image):
+    """The values of an image's arrays, in the order of their places: x, then y, then z."""
+    places = np.array([image.GetPoint(i) for i in range(image.GetNumberOfPoints())])
+    order = np.lexsort(places.round(6).T)
+    data = image.GetPointData()
+    values = [arrays.to_numpy(data.GetArray(name))[order] for name in ("T1", "V")]
+    return places[order], *values
+
+
+@pytest.mark.parametrize("direction", SIGNED, ids=range(len(SIGNED)))
+def test_along_the_axes_nothing_is_left_to_turn(direction):
+    image = oriented(direction)
+    result = along_world(image)
+    grid = Lattice.of_image(result).grid
+    np.testing.assert_array_equal(grid.direction, np.eye(3))
+    for found, expected in zip(by_place(result), by_place(image)):
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert result.GetPointData().GetScalars().GetName() == "T1"
+    assert result.GetPointData().GetScalars().GetDataType() == VTK_SHORT
+    assert (result is image) == np.array_equal(direction, np.eye(3))
+
+
+def test_oblique_axes_are_taken_to_the_nearest():
+    turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
+    for direction in (turn @ signed for signed in SIGNED):
+        image = oriented(direction)
+        result = along_world(image)
+        np.testing.assert_allclose(Lattice.of_image(result).grid.direction, turn, atol=1e-12)
+        for found, expected in zip(by_place(result), by_place(image)):
+            np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -1,0 +1,172 @@
+"""ParaView found, looked into and started by `vtk-mls paraview`; and what is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import venv
+
+import pytest
+from test_packaging import distributions  # noqa: F401  fixture
+from test_paraview import PARAVIEWS, display  # noqa: F401  fixture
+
+from vtk_mls.cli import main
+from vtk_mls.doctor import report
+from vtk_mls.paraview import installation
+from vtk_mls.resources import resource
+
+VERSIONS = {"python": "3.11.2", "vtk": "9.2.0", "numpy": "1.24.2"}
+GOOD = {**VERSIONS, "plugin": True, "device": "0:0 Fast"}
+# Run by ParaView, as its --script: the plugin is loaded, and works.
+QUIT = """
+import os
+from paraview import simple
+handles = simple.MLSControlPoints(RestPoints=[0, 0, 0], DeformedPoints=[1, 0, 0])
+deform = simple.MLSDeform(Input=simple.Wavelet(), ControlPoints=handles)
+deform.UpdatePipeline()
+os._exit(7 if deform.GetDataInformation().GetNumberOfPoints() == 21**3 else 8)
+"""
+
+
+@pytest.fixture
+def pretend(tmp_path, monkeypatch):
+    """Make a folder with a ParaView of some version that finds this; nothing else is found."""
+    monkeypatch.setenv("PATH", "/usr/bin:/bin" if sys.platform != "win32" else "")
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    monkeypatch.setattr(installation, "_USUAL_PLACES", ())
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+
+    def make(version, found="", name="pv"):
+        folder = tmp_path / name / "bin"
+        folder.mkdir(parents=True)
+        answer = f"echo 'FOUND{found}'" if found else "echo broken; exit 3"
+        script = f'#!/bin/sh\n[ "$1" = --version ] && echo paraview version {version} || {answer}\n'
+        for program in ("pvpython", "paraview"):
+            (folder / program).write_text(script)
+            (folder / program).chmod(0o755)
+        return folder
+
+    return make
+
+
+def test_plugin_path(capsys):
+    assert main(["plugin-path"]) == 0
+    assert capsys.readouterr().out.strip() == str(resource("paraview_plugin"))
+
+
+def test_where_it_is_found(pretend, tmp_path, monkeypatch):
+    old, new = pretend("5.9.1", name="ParaView-5.9.1"), pretend("5.13.2", name="ParaView-5.13.2")
+    with pytest.raises(ValueError, match="no ParaView found on PATH or in the usual places"):
+        installation.find()
+    with pytest.raises(ValueError, match=r"`--paraview` .* there is no pvpython in it"):
+        installation.find(tmp_path)
+    for place in (old, old.parent):
+        assert installation.find(place) == installation.ParaView(old, (5, 9, 1))
+    monkeypatch.setattr(installation, "_USUAL_PLACES", (f"{tmp_path}/ParaView*/bin",))
+    assert installation.find() == installation.ParaView(new, (5, 13, 2))
+    monkeypatch.setattr("shutil.which", lambda name: str(old / name))
+    assert installation.find().folder == old
+
+
+def test_what_it_is_started_with(monkeypatch, tmp_path):
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONHOME", "/elsewhere")
+    monkeypatch.setenv("PV_PLUGIN_PATH", "/mine")
+    plugin = resource("paraview_plugin")
+    for version, paths in (
+        ((5, 11, 0), [str(plugin / "debian12"), str(tmp_path)]),
+        ((5, 13, 2), [str(tmp_path)]),
+    ):
+        variables = installation.ParaView(tmp_path, version).environment()
+        assert variables["PYTHONPATH"].split(os.pathsep) == paths
+        assert variables["PV_PLUGIN_PATH"].split(os.pathsep) == [str(plugin), "/mine"]
+        assert "PYTHONHOME" not in variables
+
+
+@pytest.mark.parametrize(("package", "name"), [("vtkmodules", "VTK"), ("numpy", "numpy")])
+def test_a_foreign_vtk_or_numpy_is_refused(package, name, monkeypatch, tmp_path):
+    (tmp_path / package).mkdir()
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(ValueError, match=f"whose {name} would take the place of ParaView's own"):
+        installation.ParaView(tmp_path, (5, 13, 2)).environment()
+
+
+def test_virtual_environments(tmp_path):
+    new = installation.ParaView(tmp_path, (5, 13, 2))
+    with pytest.raises(ValueError, match=r"`--venv` needs ParaView 5.13 or later"):
+        installation.ParaView(tmp_path, (5, 11, 0)).check_venv(tmp_path, "3.11.2")
+    with pytest.raises(ValueError, match="is not a virtual environment"):
+        new.check_venv(tmp_path, "3.13.1")
+    (tmp_path / "pyvenv.cfg").write_text("home = /usr/bin\nversion = 3.11.2\n")
+    with pytest.raises(ValueError, match=r"has Python 3.11, .* has 3.13: make it with python3.13"):
+        new.check_venv(tmp_path, "3.13.1")
+    new.check_venv(tmp_path, "3.11.9")
+    (tmp_path / "lib/python3.11/site-packages/vtkmodules").mkdir(parents=True)
+    with pytest.raises(ValueError, match="whose VTK would take the place"):
+        new.check_venv(tmp_path, "3.11.9")
+
+
+def test_what_is_in_it(pretend, monkeypatch):
+    folder = pretend("5.11.0", json.dumps(GOOD))
+    assert installation.find(folder).contents() == GOOD
+    failing = {**VERSIONS, "failure": "ImportError: no such thing"}
+    folder = pretend("5.11.0", json.dumps(failing), "failing")
+    with pytest.raises(ValueError, match=r"the plugin does not load .*: ImportError: no such"):
+        installation.find(folder).contents()
+    with pytest.raises(ValueError, match="does not run: broken"):
+        installation.find(pretend("5.11.0", name="broken")).contents()
+
+
+def test_the_doctor_looks_into_it(pretend, monkeypatch):
+    def look(found, name):
+        folder = pretend("5.11.0", found, name)
+        monkeypatch.setattr(installation, "_USUAL_PLACES", (str(folder),))
+        lines, problems = report()
+        return next(line for line in lines if line.startswith("ParaView")), problems
+
+    line, problems = look(json.dumps(GOOD), "good")
+    assert "Python 3.11.2, VTK 9.2.0, numpy 1.24.2; the plugin loads, 0:0 Fast" in line
+    assert not any("ParaView" in problem for problem in problems)
+    line, problems = look(json.dumps({**VERSIONS, "plugin": True, "problem": "no OpenCL"}), "slow")
+    assert "no OpenCL device" in line
+    assert any(problem.endswith("no OpenCL") for problem in problems)
+    line, problems = look("", "broken")
+    assert any("does not run" in problem for problem in problems)
+
+
+def test_started_with_what_was_asked(pretend, capfd):
+    folder = pretend("5.13.2", json.dumps(GOOD))
+    (folder / "paraview").write_text('#!/bin/sh\necho "$VTK_MLS_OPEN" "$@"; exit 5\n')
+    assert main(["paraview", "a.vti", "--paraview", str(folder), "--option=--mesa"]) == 5
+    out, err = capfd.readouterr()
+    assert "ParaView 5.13.2" in out
+    assert f"{os.path.abspath('a.vti')} --mesa --script={installation.SCENE}" in out
+    assert err == ""
+    assert main(["paraview", "--paraview", str(folder), "--venv", "/nowhere"]) == 1
+    assert "`--venv` /nowhere is not a virtual environment" in capfd.readouterr().err
+
+
+def test_an_installed_wheel_starts_paraview(distributions, display, tmp_path):  # noqa: F811
+    if isinstance(PARAVIEWS[0].values[0], str):
+        pytest.skip(PARAVIEWS[0].values[0])
+    if display is None:
+        pytest.skip("no X display and no Xvfb to show a window on")
+    venv.create(tmp_path / "fresh", with_pip=True, symlinks=True)
+    fresh, script = tmp_path / "fresh" / "bin", tmp_path / "quit.py"
+    script.write_text(QUIT)
+    variables = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    install = [fresh / "python", "-m", "pip", "install", "--quiet", distributions[1]]
+    subprocess.run(install, env=variables, check=True)
+    done = subprocess.run(
+        [fresh / "vtk-mls", "paraview", "--option=--dr", f"--option=--script={script}"],
+        env={**variables, "DISPLAY": display},
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=180,
+        check=False,
+    )
+    assert done.returncode == 7, done.stdout

@@ -1,0 +1,132 @@
+"""The kernels and the plugin are found in a checkout and in an installed wheel, and the source
+distribution is enough to make that wheel."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import venv
+from pathlib import Path
+
+import pytest
+
+import vtk_mls
+from vtk_mls.resources import resource
+
+PROJECT = Path(__file__).resolve().parents[2]
+FOLDERS = ("opencl", "paraview_plugin")
+
+# Run by the interpreter of a fresh environment: no checkout, no vtk, no OpenCL.
+INSTALLED = """
+import sys
+import vtk_mls
+from vtk_mls.resources import resource
+
+assert vtk_mls.__file__.startswith(sys.prefix), vtk_mls.__file__
+for folder in ("opencl", "paraview_plugin"):
+    for file in sorted(resource(folder).rglob("*")):
+        if file.is_file() and "__pycache__" not in file.parts:
+            print(file.relative_to(resource(folder).parent).as_posix())
+moved = vtk_mls.Deformation([(0, 0, 0)], [(1, 2, 3)], device="reference")
+assert moved.backward([(1, 2, 3)]).tolist() == [[0, 0, 0]]
+assert "vtkmodules" not in sys.modules and "pyopencl" not in sys.modules
+"""
+
+
+def _files(folder):
+    return {
+        path.relative_to(PROJECT).as_posix()
+        for path in (PROJECT / folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def _run(*command, **options):
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    done = subprocess.run(
+        [str(word) for word in command],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+        **options,
+    )
+    assert done.returncode == 0, done.stdout
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def distributions(tmp_path_factory):
+    """The source distribution, and the wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    _run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, cwd=PROJECT)
+    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+    return sdist, wheel
+
+
+def test_checkout_finds_its_folders():
+    for folder in FOLDERS:
+        assert resource(folder) == PROJECT / folder
+
+
+def test_missing_folder_says_what_to_do():
+    with pytest.raises(FileNotFoundError, match=r"no folder `nowhere`.*install vtk-mls again"):
+        resource("nowhere")
+
+
+def test_sdist_is_complete(distributions):
+    with tarfile.open(distributions[0]) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    expected = {"CHANGELOG.md", "LICENSE", "Makefile", "README.md", "pyproject.toml", ".ci/run"}
+    for folder in (*FOLDERS, "examples", "tests", "vtk_mls"):
+        expected |= _files(folder)
+    assert expected - names == set()
+
+
+def test_wheel_in_a_fresh_environment(distributions, tmp_path):
+    venv.create(tmp_path / "fresh", with_pip=True, symlinks=True)
+    python = tmp_path / "fresh" / "bin" / "python"
+    _run(python, "-m", "pip", "install", "--quiet", distributions[1], cwd=tmp_path)
+    output = _run(python, "-W", "error", "-c", INSTALLED, cwd=tmp_path)
+    assert set(output.split()) == _files("opencl") | _files("paraview_plugin")
+    assert (python.parent / "vtk-mls").is_file()
+
+
+# The head of the plugin file, in a Python without site-packages that is told of stand-ins for
+# ParaView and VTK only; beside the "script" is a clone.
+PLUGIN = """
+import sys
+import types
+
+sys.path.insert(0, {folder!r})
+if {early}:
+    import vtk_mls
+for name in ("paraview", "paraview.util", "paraview.util.vtkAlgorithm"):
+    sys.modules[name] = types.ModuleType(name)
+    vars(sys.modules[name]).update(smhint=None, smproperty=None, smproxy=None)
+for name in ("vtkmodules", "vtkmodules.vtkCommonDataModel"):
+    sys.modules[name] = types.ModuleType(name)
+    vars(sys.modules[name]).update(vtkImageData=None)
+head = open({plugin!r}).read().partition("from vtk_mls import")[0]
+names = {{"__file__": {plugin!r}}}
+exec(compile(head, {plugin!r}, "exec"), names)
+print(names["vtk_mls"].__version__, names["vtk_mls"].__file__)
+"""
+
+
+@pytest.mark.parametrize("early", [False, True], ids=["", "imported before"])
+def test_the_plugin_takes_its_own_package_beside_a_clone(tmp_path, early):
+    (tmp_path / "vtk_mls" / "vtk_mls").mkdir(parents=True)
+    plugin = str(PROJECT / "paraview_plugin" / "vtk_mls_plugin.py")
+    code = PLUGIN.format(folder=str(tmp_path), plugin=plugin, early=early)
+    output = _run(sys.executable, "-I", "-S", "-c", code, cwd=tmp_path)
+    assert output.strip() == f"{vtk_mls.__version__} {PROJECT / 'vtk_mls' / '__init__.py'}"
+
+
+def test_changelog_has_this_version():
+    versions = re.findall(r"^## (\S+)", (PROJECT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert vtk_mls.__version__ in versions

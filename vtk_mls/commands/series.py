@@ -1,0 +1,174 @@
+"""Time series: a file with several time steps, or a file for each.
+
+The files are named by a collection of ParaView's (.pvd), by a file series of ParaView's (.series,
+in JSON), or by a pattern as a shell has it, in the order of the numbers in their names.
+"""
+
+from __future__ import annotations
+
+import glob
+import json
+import math
+import re
+from contextlib import contextmanager
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
+
+from vtk_mls import io
+from vtk_mls.commands.supervision import step
+from vtk_mls.files import mesh_files, volumes
+from vtk_mls.files.replacing import check_replaceable, replacing
+
+SUFFIX = ".pvd"  # of a series that is written
+
+
+def read_steps(path):
+    """The time steps of what can be read.
+
+    Parameters
+    ----------
+    path : path
+        A pattern, a .pvd or .series file, or as of `io.read_dataset`.
+
+    Returns
+    -------
+    list of (time, callable)
+        In the order of times; the callable reads the dataset. Files of the same time are blocks of
+        it. The times of a pattern are 0, 1, 2 ..., and 0 is that of a file which says none.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file; ValueError only, when datasets are read.
+    """
+    path = Path(path)
+    if _is_pattern(path):
+        files = sorted(glob.glob(str(path)), key=_by_number)
+        if not files:
+            raise FileNotFoundError(f"there are no files `{path}`")
+        return [(float(time), _reader([Path(file)])) for time, file in enumerate(files)]
+    if path.suffix.lower() not in (*_INDICES, *mesh_files.FORMATS):
+        return [(0.0, _reader([path]))]
+    if path.suffix.lower() not in _INDICES:
+        times, read = io.open_dataset(path)
+        return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no file `{path}`")
+    try:
+        named = _INDICES[path.suffix.lower()](path)
+        files = {}
+        for time, name in named:
+            if not math.isfinite(time):
+                raise ValueError(f"its times must be finite, got {time}")
+            files.setdefault(time, []).append(volumes.beside(path, name))
+        if not files:
+            raise ValueError("it names no files")
+    except ValueError as error:
+        raise ValueError(f"`{path}` is no time series: {error}") from None
+    return [(time, _reader(files[time])) for time in sorted(files)]
+
+
+@contextmanager
+def writing(path):
+    """A function of a time and a dataset that adds a time step to a .pvd file.
+
+    The datasets are written to files in a folder beside it that has its name. All of it is there
+    when the block has ended well, or nothing.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming `path`.
+    """
+    path = check_writable(path)
+    with replacing(path) as new:
+        entries = []
+
+        def add(time, dataset):
+            suffix = mesh_files.PIECES.get(dataset.GetClassName(), ".vtm")
+            name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
+            (new.parent / path.stem).mkdir(exist_ok=True)
+            try:
+                io.write_dataset(dataset, new.parent / name)
+            except OSError as error:  # the folder that it names is gone soon
+                raise OSError(str(error).replace(str(new.parent), str(path.parent))) from error
+            entries.append((time, name))
+
+        yield add
+        _write_collection(new, entries)
+
+
+def check_writable(path):
+    """`path` as a Path, if a series can be written there.
+
+    Raises
+    ------
+    OSError
+        Naming it.
+    """
+    path = Path(path)
+    folder = check_replaceable(path).with_suffix("")
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(f"`{path}` cannot be written: `{folder}` is no folder")
+    return path
+
+
+def _reader(files):
+    def read():
+        datasets = []
+        try:
+            for file in files:
+                with step("read", file):
+                    datasets.append(io.read_dataset(file))
+            return mesh_files.joined(datasets)
+        except OSError as error:  # it is no matter of the file that is being written
+            raise ValueError(str(error)) from error
+
+    return read
+
+
+def _is_pattern(path):
+    return bool(re.search(r"[*?\[]", str(path))) and not path.exists()
+
+
+def _by_number(name):
+    """A key that sorts names as their numbers go: 9 before 10."""
+    parts = re.split(r"(\d+)", name)
+    return [int(part) if part.isdigit() else part for part in parts]
+
+
+def _of_collection(path):
+    """Times and names of files in a .pvd file."""
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"it is not XML: {error}") from None
+    if root.tag != "VTKFile" or root.get("type") != "Collection":
+        raise ValueError("it is no collection of ParaView's")
+    return [(float(each.get("timestep", 0)), each.get("file", "")) for each in root.iter("DataSet")]
+
+
+def _of_json(path):
+    """Times and names of files in a .series file."""
+    try:
+        files = json.loads(path.read_text(encoding="utf-8"))["files"]
+        return [(float(each.get("time", n)), str(each["name"])) for n, each in enumerate(files)]
+    except (AttributeError, KeyError, RecursionError, TypeError) as error:
+        raise ValueError(f"it is no file series of ParaView's: {error!r:.100}") from None
+
+
+_INDICES = {SUFFIX: _of_collection, ".series": _of_json}
+
+
+def _write_collection(path, entries):
+    lines = [
+        f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(name)}/>\n'
+        for time, name in entries
+    ]
+    path.write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+        + "".join(lines)
+        + "  </Collection>\n</VTKFile>\n",
+        encoding="utf-8",
+    )

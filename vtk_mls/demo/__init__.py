@@ -1,0 +1,1 @@
+"""What `vtk-mls demo` makes."""

@@ -1,0 +1,192 @@
+"""The demo's second part: a brain cut from above and pulled open, and the face of the cut close up.
+
+Run as `python -m vtk_mls.demo.cut DIRECTORY`, a process of its own like `picture`. It leaves
+cut.vti, cut.png and void.png in the directory.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkFlyingEdges3D
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+from vtk_mls.demo.scene import (
+    EDGE,
+    LIGHTS,
+    MIDDLE,
+    TISSUES,
+    VIEW,
+    add,
+    brain,
+    fill,
+    handles,
+    marked,
+    pulled_open,
+    render,
+    window,
+)
+
+SURFACE = 105  # T1 at which the brain ends, of 255
+BRAIN = (0.87, 0.66, 0.60)
+CLOSE, CLOSE_VIEW = (141.0, 90.0, 125.0), (1.0, 0.55, 0.6)  # of the picture of the face
+CLOSE_LIGHTS = {(0.9, 0.38, 0.34): 1.05, (0.0, 0.8, 0.6): 0.18}
+
+
+def draw(directory: Path):
+    """Write cut.vti, cut.png and void.png to `directory`."""
+    uncut = brain()
+    cut = _deformed(uncut, directory / "cut.vti")
+    outside = _clipped(_contour(cut, "T1", SURFACE), "VoidDistance", 0.0)
+    face = _clipped(_contour(cut, "VoidDistance", 0.0), "T1", SURFACE)
+    stepped = _clipped(_contour(cut, "Solid", 0.5), "T1", SURFACE)
+    whole = _contour(uncut, "T1", SURFACE)
+
+    before, after = (marked(positions) for positions in handles())
+    panels = window(3, LIGHTS)
+    fill(
+        panels,
+        0,
+        "Before",
+        "a half-plane cuts it; orange handles are dragged",
+        _shaded(whole, "Turned", BRAIN),
+        _sheet(),
+        *before,
+    )
+    fill(
+        panels,
+        1,
+        "Pulled open",
+        "gradients corrected: light falls on what is there",
+        _shaded(outside, "Turned", BRAIN),
+        _shaded(face, "Gradients"),
+        *after,
+    )
+    fill(
+        panels,
+        2,
+        "Without gradient correction",
+        "gradients moved but not turned: light as if nothing had",
+        _shaded(outside, "Carried", BRAIN),
+        _shaded(face, "Carried"),
+        *after,
+    )
+    render(panels, VIEW, MIDDLE, 97, directory / "cut.png")
+
+    panels = window(2, CLOSE_LIGHTS)
+    for i, (surface, title, caption) in enumerate(
+        [
+            (stepped, "Void, 0 or 1", "contour at one half: steps of voxels"),
+            (face, "VoidDistance", "contour at zero: the face of the cut"),
+        ]
+    ):
+        fill(
+            panels,
+            i,
+            title,
+            caption,
+            _shaded(surface, "Gradients"),
+            _shaded(outside, "Turned", BRAIN),
+        )
+    render(panels, CLOSE_VIEW, CLOSE, 21, directory / "void.png")
+
+
+def _deformed(image, file):
+    deform = pulled_open(image)
+    deform.SetHideVoid(False)  # contours need the cells on the face,
+    deform.SetVoidValues("continued")  # and colours behind it
+    deform.AddGradientVectorArray("Turned")
+    deform.Update()
+    image = vtkImageData()
+    image.ShallowCopy(deform.GetOutputDataObject(0))
+    solid = 1 - vtk_to_numpy(image.GetPointData().GetArray("Void")).astype(np.float32)
+    add(image, "Solid", solid)
+    _save(image, file, solid)
+    return image
+
+
+def _save(image, file, solid):
+    """Write what one may want to look at elsewhere, with nothing in the void."""
+    part = vtkImageData()
+    part.CopyStructure(image)
+    for name in ("Void", "VoidDistance"):
+        part.GetPointData().AddArray(image.GetPointData().GetArray(name))
+    add(part, "T1", solid * vtk_to_numpy(image.GetPointData().GetArray("T1")))
+    part.GetPointData().SetActiveScalars("T1")
+    writer = vtkXMLImageDataWriter()
+    writer.SetInputData(part)
+    writer.SetFileName(str(file))
+    writer.Write()
+
+
+def _contour(image, name, value):
+    image.GetPointData().SetActiveScalars(name)
+    contour = vtkFlyingEdges3D()
+    contour.SetInputData(image)
+    contour.SetValue(0, value)
+    contour.SetInterpolateAttributes(True)
+    contour.SetComputeGradients(True)
+    contour.Update()
+    return contour.GetOutput()
+
+
+def _clipped(surface, name, value):
+    """The part where an array is above a value."""
+    surface.GetPointData().SetActiveScalars(name)
+    clip = vtkClipPolyData()
+    clip.SetInputData(surface)
+    clip.SetValue(value)
+    clip.Update()
+    return clip.GetOutput()
+
+
+def _shaded(surface, gradient, colour=None):
+    """Actor lit by minus a gradient, in one colour or those of T1."""
+    data = surface.GetPointData()
+    slope = vtk_to_numpy(data.GetArray(gradient)).astype(float)
+    length = np.linalg.norm(slope, axis=1, keepdims=True)
+    normals = numpy_to_vtk((-slope / np.maximum(length, 1e-9)).astype(np.float32), deep=True)
+    lit = vtkPolyData()
+    lit.SetPoints(surface.GetPoints())
+    lit.SetPolys(surface.GetPolys())
+    lit.GetPointData().SetNormals(normals)
+    if colour is None:
+        t1 = vtk_to_numpy(data.GetArray("T1"))
+        tints = np.array(list(TISSUES.values())).T
+        rgb = np.stack([np.interp(t1, list(TISSUES), tint) for tint in tints], axis=-1)
+        lit.GetPointData().SetScalars(numpy_to_vtk((255 * rgb).astype(np.uint8), deep=True))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(lit)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(colour or (1, 1, 1))
+    actor.GetProperty().SetAmbient(0.1)
+    actor.GetProperty().SetDiffuse(0.9)
+    actor.GetProperty().SetSpecular(0.15)
+    actor.GetProperty().SetSpecularPower(25)
+    return actor
+
+
+def _sheet():
+    plane = vtkPlaneSource()
+    plane.SetOrigin(18, EDGE[1], EDGE[2])
+    plane.SetPoint1(178, EDGE[1], EDGE[2])
+    plane.SetPoint2(18, EDGE[1], 156)
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(plane.GetOutputPort())
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(0.55, 0.85, 1.0)
+    actor.GetProperty().SetOpacity(0.5)
+    actor.GetProperty().LightingOff()
+    return actor
+
+
+if __name__ == "__main__":
+    draw(Path(sys.argv[1]))

@@ -1,0 +1,183 @@
+"""The main job on a real volume: a frog, dragged by 15 handles, deformed by all four kinds."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataWriter
+
+from vtk_mls import KINDS, DeviceError
+from vtk_mls.demo.run import volumes
+from vtk_mls.engine.dispatch import engine_for
+from vtk_mls.filters import MLSControlPoints, MLSDeform
+
+# Rest position and drag in the volume's coordinates: x to the head, y to the right, z to the belly.
+HANDLES = {
+    "snout": [(470, 227, 35), (10, 35, 0)],
+    "brow": [(390, 227, 21), (0, 0, 0)],
+    "left shoulder": [(311, 158, 39), (0, 0, 0)],
+    "right shoulder": [(311, 308, 44), (0, 0, 0)],
+    "left elbow": [(241, 87, 96), (60, -25, 0)],
+    "right elbow": [(237, 371, 102), (60, 25, 0)],
+    "left hand": [(305, 79, 162), (105, -25, 0)],
+    "right hand": [(300, 388, 170), (105, 25, 0)],
+    "spine": [(241, 229, 117), (0, 0, 0)],
+    "sacrum": [(170, 229, 96), (0, 0, 0)],
+    "tail": [(85, 229, 158), (0, 0, 0)],
+    "left knee": [(178, 38, 162), (-10, -15, 0)],
+    "right knee": [(178, 431, 168), (-10, 15, 0)],
+    "left heel": [(41, 90, 176), (-70, -30, 0)],
+    "right heel": [(38, 375, 160), (-70, 30, 0)],
+}
+# Of the deformed frog, in the same coordinates.
+LOWER, UPPER = np.array([-60.0, -60.0, -30.0]), np.array([560.0, 530.0, 234.0])
+
+_NO_PICTURE = (
+    "No picture: VTK could not draw here. The .vti files are complete; for the picture install "
+    "OpenGL for machines without a display, `apt-get install libegl1 libgl1-mesa-dri`, and run "
+    "the demo again."
+)
+
+
+def main(directory):
+    """Deform the frog and leave .vti files, the handles and a picture in `directory`.
+
+    Parameters
+    ----------
+    directory : path
+        Made if it is not there.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the package that carries the volume is not installed.
+    """
+    engine = _engine()
+    slow = engine is engine_for("reference")
+    frog = vtkXMLImageDataReader()
+    frog.SetFileName(str(volumes.frog()))
+    frog.Update()
+    labels = frog.GetOutput().GetPointData().GetScalars().GetName()
+    directory = Path(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+
+    handles = MLSControlPoints()
+    rest, drag = np.array(list(HANDLES.values()), dtype=float).swapaxes(0, 1)
+    handles.SetRestPoints(rest.tolist())
+    handles.SetDeformedPoints((rest + drag).tolist())
+
+    spacing = np.array(frog.GetOutput().GetSpacing())
+    if slow:
+        spacing = 4 * spacing  # some microseconds for each voxel
+    dimensions = (np.ceil((UPPER - LOWER) / spacing) + 1).astype(int)
+
+    deform = MLSDeform()
+    deform.SetInputConnection(0, frog.GetOutputPort())
+    deform.SetInputConnection(1, handles.GetOutputPort())
+    deform.AddLabelArray(labels)
+    deform.SetOutputGrid("given")
+    if slow:
+        deform.SetDevice("reference")
+    deform.SetOutputOrigin(*LOWER)
+    deform.SetOutputSpacing(*spacing)
+
+    size = " x ".join(str(n) for n in frog.GetOutput().GetDimensions())
+    print(
+        f"A frog of {size} voxels, {len(rest)} handles, {np.any(drag, axis=1).sum()} of them moved,"
+    )
+    print(f"deformed onto {' x '.join(str(n) for n in dimensions)} voxels by {engine.NAME}")
+    _write(vtkXMLImageDataWriter(), frog, directory / "original.vti")
+    _write(vtkXMLPolyDataWriter(), handles, directory / "handles.vtp")
+    for kind in KINDS:
+        deform.SetKind(kind)
+        deform.SetOutputDimensions(8, 8, 8)  # builds the kernels
+        deform.Update()
+        deform.SetOutputDimensions(*(int(n) for n in dimensions))
+        start = time.perf_counter()
+        deform.Update()
+        seconds = time.perf_counter() - start
+        rate = dimensions.prod() / seconds / 1e6
+        print(f"  {kind:<10} {1000 * seconds:8.0f} ms   {rate:6.1f} million voxels/s", flush=True)
+        _write(vtkXMLImageDataWriter(), deform, directory / f"{kind}.vti")
+    print(f"Wrote original.vti, handles.vtp and one .vti for each kind in {directory}")
+    draw(directory)
+    if slow:
+        print("The rest of the demo, a brain cut open, needs OpenCL and is left out.")
+    else:
+        cut_open(directory)
+        mesh_open(directory)
+
+
+def draw(directory):
+    """Draw the files in `directory` to demo.png there; say what to install if that fails.
+
+    Parameters
+    ----------
+    directory : Path
+    """
+    _run("picture", directory, ["demo.png"])
+
+
+def cut_open(directory):
+    """Cut a brain open: cut.vti, cut.png and void.png; say what to install if that fails.
+
+    Parameters
+    ----------
+    directory : Path
+    """
+    try:
+        volumes.brain()
+    except FileNotFoundError as error:
+        print(f"No brain is cut open: {error}")
+        return
+    print("A brain of 197 x 233 x 189 voxels, cut by a half-plane and pulled open (cut.vti)")
+    _run("cut", directory, ["cut.png", "void.png"])
+
+
+def mesh_open(directory):
+    """Cut the brain open as tetrahedra: two .vtu, mesh.png; say what is missing if that fails.
+
+    Parameters
+    ----------
+    directory : Path
+    """
+    for package in ("nilearn", "tetgen"):
+        if importlib.util.find_spec(package) is None:
+            print(f"No tetrahedra are made of the brain: pip install {package}")
+            return
+    print("The same brain as tetrahedra, cut and pulled open (tetrahedra.vtu, pulled_open.vtu)")
+    _run("mesh", directory, ["mesh.png"])
+
+
+def _run(module, directory, names):
+    """Draw pictures in a process of its own."""
+    pictures = [directory / name for name in names]
+    for picture in pictures:
+        picture.unlink(missing_ok=True)
+    command = [sys.executable, "-m", f"vtk_mls.demo.{module}", str(directory)]
+    subprocess.run(command, capture_output=True, check=False)
+    for picture in pictures:
+        print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
+
+
+def _engine():
+    """The engine of the chosen device; without OpenCL, said loudly, the numpy reference."""
+    try:
+        engine = engine_for()
+    except DeviceError as error:
+        print(f"No OpenCL: {error}")
+        engine = engine_for("reference")
+    if engine is engine_for("reference"):
+        print("The demo goes on without OpenCL, slowly and on a coarser grid.")
+    return engine
+
+
+def _write(writer, source, file):
+    writer.SetInputConnection(source.GetOutputPort())
+    writer.SetFileName(str(file))
+    writer.Write()

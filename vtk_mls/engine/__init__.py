@@ -1,0 +1,1 @@
+"""The map on OpenCL devices, and which device computes it."""

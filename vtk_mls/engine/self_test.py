@@ -1,0 +1,142 @@
+"""What a device computes of a small set, held against the specification: run in a child process.
+
+The parent (`proof.py`) leaves a request in a file and reads lines that begin with `MARK` from the
+child's output, JSON: a "step" that begins, and in the end "untestable", "failure" or "proven", each
+with a sentence. After "proven" the child waits for the file `measure`, and then tells the "speed".
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import time
+
+import numpy as np
+
+from vtk_mls import Deformation, Grid, HalfPlane, reference
+from vtk_mls.engine import device
+from vtk_mls.engine.engine import Engine
+from vtk_mls.engine.proof import MARK, MEASURE, described
+
+EXTENT = 40.0
+_CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
+_GRID = Grid((19, 7, 5), spacing=(2.1, 5.7, 8.0))
+_SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
+
+
+def main(request, folder):
+    """Test a device.
+
+    Parameters
+    ----------
+    request : dict
+        "device", what a Device says of itself, and "lanes", points per work item.
+    folder : str
+        Where the file appears that asks for the speed.
+    """
+    parent = os.getppid()
+    try:
+        found = _find(request["device"])
+    except Exception as error:
+        return _tell(untestable=f"{type(error).__name__}: {error}")
+    try:
+        engine = Engine(dataclasses.replace(found, width=request["lanes"]))
+        for step, errors in checks(engine):
+            _tell(step=step)
+            error, bound = errors()
+            if not error <= bound:  # NaN, too
+                return _tell(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
+        _tell(proven="")
+        while not os.path.exists(os.path.join(folder, MEASURE)):
+            if os.getppid() != parent:  # nobody will ask any more
+                return
+            time.sleep(0.005)
+        _tell(speed=speed(engine))
+    except Exception as error:
+        _tell(failure=str(error))
+
+
+def checks(engine):
+    """Every kind, with and without cuts, at points and on grids, images, slopes and the inverse.
+
+    Yields
+    ------
+    step : str
+    errors : callable
+        Gives the distance from the specification, next to the extent or to 1, and a bound for it:
+        far above what float32 rounds, and far below what a miscompiled kernel gives.
+    """
+    rng = np.random.default_rng(1)
+    deformed = rng.uniform(0, EXTENT, (12, 3))
+    rest = deformed + rng.normal(0, 1.5, (12, 3))
+    points = np.concatenate([rng.uniform(0, EXTENT, (45, 3)), deformed[:4]])
+    affine, similarity = (
+        Deformation(rest, deformed, kind, device="reference") for kind in ("affine", "similarity")
+    )
+    polynomial, rigid = (
+        Deformation(rest, deformed, kind, alpha=alpha, cuts=[_CUT], device="reference")
+        for kind, alpha in (("polynomial", 2.0), ("rigid", 1.0))
+    )
+
+    def at_points():
+        return np.abs(engine.backward(affine, points) - affine.backward(points)).max() / EXTENT
+
+    def on_grid(d):
+        pairs = zip(engine.displacement_field(d, _GRID), reference.displacement_field(d, _GRID))
+        return max(_most(np.abs(a - b)) for a, b in pairs if a is not None) / EXTENT
+
+    def of_slopes():
+        return _most(np.abs(engine.jacobian(rigid, points) - rigid.jacobian(points)))
+
+    def of_images():
+        image = np.sin(_GRID.points() @ [0.1, 0.07, 0.05]).reshape(_GRID.shape)
+        images = [image.astype(np.float32), image] if engine.device.has_float64 else [image]
+        question = (rigid, images, _GRID, _GRID, ["linear"] * len(images), -1.0, False)
+        pairs = zip(engine.resample(*question), reference.resample(*question))
+        return max(_most(np.abs(a - b)) for a, b in pairs)
+
+    def of_the_inverse():
+        places = rigid.backward(points[~rigid.void(points)])
+        displacement, found = engine.forward(rigid, places)
+        back = rigid.backward((places + displacement)[found])
+        return _most(np.abs(back - places[found])) / EXTENT if found.mean() > 0.9 else np.nan
+
+    yield "affine map at points", lambda: (at_points(), 1e-5)
+    yield "similarity map on a grid", lambda: (on_grid(similarity), 1e-5)
+    yield "polynomial map on a grid, cut", lambda: (on_grid(polynomial), 1e-4)
+    yield "rigid Jacobian, cut", lambda: (of_slopes(), 1e-3)
+    yield "images, rigid, cut", lambda: (of_images(), 1e-3)
+    yield "rigid inverse, cut", lambda: (of_the_inverse(), 1e-4)
+
+
+def speed(engine):
+    """Points per second of a rigid map, 15 control points: the best of some launches."""
+    rng = np.random.default_rng(2)
+    deformed = rng.uniform(0, EXTENT, (15, 3))
+    d = Deformation(deformed + rng.normal(0, 1, (15, 3)), deformed, device="reference")
+    times = []
+    for _ in range(6):
+        start = time.perf_counter()
+        engine.displacement_field(d, _SPEED_GRID)
+        times.append(time.perf_counter() - start)
+    return _SPEED_GRID.size / min(times)
+
+
+def _most(errors):
+    """The largest of 95 % of `errors`, or NaN if one of all is.
+
+    Next to a cut rounding decides on which side a point lies.
+    """
+    return np.nan if np.isnan(errors).any() else np.percentile(errors, 95)
+
+
+def _find(wanted):
+    devices = [d for d in device.list_devices() if described(d) == wanted]
+    if not devices:
+        raise LookupError("the device is not there in a process of its own")
+    return devices[0]
+
+
+def _tell(**what):
+    print(MARK + json.dumps(what), flush=True)

@@ -1,0 +1,1 @@
+"""Formats of images, meshes, displacement fields and control points."""

@@ -1,0 +1,99 @@
+"""Points in the text files of elastix: what transformix takes (`-def`), and what it makes of it.
+
+The first kind has a line `point`, a line with the number of points, and a line x y z for each. A
+first line `index` announces indices of voxels, which are no places without the image.
+
+The second kind, outputpoints.txt, has lines `Point N ; InputIndex = [..] ; InputPoint = [..] ;
+... ; OutputPoint = [x y z] ; ...`, of which OutputPoint is read, with N as the label. Mind that
+transformix goes from the fixed to the moving image: OutputPoint is the place in the moving image
+whose material comes to InputPoint.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from vtk_mls.files.landmarks import Landmarks, shortened
+
+_RESULT = re.compile(r"Point\s+(\d+)\s*;")
+_PLACE = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
+
+
+def reader(line):
+    """The function that reads a file with this first line; None if it is not of elastix."""
+    if line.strip().lower() in ("point", "index"):
+        return read_points
+    return read_results if _RESULT.match(line) else None
+
+
+def read_points(path):
+    """The points of a file that transformix takes."""
+    lines = _lines(path)
+    if next(lines)[1].strip().lower() == "index":
+        raise ValueError(
+            f"`{path}` holds indices of voxels; expected places, after a first line `point`"
+        )
+    number, line = next(lines, (1, ""))
+    if not re.fullmatch(r"\d{1,18}", line.strip()):
+        raise ValueError(
+            f"`{path}`, line {number}: expected the number of points, got {shortened(line)}"
+        )
+    places = [_place(path, number, line) for number, line in lines]
+    if len(places) != int(line):
+        raise ValueError(f"`{path}` must hold {int(line)} points, as it says, got {len(places)}")
+    return Landmarks(path, np.reshape(places, (-1, 3)))
+
+
+def read_results(path):
+    """The points that transformix has made."""
+    places, labels = [], []
+    for number, line in _lines(path):
+        label, place = _RESULT.match(line), _PLACE.search(line)
+        if label is None or place is None:
+            raise ValueError(
+                f"`{path}`, line {number}: expected `Point N ; ... OutputPoint = [x y z]`, got "
+                + shortened(line)
+            )
+        labels.append(label[1])
+        places.append(_place(path, number, place[1]))
+    return Landmarks(path, np.reshape(places, (-1, 3)), labels=labels)
+
+
+def write(file, landmarks):
+    """Write points as transformix takes them.
+
+    Parameters
+    ----------
+    file : text file
+    landmarks : Landmarks
+        Points that are not placed are left out.
+
+    Returns
+    -------
+    int
+        How many are left out.
+    """
+    places = landmarks.places[landmarks.is_placed].tolist()
+    file.write(f"point\n{len(places)}\n")
+    file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in places)
+    return len(landmarks.places) - len(places)
+
+
+def _lines(path):
+    """(number, text) of each line that is not blank."""
+    with path.open(encoding="utf-8-sig") as file:
+        yield from ((n, line) for n, line in enumerate(file, 1) if line.strip())
+
+
+def _place(path, number, text):
+    try:
+        x, y, z = map(float, text.split())
+    except ValueError:
+        raise ValueError(
+            f"`{path}`, line {number}: expected three numbers, got {shortened(text)}"
+        ) from None
+    if not np.isfinite([x, y, z]).all():
+        raise ValueError(f"`{path}` has a coordinate that is not a finite number in line {number}")
+    return x, y, z

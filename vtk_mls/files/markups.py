@@ -1,0 +1,327 @@
+"""Markups of 3D Slicer: .mrk.json, and .fcsv, which came before it.
+
+Both say their frame, are lists of places with labels and descriptions, and know points that are
+not placed. Of .mrk.json all markups of a file are read, one after the other, and their control
+points whatever the type (points, lines, curves, planes, boxes); the orientation of a point is not.
+An .fcsv without a version is one of Slicer 3: its label comes first, its frame is RAS.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from contextlib import contextmanager
+
+import numpy as np
+
+from vtk_mls.files.frames import signs
+from vtk_mls.files.landmarks import Landmarks, shortened
+
+# The address that all versions of Slicer with this format compare, whatever the last two numbers.
+_SCHEMA = (
+    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
+    "Schema/markups-schema-v1.0.3.json#"
+)
+_STATUSES = ("undefined", "preview", "defined", "missing")  # in the order of Slicer's numbers
+_UNDEFINED, _DEFINED = _STATUSES.index("undefined"), _STATUSES.index("defined")
+_BENT_TYPES = ("Fiducial", "Line", "Angle", "Curve", "ClosedCurve")  # what stays such when bent
+_UPRIGHT = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # Slicer's axes, which are RAS, in LPS
+_FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
+_NOWHERE = [math.nan] * 3
+_LABEL, _DESCRIPTION, _STATUS = 11, 12, 14  # columns of .fcsv
+
+
+def read_json(path):
+    """The points of a .mrk.json, in LPS."""
+    places, labels, descriptions = [np.empty((0, 3))], [], []
+    for _, factors, points in _lists(path, _document(path)):
+        start = len(labels) + 1
+        found = [_json_place(path, number, point) for number, point in enumerate(points, start)]
+        places.append(np.reshape(found, (-1, 3)) * factors)
+        for point in points:
+            labels.append(_text(point.get("label", "")))
+            descriptions.append(_text(point.get("description", "")))
+    return Landmarks(path, np.concatenate(places), "LPS", labels, descriptions)
+
+
+def write_json(file, landmarks):
+    """Write points to a .mrk.json that any Slicer from 4.11 on reads.
+
+    Parameters
+    ----------
+    file : text file
+    landmarks : Landmarks
+        In LPS. Points that are not placed are written as such.
+
+    Returns
+    -------
+    int
+        How many points are left out: 0.
+    """
+    points = []
+    each = zip(landmarks.places.tolist(), landmarks.labels, landmarks.descriptions)
+    for number, (place, label, description) in enumerate(each, 1):
+        point = {
+            "id": str(number),
+            "label": label or str(number),
+            "description": description,
+            "associatedNodeID": "",
+            "position": place,
+            "orientation": _UPRIGHT,
+            "selected": True,
+            "locked": False,
+            "visibility": True,
+            "positionStatus": "defined",
+        }
+        points.append(_placed(point, np.array(place)))
+    markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
+    _write(file, {"@schema": _SCHEMA, "markups": [markups]})
+    return 0
+
+
+def rewrite_json(path, file, places, space):
+    """Write a .mrk.json again, with other places.
+
+    Parameters
+    ----------
+    path : path
+    file : text file
+    places : (n, 3) float64, LPS
+        NaN for points that have none any more. Planes and boxes, which bend, become points.
+    space : str
+        Not used: the file says its frame.
+
+    Returns
+    -------
+    int
+        How many points are left out: 0.
+    """
+    document, number = _document(path), 0
+    for markups, factors, points in _lists(path, document):
+        for i, point in enumerate(points):
+            points[i] = _placed(point, places[number + i] * factors)
+        number += len(points)
+        if markups.get("type") not in _BENT_TYPES:
+            kept = {key: markups[key] for key in ("name", "coordinateSystem") if key in markups}
+            markups.clear()
+            markups.update(kept, type="Fiducial", controlPoints=points)
+        markups.pop("measurements", None)  # are those of the old places
+    document.setdefault("@schema", _SCHEMA)
+    _write(file, document)
+    return 0
+
+
+def read_fcsv(path):
+    """The points of an .fcsv."""
+    places, labels, descriptions, header = [], [], [], {}
+    for row, number in _fcsv_rows(path, header):
+        places.append(_fcsv_place(path, number, row))
+        is_old = "version" not in header
+        labels.append(_cell(row, 0 if is_old else _LABEL))
+        descriptions.append("" if is_old else _cell(row, _DESCRIPTION))
+    frame = header.get("CoordinateSystem", "RAS")
+    if frame not in _FRAMES:
+        raise _wrong_frame(path, frame)
+    places = np.reshape(places, (-1, 3))
+    return Landmarks(path, places, _FRAMES[frame], labels, descriptions)
+
+
+def write_fcsv(file, landmarks):
+    """Write points to an .fcsv that any Slicer from 4.4 on reads.
+
+    Parameters
+    ----------
+    file : text file
+    landmarks : Landmarks
+        In LPS. Points that are not placed are left out.
+
+    Returns
+    -------
+    int
+        How many are left out.
+    """
+    # Versions before 4.11 take the frame for a number, and the word LPS for RAS.
+    file.write("# Markups fiducial file version = 4.11\n# CoordinateSystem = 1\n")
+    file.write("# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
+    lines = csv.writer(file, lineterminator="\n")
+    for i in np.flatnonzero(landmarks.is_placed).tolist():
+        label = " ".join((landmarks.labels[i] or str(i + 1)).split())  # Slicer reads by lines
+        description = " ".join(landmarks.descriptions[i].split())
+        place = landmarks.places[i].tolist()
+        lines.writerow([i + 1, *place, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
+    return int((~landmarks.is_placed).sum())
+
+
+def rewrite_fcsv(path, file, places, space):
+    """Write an .fcsv again, with other places.
+
+    Parameters
+    ----------
+    path : path
+    file : text file
+    places : (n, 3) float64, LPS
+        NaN for points that have none any more; they are left out of files that have no column
+        for that, which older versions of Slicer wrote.
+    space : str
+        Not used: the file says its frame.
+
+    Returns
+    -------
+    int
+        How many points are left out.
+    """
+    places, left_out = places * signs(read_fcsv(path).frame), 0
+    with path.open(newline="", encoding="utf-8-sig") as lines:
+        file.writelines(line.rstrip("\r\n") + "\n" for line in lines if line.startswith("#"))
+    writer = csv.writer(file, lineterminator="\n")
+    for (row, _), place in zip(_fcsv_rows(path, {}), places):
+        is_placed, has_status = bool(np.isfinite(place).all()), len(row) > _STATUS
+        if has_status:
+            row[_STATUS] = str(_DEFINED if is_placed else _UNDEFINED)
+        if is_placed:
+            row[1:4] = map(repr, place.tolist())
+        if is_placed or has_status:
+            writer.writerow(row)
+        else:
+            left_out += 1
+    return left_out
+
+
+def _write(file, document):
+    """Write a document, with each point on a line of its own."""
+    file.write("{\n")
+    for key, value in document.items():
+        if key != "markups":
+            file.write(f" {json.dumps(key)}: {json.dumps(value)},\n")
+    file.write(' "markups": [')
+    for number, markups in enumerate(document["markups"]):
+        file.write(",\n  {\n" if number else "\n  {\n")
+        for key, value in markups.items():
+            if key != "controlPoints":
+                file.write(f"   {json.dumps(key)}: {json.dumps(value)},\n")
+        file.write('   "controlPoints": [')
+        for i, point in enumerate(markups.get("controlPoints", [])):
+            file.write((",\n    " if i else "\n    ") + json.dumps(point))
+        file.write("\n   ]\n  }")
+    file.write("\n ]\n}\n")
+
+
+def _document(path):
+    """What the JSON file holds, if that is a dictionary."""
+    with _as_sentence(path):
+        document = json.loads(path.read_text(encoding="utf-8-sig"))
+        if not isinstance(document["markups"], list):
+            raise TypeError("`markups` is no list")
+    return document
+
+
+def _lists(path, document):
+    """(markups, their factors to LPS, their points) of each markups of a document."""
+    for markups in document["markups"]:
+        with _as_sentence(path):
+            points = markups.get("controlPoints", [])
+            if not isinstance(points, list) or not all(isinstance(each, dict) for each in points):
+                raise TypeError("`controlPoints` is no list of dictionaries")
+            frame = markups.get("coordinateSystem", "LPS")
+        if not isinstance(frame, str) or frame not in _FRAMES:
+            raise _wrong_frame(path, frame)
+        yield markups, signs(_FRAMES[frame]), points
+
+
+@contextmanager
+def _as_sentence(path):
+    try:
+        yield
+    except UnicodeDecodeError:
+        raise
+    except RecursionError:
+        raise ValueError(f"`{path}` is no list of markups: it is nested too deeply") from None
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
+        raise ValueError(f"`{path}` is no list of markups: {error!r:.80}") from error
+
+
+def _json_place(path, number, point):
+    """The place of a control point, three numbers; NaN if it has none."""
+    status, place = point.get("positionStatus", "defined"), point.get("position", "")
+    if status not in _STATUSES:
+        raise ValueError(
+            f"`{path}`, point {number}: `positionStatus` must be one of {', '.join(_STATUSES)}, "
+            f"got {shortened(str(status))}"
+        )
+    if status != "defined" or place == "":
+        return _NOWHERE
+    are_numbers = isinstance(place, list) and all(type(each) in (int, float) for each in place)
+    try:
+        if are_numbers and len(place) == 3:
+            return _finite(path, f"point {number}", [float(each) for each in place])
+    except OverflowError:
+        pass
+    raise ValueError(
+        f"`{path}` has a place that is not three numbers: point {number} is at "
+        + shortened(f"{place!s:.200}")
+    )
+
+
+def _placed(point, place):
+    """A control point of JSON, put to another place; without one if that is NaN."""
+    if np.isfinite(place).all():
+        status = {"positionStatus": "defined"} if "positionStatus" in point else {}
+        return point | {"position": place.tolist()} | status
+    return {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
+
+
+def _fcsv_rows(path, header):
+    """(cells, number of the line) of each point; what the lines with # say goes into `header`."""
+
+    def lines(file):
+        for line in file:
+            if line.startswith("#"):
+                key, _, value = line.lstrip("# ").partition("=")
+                header[key.strip().removeprefix("Markups fiducial file ")] = value.strip()
+                line = "\n"
+            yield line
+
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = csv.reader(lines(file))
+        try:
+            for row in rows:
+                if any(cell.strip() for cell in row):
+                    yield row, rows.line_num
+        except csv.Error as error:
+            raise ValueError(f"`{path}`, line {rows.line_num}: {error}") from None
+
+
+def _fcsv_place(path, number, row):
+    """The place of a row, three numbers; NaN if it has none."""
+    if _cell(row, _STATUS).strip() not in ("", str(_DEFINED)):
+        return _NOWHERE
+    try:
+        place = [float(cell) for cell in row[1:4]]
+        if len(place) != 3:
+            raise ValueError
+    except ValueError:
+        raise ValueError(
+            f"`{path}` has a place that is not three numbers in line {number}: "
+            + shortened(",".join(row))
+        ) from None
+    return _finite(path, f"line {number}", place)
+
+
+def _finite(path, where, place):
+    if not all(map(math.isfinite, place)):
+        raise ValueError(f"`{path}` has a coordinate that is not a finite number in {where}")
+    return place
+
+
+def _wrong_frame(path, frame):
+    return ValueError(f"`{path}` has the coordinate system {frame!s:.20}; it must be LPS or RAS")
+
+
+def _cell(row, column):
+    return row[column] if column < len(row) else ""
+
+
+def _text(value):
+    """A label of JSON, which can be anything, as text that can be written."""
+    return "" if value is None else str(value).encode("utf-8", "replace").decode()

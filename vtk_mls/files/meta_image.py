@@ -1,0 +1,210 @@
+"""MetaImage files (.mha, .mhd), as ITK reads them.
+
+Space. The world of ITK's MetaImages is LPS. `AnatomicalOrientation` says the same as the direction
+matrix, or nothing, and does not count.
+
+Labels. MetaImage has no word for them. `intent_code = 1002` is what ITK writes of NIfTI labels.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from vtk_mls.files import volumes
+from vtk_mls.files.volumes import Volume
+
+_TYPES = {
+    **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
+    **{"int32": "MET_INT", "uint32": "MET_UINT", "int64": "MET_LONG_LONG"},
+    **{"uint64": "MET_ULONG_LONG", "float32": "MET_FLOAT", "float64": "MET_DOUBLE"},
+}
+_DTYPES = {
+    **{name: dtype for dtype, name in _TYPES.items()},
+    **{"MET_LONG": "int32", "MET_ULONG": "uint32"},
+}
+_LABEL_INTENT = "1002"
+_LONGEST = 1 << 16  # bytes of a line
+
+
+def read(path):
+    """Read a volume.
+
+    Parameters
+    ----------
+    path : Path
+        A .mha file, or a .mhd header with its data in other files of its folder.
+
+    Returns
+    -------
+    Volume
+
+    Raises
+    ------
+    OSError, ValueError
+    """
+    with path.open("rb") as file:
+        header = _header(file)
+        count = int(header.get("NDims", 3))
+        if not 1 <= count <= 3:
+            raise ValueError(f"it must have up to three dimensions, got {count}; give one volume")
+        sizes = [int(text) for text in header["DimSize"].split()]
+        if len(sizes) != count or min(sizes) < 1:
+            raise ValueError(f"its DimSize must be {count} positive numbers, got {sizes!s:.60}")
+        components = int(header.get("ElementNumberOfChannels", 1))
+        if components < 1:
+            raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
+        shape = [*[1] * (3 - count), *sizes[::-1], *[components] * (components > 1)]
+        values = _values(header, file, path, shape)
+    origin, spacing, direction = _place(header, count)
+    is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
+    return Volume(values, origin, direction * spacing, is_label=is_label)
+
+
+def write(path, volume):
+    """Write a volume.
+
+    Parameters
+    ----------
+    path : Path
+        A .mha file; or a .mhd header, beside which a .raw file is made.
+    volume : Volume
+    """
+    values = volume.values
+    is_local = path.suffix.lower() == ".mha"
+    spacing = np.linalg.norm(volume.steps, axis=0)
+    header = {
+        "ObjectType": "Image",
+        "NDims": "3",
+        "BinaryData": "True",
+        "BinaryDataByteOrderMSB": "False",
+        "CompressedData": "False",
+        "TransformMatrix": _text((volume.steps / spacing).T.ravel()),
+        "Offset": _text(volume.origin),
+        "CenterOfRotation": "0 0 0",
+        "ElementSpacing": _text(spacing),
+        "DimSize": " ".join(str(n) for n in values.shape[2::-1]),
+        **({"intent_code": _LABEL_INTENT} if volume.is_label else {}),
+        "ElementNumberOfChannels": str(values.shape[3] if values.ndim == 4 else 1),
+        "ElementType": _TYPES[values.dtype.name],
+        "ElementDataFile": "LOCAL" if is_local else f"{path.stem}.raw",
+    }
+    text = "".join(f"{key} = {value}\n" for key, value in header.items())
+    with path.open("wb") as file:
+        file.write(text.encode())
+        if is_local:
+            volumes.write_values(file, values)
+    if not is_local:
+        with path.with_suffix(".raw").open("wb") as file:
+            volumes.write_values(file, values)
+
+
+def _header(file):
+    """The fields, and after them the names of files if there is a list of them."""
+    header = {}
+    while line := file.readline(_LONGEST):
+        key, equals, value = line.decode("latin-1").partition("=")
+        if equals:
+            header[key.strip()] = value.strip()
+        if key.strip() == "ElementDataFile":
+            break
+    for name in ("DimSize", "ElementType", "ElementDataFile"):
+        if name not in header:
+            raise ValueError(f"it is no MetaImage: it has no {name}")
+    return header
+
+
+def _place(header, count):
+    """Origin (3,), spacing (3,) and direction (3, 3)."""
+    found = [np.zeros(3), np.ones(3), np.eye(3)]
+    for target, names in zip(
+        found,
+        (
+            ("Offset", "Position", "Origin"),
+            ("ElementSpacing", "ElementSize"),
+            ("TransformMatrix", "Rotation", "Orientation"),
+        ),
+    ):
+        name = next((name for name in names if name in header), None)
+        if name is None:
+            continue
+        numbers = np.array(header[name].split(), dtype=float)
+        if not np.isfinite(numbers).all() and target.ndim == 1:
+            raise ValueError(f"its {name} must be finite numbers")
+        wanted = count**target.ndim
+        if len(numbers) != wanted:
+            what = "direction" if target.ndim == 2 else name
+            of = f"{count} x {count}" if target.ndim == 2 else count
+            raise ValueError(f"its {what} must have {of} numbers, got {len(numbers)}")
+        if target.ndim == 2:
+            target[:count, :count] = numbers.reshape(count, count).T
+        else:
+            target[:count] = numbers
+    return found
+
+
+def _values(header, file, path, shape):
+    kind = header["ElementType"].removesuffix("_ARRAY")
+    if kind not in _DTYPES:
+        raise ValueError(f"values of type `{kind:.40}` are not known")
+    order = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
+    dtype = np.dtype(_DTYPES[kind]).newbyteorder(">" if _is_true(order) else "<")
+    encoding = "gzip" if _is_true(header.get("CompressedData", "False")) else "raw"
+    is_text = not _is_true(header.get("BinaryData", "True"))
+    if is_text and encoding != "raw":
+        raise ValueError("its values cannot be both text and compressed")
+    skip = int(header.get("HeaderSize", 0))
+    names = _data_files(header["ElementDataFile"], file)
+    if names is None:
+        return _read_values(file, path, dtype, shape, encoding, is_text, 0)
+    slabs, rest = [], shape
+    if len(names) > 1:
+        if shape[0] % len(names):
+            raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
+        rest = [shape[0] // len(names), *shape[1:]]
+    for name in names:
+        data = volumes.beside(path, name)
+        with data.open("rb") as each:
+            slabs.append(_read_values(each, data, dtype, rest, encoding, is_text, skip))
+    return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
+
+
+def _data_files(text, file):
+    """Names of the files with values, None for the header's own."""
+    if text.upper() == "LOCAL":
+        return None
+    if text.split()[:1] == ["LIST"]:
+        return [line.decode("latin-1").strip() for line in file.readlines() if line.strip()]
+    pattern = re.fullmatch(r"([^%]*%\d{0,2}d[^%\s]*)\s+(\d+)\s+(\d+)(?:\s+(\d+))?", text)
+    if pattern:
+        first, last, step = int(pattern[2]), int(pattern[3]), int(pattern[4] or 1)
+        numbers = range(first, last + 1, max(step, 1))
+        if len(numbers) > 1 << 16:
+            raise ValueError(f"its values must be in a few files, got {len(numbers)}")
+        return [pattern[1] % number for number in numbers]
+    return [text]
+
+
+def _read_values(file, path, dtype, shape, encoding, is_text, skip):
+    size = path.stat().st_size
+    if is_text:
+        count, words = math.prod(shape), file.read().split()
+        if len(words) < count:
+            raise ValueError(f"expected {count} values, got {len(words)}")
+        return np.array(words[:count], dtype=float).astype(dtype.newbyteorder("=")).reshape(shape)
+    if skip == -1:
+        file.seek(max(size - math.prod(shape) * dtype.itemsize, 0))
+    else:
+        volumes.skip(file, skip)
+    size -= file.tell()
+    return volumes.read_values(volumes.unpacked(file, encoding), dtype, shape, size, encoding)
+
+
+def _is_true(text):
+    return text[:1] in ("T", "t", "1")
+
+
+def _text(numbers):
+    return " ".join(repr(float(number)) for number in numbers)

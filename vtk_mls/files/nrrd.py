@@ -1,0 +1,381 @@
+"""NRRD files: volumes, and the segmentations of 3D Slicer (.seg.nrrd).
+
+Space. `space` is each of the specification, in words or letters of any case. Those of a patient
+(left-posterior-superior, LPS and the other seven, three-dimensional) become LPS; scanner-xyz and
+3D-right-handed or -left-handed, and no space at all, are taken as they are. Files go back into the
+space that they came from.
+
+Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
+3-gradient, 3-normal) turn with the space if there is a `measurement frame`, which alone says what
+their numbers mean. They are written in LPS with the identity as theirs: then ITK, which does not
+look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours, lists
+and other kinds never turn; a measurement frame that they have (it belongs to the gradients of
+diffusion weighted images) is kept.
+
+Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
+there are, or `intent_code:=1002`, as what ITK has made of NIfTI labels does.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from vtk_mls.files import frames, volumes
+from vtk_mls.files.volumes import Volume
+
+_TYPES = {
+    "i1": ("signed char", "int8", "int8_t"),
+    "u1": ("unsigned char", "uchar", "uint8", "uint8_t"),
+    "i2": ("short", "short int", "signed short", "signed short int", "int16", "int16_t"),
+    "u2": ("unsigned short", "ushort", "unsigned short int", "uint16", "uint16_t"),
+    "i4": ("int", "signed int", "int32", "int32_t"),
+    "u4": ("unsigned int", "uint", "uint32", "uint32_t"),
+    "i8": ("long long", "longlong", "long long int", "signed long long", "int64", "int64_t"),
+    "u8": ("unsigned long long", "ulonglong", "unsigned long long int", "uint64", "uint64_t"),
+    "f4": ("float",),
+    "f8": ("double",),
+}
+_DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
+_ORDERS = {"little": "<", "big": ">"}
+_ENCODINGS = {
+    **dict.fromkeys(("txt", "text", "ascii"), "text"),
+    **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
+}
+_AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
+_VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
+_SPATIAL = ("domain", "space", "???")
+_KEPT = ("content", "space units", "measurement frame")
+_LABEL_INTENT = "intent_code:=1002"
+_LONGEST = 1 << 20  # bytes of a line
+_LPS = "left-posterior-superior"
+
+
+def read(path):
+    """Read a volume.
+
+    Parameters
+    ----------
+    path : Path
+        A .nrrd file, or a .nhdr header with its data in one other file of its folder.
+
+    Returns
+    -------
+    Volume
+        Its header has key/value pairs and some fields.
+
+    Raises
+    ------
+    ValueError
+        Naming the file.
+    """
+    try:
+        with path.open("rb") as file:
+            fields, pairs = _header(file)
+            sizes = [int(size) for size in fields["sizes"].split()]
+            if min(sizes, default=0) < 1:
+                raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
+            signs = _signs(fields.get("space", ""))
+            origin, steps, other = _lattice(fields, sizes)
+            frame = _measurement_frame(fields)
+            values = _values(fields, file, path, sizes)
+    except KeyError as error:
+        raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
+    except (EOFError, OSError, OverflowError, ValueError) as error:
+        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
+    kept = {name: fields[name] for name in _KEPT if name in fields}
+    if other is not None:
+        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other, -1))
+    kind = _kind_of(fields, other, len(sizes))
+    if kind:
+        kept["kinds"] = kind  # those of the other axes are known
+    is_vector = frame is not None and kind.lower() in _VECTORS and _can_turn(values)
+    if is_vector:
+        values = (values @ (frame * signs)).astype(values.dtype)
+        del kept["measurement frame"]
+    return Volume(
+        values,
+        origin * signs,
+        steps * signs[:, None],
+        is_label=_says_labels(path, pairs),
+        is_vector=is_vector,
+        space=fields.get("space", ""),
+        header=(*(f"{name}: {value}" for name, value in kept.items()), *pairs),
+    )
+
+
+def write(path, volume):
+    """Write a volume, compressed.
+
+    Parameters
+    ----------
+    path : Path
+        A .nrrd file; or a .nhdr header, beside which a .raw.gz file is made.
+    volume : Volume
+        Its space is the file's, LPS if it is none of NRRD's.
+
+    Raises
+    ------
+    OSError, ValueError
+    """
+    if _is_of_segments(path) and volume.values.dtype.kind not in "iu":
+        raise ValueError(
+            f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
+        )
+    space, signs = _space_for(volume)
+    kept = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
+    values, kinds = volume.values, ["domain"] * 3
+    steps = [_text(step) for step in (volume.steps * signs[:, None]).T]
+    if values.ndim == 4:
+        kinds, steps = [_kind(volume, kept.get("kinds", "")), *kinds], ["none", *steps]
+    if volume.is_vector:
+        kept["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    fields = {
+        "type": _TYPES[values.dtype.str[1:]][0],
+        "dimension": values.ndim,
+        "space": space,
+        "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
+        "space directions": " ".join(steps),
+        **{name: kept[name] for name in _KEPT if name in kept},
+        "kinds": " ".join(kinds),
+        "endian": "little",
+        "encoding": "gzip",
+        "space origin": _text(volume.origin * signs),
+    }
+    is_detached = path.suffix.lower() == ".nhdr"
+    if is_detached:
+        fields["data file"] = f"{path.stem}.raw.gz"
+    pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
+    pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
+    lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
+    with path.open("wb") as file:
+        file.write("\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode())
+        if not is_detached:
+            _pack(file, values)
+    if is_detached:
+        with path.with_name(fields["data file"]).open("wb") as file:
+            _pack(file, values)
+
+
+def _is_of_segments(path):
+    """Whether the name of a file is one of 3D Slicer's segmentations."""
+    return path.name.lower().endswith((".seg.nrrd", ".seg.nhdr"))
+
+
+def _header(file):
+    """The fields of a header as a dictionary, and the lines of its key/value pairs."""
+    if file.read(4) != b"NRRD":
+        raise ValueError("it does not begin with NRRD")
+    fields, pairs = {}, []
+    file.readline(_LONGEST)
+    while line := file.readline(_LONGEST).rstrip(b"\r\n"):
+        text = _decoded(line)
+        if text.startswith("#"):
+            continue
+        if _is_field(text):
+            key, _, value = text.partition(": ")
+            fields[key.strip().lower().replace("datafile", "data file")] = value.strip()
+        elif ":=" in text:
+            pairs.append(text)
+    return fields, pairs
+
+
+def _decoded(line):
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _is_field(line):
+    """Whether a line is `field: value`, not `key:=value`."""
+    return ": " in line.partition(":=")[0]
+
+
+def _one_line(text):
+    return text.replace("\n", "\\n").replace("\r", "")
+
+
+def _signs(space):
+    """Factors between a space of NRRD and LPS."""
+    if space.lower() in _AS_THEY_ARE:
+        return np.ones(3)
+    try:
+        return frames.signs(space)
+    except ValueError:
+        raise ValueError(f"its space `{space:.60}` is not one of three dimensions") from None
+
+
+def _lattice(fields, sizes):
+    """Origin (3,), steps (3, 3) as columns, and which axis is of components, None if none is."""
+    axes, origin = _axes(fields, len(sizes)), _origin(fields)
+    other = [i for i, step in enumerate(axes) if step is None]
+    steps = [step for step in axes if step is not None]
+    shapes = {step.shape for step in [origin, *steps]}
+    if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
+        raise ValueError("it must have three axes in space and at most one of components")
+    return origin, np.transpose(steps), other[0] if other else None
+
+
+def _measurement_frame(fields):
+    """(3, 3) whose rows are in space what the components of vectors count; None without one."""
+    if "measurement frame" not in fields:
+        return None
+    rows = [_vector(text) for text in re.findall(r"\([^)]*\)", fields["measurement frame"])]
+    if [row.shape for row in rows] != [(3,)] * 3:
+        raise ValueError("its measurement frame must be three vectors of three numbers")
+    return np.array(rows)
+
+
+def _kind_of(fields, axis, count):
+    """The kind of an axis, "" if the file says none."""
+    kinds = fields.get("kinds", "").split()
+    return kinds[axis] if axis is not None and len(kinds) == count else ""
+
+
+def _can_turn(values):
+    return values.shape[3:] == (3,) and values.dtype.kind == "f"
+
+
+def _space_for(volume):
+    """The space of a file, and its factors."""
+    space = volume.space or _LPS
+    try:
+        signs = _signs(space)
+    except ValueError:
+        return _LPS, np.ones(3)
+    if volume.is_vector and (signs < 0).any():  # see above
+        return _LPS, np.ones(3)
+    return space, signs
+
+
+def _origin(fields):
+    """The place of the first value, which is in the middle of its cell if nothing else is said."""
+    if "space origin" in fields:
+        return _vector(fields["space origin"])
+    if "axis mins" not in fields or "space directions" in fields:
+        return np.zeros(3)
+    mins = [float(text) for text in fields["axis mins"].split()]
+    spacings = [float(text) for text in fields.get("spacings", "1 " * len(mins)).split()]
+    centers = fields.get("centers", fields.get("centerings", "cell " * len(mins))).split()
+    halves = [0.0 if center == "node" else 0.5 for center in centers]
+    found = [a + half * step for a, half, step in zip(mins, halves, spacings)]
+    return np.array([each for each in found if np.isfinite(each)])
+
+
+def _axes(fields, count):
+    """The step in space along each axis, None along one of components."""
+    if "space directions" in fields:
+        found = re.findall(r"none|\([^)]*\)", fields["space directions"])
+        return [None if text == "none" else _vector(text) for text in found]
+    kinds = fields.get("kinds", "").split() or ["vector"] * (count - 3) + ["domain"] * 3
+    spacings = [float(text) for text in fields.get("spacings", "nan " * count).split()]
+    axes, unit = [], iter(np.eye(3))
+    for kind, spacing in zip(kinds, spacings):
+        in_space = kind in _SPATIAL
+        axes.append(next(unit, None) if in_space else None)
+        if in_space and np.isfinite(spacing) and axes[-1] is not None:
+            axes[-1] = axes[-1] * spacing
+    return axes
+
+
+def _values(fields, file, path, sizes):
+    """The values (slowest axis first), from the header's file or the one that it names."""
+    if fields["type"] not in _DTYPES:
+        raise ValueError(f"values of type `{fields['type']}` are not known")
+    encoding = _ENCODINGS.get(fields["encoding"].lower())
+    if encoding is None:
+        raise ValueError(f"the encoding `{fields['encoding']}` is not known")
+    order = fields.get("endian", "little")
+    if order not in _ORDERS:
+        raise ValueError(f"the endian `{order}` is not known")
+    dtype, shape = np.dtype(_ORDERS[order] + _DTYPES[fields["type"]]), sizes[::-1]
+    lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
+    if "data file" not in fields:
+        return _read_values(file, path, dtype, shape, encoding, lines, skip)
+    name = fields["data file"]
+    if name.split()[0] == "LIST" or "%" in name:
+        raise ValueError("its values are in several files; give one file")
+    data = volumes.beside(path, name)
+    with data.open("rb") as file:
+        return _read_values(file, data, dtype, shape, encoding, lines, skip)
+
+
+def _read_values(file, path, dtype, shape, encoding, lines, skip):
+    count, size = math.prod(shape), path.stat().st_size
+    for _ in range(max(lines, 0)):
+        if not file.readline():
+            break
+    if encoding == "text":
+        values = _from_text(file.read().split(), dtype.newbyteorder("="))
+        if len(values) < count:
+            raise ValueError(f"expected {count} values, got {len(values)}")
+        return values[:count].reshape(shape)
+    if skip < 0:
+        if skip < -1 or encoding != "raw":
+            raise ValueError(f"byte skip {skip} must not be negative here")
+        file.seek(max(size - count * dtype.itemsize, 0))
+    size -= file.tell()
+    file = volumes.unpacked(file, encoding)
+    volumes.skip(file, skip)
+    return volumes.read_values(
+        file, dtype, shape, size - max(skip, 0) * (encoding == "raw"), encoding
+    )
+
+
+def _from_text(words, dtype):
+    if dtype.kind == "f" or dtype == np.uint64:
+        return np.array(words, dtype=dtype)
+    values, limits = np.array(words, dtype=np.int64), np.iinfo(dtype)
+    wrong = values[(values < limits.min) | (values > limits.max)]
+    if len(wrong):
+        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {wrong[0]}")
+    return values.astype(dtype)
+
+
+def _pack(file, values):
+    with volumes.packing(file) as packed:
+        volumes.write_values(packed, values)
+
+
+def _says_labels(path, pairs):
+    keys = (line.partition(":=")[0] for line in pairs)
+    has_segments = any(re.fullmatch(r"Segment\d+_ID", key) for key in keys)
+    return _is_of_segments(path) or has_segments or _LABEL_INTENT in pairs
+
+
+def _label_pairs(pairs, values):
+    """Key/value pairs of labels: with segments whose extents hold wherever labels have moved to."""
+    extent = " ".join(f"0 {n - 1}" for n in values.shape[2::-1])
+    kept = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
+    if _LABEL_INTENT in kept or any(re.match(r"Segment\d+_ID:=", line) for line in kept):
+        return kept
+    return [*kept, _LABEL_INTENT]
+
+
+def _other_pairs(pairs):
+    """Key/value pairs without those that speak of labels."""
+    return [
+        line for line in pairs if line != _LABEL_INTENT and not re.match(r"Segment\w*_\w+:=", line)
+    ]
+
+
+def _kind(volume, kept):
+    """The kind of the axis of components."""
+    if volume.is_vector:
+        return kept if kept.lower() in _VECTORS else "vector"
+    if kept:
+        return kept
+    components = volume.values.shape[3]
+    is_colour = volume.values.dtype == np.uint8 and not volume.is_label
+    return {3: "RGB-color", 4: "RGBA-color"}.get(components * is_colour, "list")
+
+
+def _vector(text):
+    return np.array([float(number) for number in text.strip("() ").split(",")])
+
+
+def _text(vector):
+    return f"({','.join(repr(float(each)) for each in vector)})"

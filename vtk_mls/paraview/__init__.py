@@ -1,0 +1,1 @@
+"""What ParaView shows of the filters."""

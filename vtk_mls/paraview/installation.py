@@ -1,0 +1,228 @@
+"""A ParaView of this machine: where it is, what is in it, and what starts it with the plugin."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from vtk_mls.resources import resource
+
+_SECONDS = 120
+SCENE = Path(__file__).with_name("scene.py")
+# Beside PATH; in each, the newest version is taken.
+_USUAL_PLACES = (
+    "/Applications/ParaView*.app/Contents/MacOS",
+    "C:/Program Files/ParaView*/bin",
+    "/opt/ParaView*/bin",
+    "~/ParaView*/bin",
+)
+# Run by ParaView's own Python with the plugin's path: prints what it has as a line of JSON.
+_LOOK = """
+import json, sys
+found = {"python": "%d.%d.%d" % sys.version_info[:3]}
+from vtkmodules.vtkCommonCore import vtkVersion
+found["vtk"] = vtkVersion.GetVTKVersion()
+import numpy
+found["numpy"] = numpy.__version__
+try:
+    from paraview import simple
+    simple.LoadPlugin(sys.argv[1], ns=globals())
+    found["plugin"] = "MLSDeform" in globals()
+    from vtk_mls import DeviceError
+    from vtk_mls.engine import dispatch
+    try:
+        device = dispatch.choose()
+        if device is None:
+            found["problem"] = "no OpenCL device computes right, numpy does it, slowly"
+        else:
+            found["device"] = str(device)
+    except DeviceError as error:
+        found["problem"] = str(error)
+except Exception as error:
+    found["failure"] = "%s: %s" % (type(error).__name__, error)
+print("FOUND" + json.dumps(found))
+"""
+
+
+@dataclass(frozen=True)
+class ParaView:
+    """An installation.
+
+    Attributes
+    ----------
+    folder : Path
+        Where its programs are.
+    version : (major, minor, patch)
+    """
+
+    folder: Path
+    version: tuple[int, ...]
+
+    @property
+    def program(self):
+        """The program with the window."""
+        return _program(self.folder, "paraview")
+
+    def environment(self):
+        """Variables to start it with, so that it finds and loads the plugin.
+
+        Raises
+        ------
+        ValueError
+            If PYTHONPATH would give it a VTK or numpy that are not its own.
+        """
+        variables = dict(os.environ)
+        variables.pop("PYTHONHOME", None)
+        paths = [path for path in variables.get("PYTHONPATH", "").split(os.pathsep) if path]
+        for path in paths:
+            _refuse_mixing("PYTHONPATH has", Path(path))
+        plugin = resource("paraview_plugin")
+        if self.version < (5, 12):
+            paths.insert(0, str(plugin / "debian12"))
+        variables["PYTHONPATH"] = os.pathsep.join(paths)
+        plugins = [str(plugin), variables.get("PV_PLUGIN_PATH")]
+        variables["PV_PLUGIN_PATH"] = os.pathsep.join(filter(None, plugins))
+        return variables
+
+    def contents(self, venv=None):
+        """What its Python has, with a virtual environment or without.
+
+        Returns
+        -------
+        dict of str
+            Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device", or the "problem".
+
+        Raises
+        ------
+        ValueError
+            If it does not run, or what is wrong with the plugin.
+        """
+        pvpython = _program(self.folder, "pvpython")
+        variables = self.environment()
+        del variables["PV_PLUGIN_PATH"]  # the errors of loading are wanted
+        with tempfile.TemporaryDirectory() as folder:
+            script = Path(folder) / "look.py"
+            script.write_text(_LOOK)
+            plugin = resource("paraview_plugin") / "vtk_mls_plugin.py"
+            options = [] if venv is None else [f"--venv={venv}"]
+            output = _output_of([pvpython, *options, script, plugin], variables)
+        lines = [line for line in output.splitlines() if line.startswith("FOUND")]
+        if not lines:
+            raise ValueError(f"{pvpython} does not run: {output.strip()[-500:] or 'no output'}")
+        found = json.loads(lines[-1][len("FOUND") :])
+        if not found.get("plugin"):
+            raise ValueError(
+                f"the plugin does not load in {self}, whose Python is {found['python']}: "
+                f"{found.get('failure', output.strip()[-500:])}"
+            )
+        return found
+
+    def check_venv(self, folder, python):
+        """Whether a virtual environment can be used as ParaView's --venv.
+
+        Parameters
+        ----------
+        folder : path
+        python : str
+            Version of ParaView's own Python.
+
+        Raises
+        ------
+        ValueError
+            With the reason.
+        """
+        if self.version < (5, 13):
+            raise ValueError(f"`--venv` needs ParaView 5.13 or later, this is {self}")
+        try:
+            settings = (Path(folder) / "pyvenv.cfg").read_text()
+        except OSError:
+            raise ValueError(f"`--venv` {folder} is not a virtual environment") from None
+        version = re.search(r"^version(?:_info)?\s*=\s*(\d+\.\d+)", settings, re.MULTILINE)
+        wanted = ".".join(python.split(".")[:2])
+        if version is None or version[1] != wanted:
+            raise ValueError(
+                f"`--venv` {folder} has Python {version[1] if version else 'of unknown version'}, "
+                f"and {self} has {wanted}: make it with python{wanted}"
+            )
+        for packages in Path(folder).glob("[Ll]ib/**/site-packages"):
+            _refuse_mixing("`--venv` has", packages, names=("vtkmodules",))
+
+    def __str__(self):
+        return f"ParaView {'.'.join(map(str, self.version))} ({self.folder})"
+
+
+def find(folder=None):
+    """The installation in `folder`, or else on PATH, or else in the usual places.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if folder is not None:
+        folder = Path(folder)
+        places = [folder, folder / "bin", folder / "Contents/MacOS"]
+    else:
+        on_path = shutil.which("paraview") or shutil.which("pvpython")
+        places = [Path(on_path).parent] if on_path else []
+        for pattern in map(os.path.expanduser, _USUAL_PLACES):
+            start = Path(pattern).anchor
+            found = Path(start).glob(str(Path(pattern).relative_to(start))) if start else []
+            places += sorted(found, key=lambda place: _numbers(str(place)), reverse=True)
+    for place in places:
+        if _program(place, "pvpython").exists():
+            output = _output_of([_program(place, "pvpython"), "--version"], dict(os.environ))
+            return ParaView(place, _numbers(output.partition("version")[2]))
+    if folder is not None:
+        raise ValueError(f"`--paraview` {folder} has no ParaView: there is no pvpython in it")
+    raise ValueError(
+        "no ParaView found on PATH or in the usual places; install it (paraview.org), or say with "
+        "`--paraview DIR` where it is"
+    )
+
+
+def _program(folder, name):
+    """Path of a program; on macOS pvpython is in a folder of its own."""
+    name += ".exe" if sys.platform == "win32" else ""
+    beside = folder.parent / "bin" / name
+    return beside if folder.name == "MacOS" and not (folder / name).exists() else folder / name
+
+
+def _output_of(command, variables):
+    try:
+        done = subprocess.run(
+            [str(word) for word in command],
+            env=variables,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            text=True,
+            timeout=_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise ValueError(f"{command[0]} does not run: {error}") from error
+    return done.stdout
+
+
+def _refuse_mixing(where, folder, names=("vtkmodules", "numpy")):
+    for name in names:
+        if (folder / name).is_dir():
+            package = {"vtkmodules": "VTK"}.get(name, name)
+            raise ValueError(
+                f"{where} {folder}, whose {package} would take the place of ParaView's own, and "
+                f"ParaView works only with the one it was built with: leave {folder} out"
+            )
+
+
+def _numbers(text):
+    """The first version number in a text; () without."""
+    match = re.search(r"\d+(?:\.\d+)+", text)
+    return tuple(int(number) for number in match[0].split(".")) if match else ()
