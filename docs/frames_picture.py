@@ -16,8 +16,8 @@ from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 from vtkmodules.vtkRenderingCore import vtkActor, vtkBillboardTextActor3D, vtkPolyDataMapper
 
 from vtk_mls import io
+from vtk_mls.demo import volumes
 from vtk_mls.demo.picture import DRAGGED, OVERSAMPLING, spheres
-from vtk_mls.demo.run import volumes
 from vtk_mls.demo.scene import fill, render, window
 from vtk_mls.files import frames
 

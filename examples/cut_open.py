@@ -55,7 +55,7 @@ face.SetValue(0, 0)
 face.Update()
 points = vtk_to_numpy(face.GetOutput().GetPoints().GetData()).astype(float)
 d = vtk_mls.Deformation(np.vstack([rest, below]), np.vstack([turned, below]), cuts=(cut,))
-away = np.abs(d.opening(points))[points[:, 2] > 20].max()
+away = np.abs(d.void_distance(points))[points[:, 2] > 20].max()
 print(f"The contour is within {away:.3f} voxels of the face")
 
 # The gradient, against differences of the layers at where the material came from.

@@ -33,7 +33,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     import vtk_mls
 
 from vtk_mls import filters, io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.paraview import frame_check, handle_widget
@@ -657,7 +657,7 @@ class MLSImageReader(Algorithm):
 
     def RequestInformation(self, request, inInfo, outInfo):
         with suppress(ValueError):  # RequestData says it
-            Lattice.of_image(self._image()).announce(outInfo.GetInformationObject(0))
+            ImageGeometry.of_image(self._image()).announce(outInfo.GetInformationObject(0))
         return 1
 
     def RequestData(self, request, inInfo, outInfo):

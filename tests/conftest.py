@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -173,3 +176,15 @@ def pytest_terminal_summary(terminalreporter):
         terminalreporter.section("LEFT OUT ON THIS MACHINE", sep="*", red=True, bold=True)
         for reason, count in reasons.items():
             terminalreporter.write_line(f"tests left out: {count}, because: {reason}", yellow=True)
+
+
+@pytest.fixture(scope="session")
+def distributions(tmp_path_factory):
+    """The source distribution, and the wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder)]
+    project = Path(__file__).resolve().parents[1]
+    done = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+    return sdist, wheel

@@ -210,7 +210,7 @@ def any_mesh(request):
     return MESHES[request.param]()
 
 
-def deforming(mesh, handles=None, device=FAST, cut=None, **properties):  # noqa: F811
+def deforming(mesh, handles=None, device=FAST, cut=None, **properties):
     filter_ = connect(MLSDeform(), mesh, handles or control_points())
     filter_.SetDevice(device)
     if cut is not None:

@@ -9,12 +9,34 @@ import sys
 import numpy as np
 import pytest
 from conftest import DEVICES
+from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import arrays
 from vtk_mls.filters import MLSControlPoints
 
+# The names of VTK's types of numbers, and their constants.
+TYPES = {
+    name: getattr(vtkCommonCore, f"VTK_{name.upper().replace(' ', '_')}")
+    for name in (
+        "bit",
+        "char",
+        "signed char",
+        "unsigned char",
+        "short",
+        "unsigned short",
+        "int",
+        "unsigned int",
+        "long",
+        "unsigned long",
+        "long long",
+        "unsigned long long",
+        "id type",
+        "float",
+        "double",
+    )
+}
 # A right-handed turn about no particular axis.
 TURNED = np.array([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
 

@@ -94,17 +94,17 @@ def single(name, value):
 
 def check_reach(cuts, regions):
     """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
-    for handles in (region.handles for region in regions):
+    for control_points in (region.control_points for region in regions):
         for cut in cuts:
             if isinstance(cut, Plane):
-                distance = abs(cut.height(handles.centre)) / handles.scale
+                distance = abs(cut.height(control_points.centre)) / control_points.scale
             else:
                 places = cut.points if isinstance(cut, Surface) else cut.point
-                distance = np.abs(handles.local(places)).max()
+                distance = np.abs(control_points.local(places)).max()
             if not distance <= FARTHEST:
                 raise ValueError(
                     f"`cuts` must be within {FARTHEST:g} times the extent of the control points, "
-                    f"{handles.scale:g}, got {shown(cut)}"
+                    f"{control_points.scale:g}, got {shown(cut)}"
                 )
 
 

@@ -26,7 +26,7 @@ _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Lattice:
+class ImageGeometry:
     """Where the points of a vtkImageData are, in VTK's own terms.
 
     Attributes
@@ -83,7 +83,7 @@ class Lattice:
 
     def part(self, extent):
         """The lattice cut to another extent."""
-        return Lattice(tuple(extent), self.origin, self.spacing, self.direction)
+        return ImageGeometry(tuple(extent), self.origin, self.spacing, self.direction)
 
     def holds(self, extent):
         """Whether another, non-empty extent lies within."""

@@ -35,7 +35,7 @@ TWIST_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class HandleSet:
+class ControlPoints:
     """Distinct control points with their classification and local frame.
 
     Attributes
@@ -49,7 +49,7 @@ class HandleSet:
         The size of all that is deformed: the scale where the control points are in one place.
     centre, scale : (3,) float64 and float, world coordinates
         The local frame: (x - centre) / scale. All tolerances are in its units.
-    drift : (3,) float64, world units
+    mean_displacement : (3,) float64, world units
         Mean of p - q.
     rotation_rank : int
         0: no rotation is determined, 1: all but the twist about a line, 2: all of it.
@@ -66,7 +66,7 @@ class HandleSet:
     world: float
     centre: np.ndarray = field(init=False)
     scale: float = field(init=False)
-    drift: np.ndarray = field(init=False)
+    mean_displacement: np.ndarray = field(init=False)
     rotation_rank: int = field(init=False)
     flip_axis: np.ndarray = field(init=False)
     basis: Basis = field(init=False)
@@ -81,7 +81,7 @@ class HandleSet:
             "weights": weights,
             "centre": centre,
             "scale": float(size if size > _ONE_PLACE * self.world else self.world),
-            "drift": (rest - deformed).mean(axis=0),
+            "mean_displacement": (rest - deformed).mean(axis=0),
         }
         values["rotation_rank"], values["flip_axis"] = _rotation_rank(rest, deformed)
         local = (deformed - centre) / values["scale"]

@@ -49,13 +49,13 @@ class Plane:
         """Signed distance (...) of places `x` (..., 3) from the plane, world units."""
         return (x - self.point) @ self.normal
 
-    def opening(self, v, g):
+    def void_distance(self, v, g):
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
         side = np.where(self.height(v) < 0, -1, 1)
         return side * self.height(g)
 
     def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
 
 
@@ -112,7 +112,7 @@ class HalfPlane:
         share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
         return self.point + (a + (b - a) * share)[..., None] * self.along
 
-    def opening(self, v, g):
+    def void_distance(self, v, g):
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
         (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
         to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
@@ -125,7 +125,7 @@ class HalfPlane:
         return np.where(self.blocks(v, g), -reach, reach)
 
     def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         t, e, _ = self.frame(g)
         beside = e > 0
         t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
@@ -209,7 +209,7 @@ class Surface:
             best = np.where(better[..., None], at, best)
         return best
 
-    def opening(self, v, g):
+    def void_distance(self, v, g):
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous off the cut."""
         reach = np.full(len(v), np.inf)
         for triangle in self.points[self.triangles]:
@@ -219,7 +219,7 @@ class Surface:
         return np.where(self.blocks(v, g), -reach, reach)
 
     def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `opening` as `g` moves, at the face."""
+        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
         for triangle in self.points[self.triangles]:
             distance, direction = _from_triangle(g, *triangle)

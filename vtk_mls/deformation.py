@@ -44,7 +44,7 @@ class DisplacementField:
     ----------
     displacement : (nz, ny, nx, 3) float32, world units
         G(v) - v at every point v of the grid.
-    opening : (nz, ny, nx) float32, world units, or None without cuts
+    void_distance : (nz, ny, nx) float32, world units, or None without cuts
         Below 0 where there is nothing because a cut has opened, and continuous on each side of
         every cut: its zero level is the face of the opening.
     grid : Grid
@@ -53,14 +53,14 @@ class DisplacementField:
 
     displacement: np.ndarray
     grid: Grid
-    opening: np.ndarray | None = None
+    void_distance: np.ndarray | None = None
 
     @property
     def void(self):
         """(nz, ny, nx) bool: where the deformation has opened a void."""
-        if self.opening is None:
+        if self.void_distance is None:
             return np.zeros(self.grid.shape, bool)
-        return self.opening < 0
+        return self.void_distance < 0
 
 
 @dataclass(frozen=True)
@@ -302,7 +302,7 @@ class Deformation:
         return self._engine.jacobian(self, arguments.points("points", points), _checked(progress))
 
     @_quiet
-    def opening(self, points, progress=None):
+    def void_distance(self, points, progress=None):
         """How far `points` are from being void.
 
         Below 0 where the way from a place v to its origin G(v) crosses a cut, so that nothing is
@@ -321,12 +321,12 @@ class Deformation:
         """
         points = arguments.points("points", points)
         origins = self._engine.backward(self, points, _checked(progress))
-        openings = [cut.opening(points, origins) for cut in self.cuts]
-        return np.min(openings, axis=0) if openings else np.full(len(points), np.inf)
+        void_distances = [cut.void_distance(points, origins) for cut in self.cuts]
+        return np.min(void_distances, axis=0) if void_distances else np.full(len(points), np.inf)
 
     def void(self, points, progress=None):
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
-        return self.opening(points, progress) < 0
+        return self.void_distance(points, progress) < 0
 
     @_quiet
     def displacement_field(
@@ -346,14 +346,16 @@ class Deformation:
         DisplacementField
         """
         grid = _grid(dimensions, origin, spacing, direction)
-        displacement, opening = self._engine.displacement_field(self, grid, _checked(progress))
-        return DisplacementField(displacement, grid, opening)
+        displacement, void_distance = self._engine.displacement_field(
+            self, grid, _checked(progress)
+        )
+        return DisplacementField(displacement, grid, void_distance)
 
     @_quiet
-    def opening_field(
+    def void_distance_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
-        """`opening` on a grid, for the memory of the result alone.
+        """`void_distance` on a grid, for the memory of the result alone.
 
         Parameters
         ----------
@@ -366,24 +368,24 @@ class Deformation:
             Infinite without cuts.
         """
         grid = _grid(dimensions, origin, spacing, direction)
-        opening = np.full(grid.shape, np.inf, np.float32)
-        for part, values in self._opening_slabs(grid, progress):
-            opening[part] = values
-        return opening
+        void_distance = np.full(grid.shape, np.inf, np.float32)
+        for part, values in self._void_distance_slabs(grid, progress):
+            void_distance[part] = values
+        return void_distance
 
     @_quiet
     def void_field(
         self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
     ):
-        """`void` on a grid, (nz, ny, nx) bool, as `opening_field`."""
+        """`void` on a grid, (nz, ny, nx) bool, as `void_distance_field`."""
         grid = _grid(dimensions, origin, spacing, direction)
         void = np.zeros(grid.shape, bool)
-        for part, values in self._opening_slabs(grid, progress):
+        for part, values in self._void_distance_slabs(grid, progress):
             np.less(values, 0, out=void[part])
         return void
 
-    def _opening_slabs(self, grid, progress):
-        """Slices along z of a grid, and the opening there, to the bit that of the whole."""
+    def _void_distance_slabs(self, grid, progress):
+        """Slices along z of a grid, and the void distance there, to the bit that of the whole."""
         if not self.cuts:
             return
         report = _checked(progress)
@@ -511,7 +513,7 @@ class Deformation:
         return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
 
     @_quiet
-    def turned(
+    def resample_gradients(
         self,
         vectors,
         source,
@@ -537,12 +539,12 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, and in the void unless values are continued there.
         """
-        return self._turned(
+        return self._resampled_gradients(
             vectors, source, target, interpolation, normalise, void_values, progress
         )[0]
 
     @_quiet
-    def pushed(
+    def resample_vectors(
         self,
         vectors,
         source,
@@ -569,7 +571,7 @@ class Deformation:
         first, second = _halves(progress)
         vectors = arguments.single("vectors", vectors)
         (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
-        return vector_fields.pushed(moved, self.jacobian_field(target, progress=second))
+        return vector_fields.contravariant(moved, self.jacobian_field(target, progress=second))
 
     @_quiet
     def corrected_gradient(
@@ -610,12 +612,12 @@ class Deformation:
                 f"got {shown(array)}"
             )
         slopes = vector_fields.gradient(array, source)
-        turned, opening = self._turned(
+        turned, void_distance = self._resampled_gradients(
             slopes, source, target, interpolation, normalise, void_values, progress
         )
         if self.cuts and not arguments.continues(void_values):
             reach = vector_fields.REACH * np.abs(source.spacing).mean()
-            near = np.nonzero((opening >= 0) & (opening < reach))
+            near = np.nonzero((void_distance >= 0) & (void_distance < reach))
             at_faces = vector_fields.at_faces(
                 self,
                 target.whole.at(np.stack(near[::-1], axis=1) + target.first),
@@ -628,8 +630,10 @@ class Deformation:
             turned[near] = vector_fields.unit(at_faces) if normalise else at_faces
         return turned
 
-    def _turned(self, vectors, source, target, interpolation, normalise, void_values, progress):
-        """What `turned` returns, and the opening or None."""
+    def _resampled_gradients(
+        self, vectors, source, target, interpolation, normalise, void_values, progress
+    ):
+        """What `resample_gradients` returns, and the void distance or None."""
         arguments.grid("source", source)
         target = source if target is None else arguments.grid("target", target)
         vectors = np.ascontiguousarray(arguments.single("vectors", vectors))
@@ -639,7 +643,7 @@ class Deformation:
                 f"got {vectors.shape}"
             )
         arguments.choice("interpolation", interpolation, INTERPOLATIONS)
-        return self._engine.turned(
+        return self._engine.resample_gradients(
             self,
             vectors,
             source,

@@ -20,8 +20,8 @@ def fitted_grid(deformation, source: Grid) -> Grid:
     size = np.array(source.dimensions, dtype=np.float64)
     low, high = np.full(3, -0.5), size - 0.5
     # control points say where the volume goes even if that is far
-    handles = source.index_of(deformation.deformed[_is_inside(source, deformation.rest)])
-    low, high = _enclosed(low, high, handles)
+    control_points = source.index_of(deformation.deformed[_is_inside(source, deformation.rest)])
+    low, high = _enclosed(low, high, control_points)
     margin = 0.25 * (high - low) + 1
     low, high = low - margin, high + margin
     for _ in range(_GROWTH):
@@ -39,7 +39,7 @@ def fitted_grid(deformation, source: Grid) -> Grid:
         found = [axis[np.any(inside, axis=others)] for axis, others in zip(axes, _OTHERS)]
         low = np.array([axis[0] for axis in found]) - step
         high = np.array([axis[-1] for axis in found]) + step
-    low, high = _enclosed(low, high, handles)
+    low, high = _enclosed(low, high, control_points)
     first, last = np.floor(low), np.ceil(high)
     flat = size == 1  # a slice stays a slice
     first, last = np.where(flat, 0, first), np.where(flat, 0, last)

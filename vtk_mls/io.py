@@ -27,7 +27,7 @@ from vtkmodules.vtkIOXML import (
 )
 
 from vtk_mls import arguments, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import (
     control_point_files,
     field_files,
@@ -171,7 +171,7 @@ def write_field(image, path):
     values = arrays.to_numpy(image.GetPointData().GetScalars())
     displacement = values.reshape(*image.GetDimensions()[::-1], 3)
     with replacing(path) as new, _failures(new):
-        field_files.write(displacement, Lattice.of_image(image).grid, new)
+        field_files.write(displacement, ImageGeometry.of_image(image).grid, new)
 
 
 def check_field_writable(path):

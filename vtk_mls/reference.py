@@ -20,7 +20,7 @@ from vtk_mls.control_points import ROTATION_KINDS
 NAME = "reference (numpy, float64)"
 
 # Squared distance, in squared local units, below which a point counts as on a control point.
-_ON_HANDLE = 1e-32
+_ON_CONTROL_POINT = 1e-32
 # A weighted norm that lost this share of its square in the orthogonalisation is rounding.
 _VANISHING = 1e-20
 # The search for the inverse: evaluations, smallest part of a step, distances in local units.
@@ -52,14 +52,14 @@ def forward(deformation, points, progress=None):
     box = guesses.usual_bounds(points, guesses.bounds(points))
     for part in _parts(len(points), deformation, progress):
         for region in deformation.regions:
-            here = np.abs(region.handles.local(points[part])).max(axis=1) <= guesses.FARTHEST
+            here = np.abs(region.control_points.local(points[part])).max(axis=1) <= guesses.FARTHEST
             here &= region.holds(deformation.planes, points[part])
             rows = part.start + np.flatnonzero(here)
             if len(rows) == 0:
                 continue
             x = points[rows].astype(np.float64)
-            close = _FOUND * _size_of(region.handles, x)
-            exchanged = _Fit(deformation, region.exchanged.handles, x)
+            close = _FOUND * _size_of(region.control_points, x)
+            exchanged = _Fit(deformation, region.exchanged.control_points, x)
             v, left = _newton(deformation, region, x, x + exchanged.displacement())
             tried, samples = np.full(len(x), -1.0), None
             for _ in range(_STARTS):
@@ -85,9 +85,9 @@ def _newton(deformation, region, x, trial):
     """
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     left, share, way = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-    passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.handles, x)
+    passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.control_points, x)
     for step in range(_TRIALS):
-        fit = _Fit(deformation, region.handles, trial)
+        fit = _Fit(deformation, region.control_points, trial)
         rest = x - trial - fit.displacement()
         distance = np.linalg.norm(rest, axis=1)
         closer, stopped = distance < left, np.zeros(len(x), bool)
@@ -109,13 +109,13 @@ def _newton(deformation, region, x, trial):
         trial = v + share[:, None] * way
     cut_off = _is_blocked(deformation, x, v)
     for plane, side in zip(deformation.planes, region.sides):
-        cut_off |= side * plane.height(v) < -_ON_PLANE * _size_of(region.handles, x)
+        cut_off |= side * plane.height(v) < -_ON_PLANE * _size_of(region.control_points, x)
     return v, np.where(cut_off, np.inf, left)
 
 
-def _size_of(handles, x):
+def _size_of(control_points, x):
     """What is left of a search at `x` (m, 3) is relative to: (m,), world units."""
-    return np.maximum(handles.scale, np.abs(x - handles.centre).max(axis=1))
+    return np.maximum(control_points.scale, np.abs(x - control_points.centre).max(axis=1))
 
 
 def _is_blocked(deformation, x, v):
@@ -126,11 +126,11 @@ def _is_blocked(deformation, x, v):
 
 def _samples(deformation, region, box):
     """Places v (m, 3) all round where the map is right side out, and their G(v) (m, 3)."""
-    handles = region.handles
-    box = guesses.joined(box, guesses.bounds(handles.deformed))
+    control_points = region.control_points
+    box = guesses.joined(box, guesses.bounds(control_points.deformed))
     v = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
     v = v[region.holds(deformation.planes, v)]
-    fit = _Fit(deformation, handles, v)
+    fit = _Fit(deformation, control_points, v)
     upright = np.linalg.det(fit.jacobian()) > 0
     return v[upright], (v + fit.displacement())[upright]
 
@@ -150,17 +150,17 @@ def _nearest_sample(deformation, samples, x, tried):
 
 
 def displacement_field(deformation, grid, progress=None):
-    """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
+    """G(v) - v (nz, ny, nx, 3) float32 at points v of `grid`, world units; the void distance."""
     displacement = np.empty((grid.size, 3), dtype=np.float32)
-    opening = np.empty(grid.size, dtype=np.float32) if deformation.cuts else None
+    void_distance = np.empty(grid.size, dtype=np.float32) if deformation.cuts else None
     for part in _parts(grid.size, deformation, progress):
         v = grid.points(part.start, part.stop)
         moved = _answers(deformation, v, "displacement")
         displacement[part] = moved
         if deformation.cuts:
-            opening[part] = _opening(deformation, v, v + moved)
-    opening = opening.reshape(grid.shape) if deformation.cuts else None
-    return displacement.reshape(*grid.shape, 3), opening
+            void_distance[part] = _void_distance(deformation, v, v + moved)
+    void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
+    return displacement.reshape(*grid.shape, 3), void_distance
 
 
 def jacobian_field(deformation, grid, progress=None):
@@ -200,23 +200,25 @@ def _source_index(deformation, source, target, continued, progress):
         index = target.indices(part.start, part.stop) + target.first
         index = index @ matrix.T + offset + moved @ to_index.T
         if deformation.cuts and not continued:
-            index[_opening(deformation, v, v + moved) < 0] = -np.inf
+            index[_void_distance(deformation, v, v + moved) < 0] = -np.inf
         yield part, index
 
 
-def turned(deformation, vectors, source, target, method, continued, normalise, progress=None):
-    """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the opening."""
+def resample_gradients(
+    deformation, vectors, source, target, method, continued, normalise, progress=None
+):
+    """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the void distance."""
     ways = (vectors,), source, target, (method,), 0.0, continued, progress
     (moved,) = resample(deformation, *ways)
     result = np.einsum("...ij,...j->...i", jacobian_field(deformation, target), moved)
     if normalise:
         result = _unit(result)
-    _, opening = displacement_field(deformation, target)
-    return result.astype(np.float32), opening
+    _, void_distance = displacement_field(deformation, target)
+    return result.astype(np.float32), void_distance
 
 
-def _opening(deformation, v, origin):
-    return np.min([cut.opening(v, origin) for cut in deformation.cuts], axis=0)
+def _void_distance(deformation, v, origin):
+    return np.min([cut.void_distance(v, origin) for cut in deformation.cuts], axis=0)
 
 
 def _answers(deformation, points, question, progress=None):
@@ -227,14 +229,16 @@ def _answers(deformation, points, question, progress=None):
         for region in deformation.regions:
             here = region.holds(deformation.planes, v)
             if here.any():
-                fit = _Fit(deformation, region.handles, v[here])
+                fit = _Fit(deformation, region.control_points, v[here])
                 answers[here] = getattr(fit, question)()
     return result
 
 
 def _parts(count, deformation, progress):
     """Slices of at most `_CHUNK` numbers per control point and function."""
-    numbers = max(len(r.handles) * (len(r.handles.basis) + 3) for r in deformation.regions)
+    numbers = max(
+        len(r.control_points) * (len(r.control_points.basis) + 3) for r in deformation.regions
+    )
     step = max(1, _CHUNK // numbers)
     for start in range(0, count, step):
         yield slice(start, min(count, start + step))
@@ -245,13 +249,13 @@ def _parts(count, deformation, progress):
 class _Fit:
     """The weighted fit of Eq. 2 for each of the points v (m, 3)."""
 
-    def __init__(self, deformation, handles, v):
-        self.handles, self.kind, self.v = handles, deformation.kind, v
+    def __init__(self, deformation, control_points, v):
+        self.control_points, self.kind, self.v = control_points, deformation.kind, v
         alpha = deformation.alpha
-        p, q = handles.rest, handles.deformed
+        p, q = control_points.rest, control_points.deformed
         offset = q - v[:, None]
         d2 = np.einsum("mia,mia->mi", offset, offset)
-        d2 = np.maximum(d2, _ON_HANDLE * handles.scale**2)
+        d2 = np.maximum(d2, _ON_CONTROL_POINT * control_points.scale**2)
         # d log(w_i)/dv for w_i = d(v, q_i) / |q_i - v|^(2 alpha), Eq. 27
         slope = 2 * alpha * offset / d2[:, :, None]
         straight = d2
@@ -266,7 +270,7 @@ class _Fit:
         self.at_rest = np.isinf(nearest_d2[:, 0])  # no control point can be reached
         # w_i, relative to the largest and times the weight of the control point
         share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
-        self.w = handles.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
+        self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
         # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
         self.dw = self.w[:, :, None] * (slope - slope[rows, nearest][:, None])
         self.total = self.w.sum(axis=1)
@@ -306,7 +310,7 @@ class _Fit:
         """The rotation that maximises Eq. 9, and the factor of the similarity kind."""
         # C of Eq. 11
         self.c = np.einsum("mi,mia,mib->mab", self.w, self.p, self.q)
-        rank = self.handles.rotation_rank
+        rank = self.control_points.rotation_rank
         if rank == 2:
             self.rotation = _largest_rotation(self.c)
         elif rank == 1:
@@ -337,7 +341,7 @@ class _Fit:
         opposite = np.linalg.norm(half, axis=1) < 1e-5
         half = np.where(opposite[:, None], 0, _unit(half))
         quaternion = np.hstack([np.sum(half * b, axis=1)[:, None], np.cross(b, half)])
-        quaternion[opposite, 1:] = self.handles.flip_axis
+        quaternion[opposite, 1:] = self.control_points.flip_axis
         quaternion[(a == 0).all(axis=1)] = (1, 0, 0, 0)
         return _rotation_matrix(quaternion)
 
@@ -348,7 +352,7 @@ class _Fit:
         residual = self.p - self.factor[:, None, None] * turned
         influence = residual / self.total[:, None, None]
         moved = self.factor[:, None] * self.turned
-        if self.handles.rotation_rank == 2:
+        if self.control_points.rotation_rank == 2:
             # R^T C = S stays symmetric: (tr(S) I - S) omega = q x R^T p for each control point
             s = np.einsum("mba,mbc->mac", self.rotation, self.c)
             stiffness = (
@@ -359,7 +363,7 @@ class _Fit:
             omega = np.einsum("mab,mib->mia", np.linalg.pinv(_finite(stiffness)), torque)
             omega = np.einsum("mab,mib->mia", self.rotation, omega)
             influence = influence + np.cross(omega, moved[:, None])
-        elif self.handles.rotation_rank == 1:
+        elif self.control_points.rotation_rank == 1:
             influence = influence + np.cross(self._line_turn(), moved[:, None])
         if self.kind == "similarity":
             stretch = np.sum(self.p * turned, axis=2) - self.factor[:, None] * np.sum(
@@ -380,8 +384,8 @@ class _Fit:
             db - b * np.sum(b * db, axis=2, keepdims=True),
         )
         turned = np.einsum("mab,mib->mia", self.rotation, np.cross(a + b, db))
-        opening = np.maximum(1 + np.sum(a * b, axis=2, keepdims=True), 1e-10)
-        return (np.cross(a + b, da) - turned) / opening
+        divisor = np.maximum(1 + np.sum(a * b, axis=2, keepdims=True), 1e-10)
+        return (np.cross(a + b, da) - turned) / divisor
 
     # Affine and nonlinear polynomial deformations
 
@@ -391,7 +395,7 @@ class _Fit:
         The displacement p - q is fitted, so that what the control points leave open stays as in
         the identity map. Degree 1 is the affine kind: the same minimum as Eq. 7.
         """
-        basis, local = self.handles.basis, self.handles.local(self.v)
+        basis, local = self.control_points.basis, self.control_points.local(self.v)
         values, at_v = basis.values, basis(local)
         u = (self.p + self.p_star[:, None]) - (self.q + self.q_star[:, None])
         w = self.w
@@ -401,7 +405,7 @@ class _Fit:
 
         psi_0 = np.ones_like(w)
         orthogonal = [(psi_0, np.ones(len(at_v)), np.zeros((len(at_v), 3)), self.total)]
-        slopes = basis.gradient(local) / self.handles.scale
+        slopes = basis.gradient(local) / self.control_points.scale
         for j in range(len(basis)):
             origin = values[self.nearest, j]
             f, f_v, df_v = values[None, :, j] - origin[:, None], at_v[:, j] - origin, slopes[:, j]

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from vtk_mls.control_points import HandleSet
+from vtk_mls.control_points import ControlPoints
 
 _MOST_PLANES = 6
 
@@ -21,12 +21,12 @@ class Region:
     ----------
     sides : (planes,) float64
         1 or -1 for each plane. A place on a plane is on side 1.
-    handles : HandleSet
+    control_points : ControlPoints
         If no control point is there, one that does not move.
     """
 
     sides: np.ndarray
-    handles: HandleSet
+    control_points: ControlPoints
 
     def holds(self, planes, points):
         """Which of `points` (m, 3) are in the region: (m,) bool."""
@@ -38,9 +38,13 @@ class Region:
     @functools.cached_property
     def exchanged(self) -> Region:
         """With p and q exchanged: its backward map is a forward map, but not quite the inverse."""
-        handles = self.handles
-        exchanged = HandleSet(
-            handles.deformed, handles.rest, handles.weights, handles.degree, handles.scale
+        control_points = self.control_points
+        exchanged = ControlPoints(
+            control_points.deformed,
+            control_points.rest,
+            control_points.weights,
+            control_points.degree,
+            control_points.scale,
         )
         return Region(self.sides, exchanged)
 
@@ -58,12 +62,12 @@ def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
         region = Region(np.array(sides), None)
         here = region.holds(planes, deformed)
         if here.any():
-            handles = HandleSet(rest[here], deformed[here], weights[here], degree, world)
+            control_points = ControlPoints(rest[here], deformed[here], weights[here], degree, world)
         else:
             middle = deformed.mean(axis=0)
             anchor = (middle - planes[0].height(middle) * planes[0].normal)[None]
-            handles = HandleSet(anchor, anchor, np.ones(1), degree, world)
-        regions.append(Region(region.sides, handles))
+            control_points = ControlPoints(anchor, anchor, np.ones(1), degree, world)
+        regions.append(Region(region.sides, control_points))
     return tuple(regions)
 
 

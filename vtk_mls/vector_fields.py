@@ -29,7 +29,7 @@ def gradient(array, grid):
     return (slopes @ np.linalg.inv(grid.index_to_world)).astype(np.float32)
 
 
-def turned(vectors, transposed_jacobian, normalise):
+def covariant(vectors, transposed_jacobian, normalise):
     """J_G^T times each of `vectors` (..., 3); of length 1 (or 0) if `normalise`."""
     vectors = np.einsum("...ij,...j->...i", transposed_jacobian, vectors)
     if normalise:
@@ -37,7 +37,7 @@ def turned(vectors, transposed_jacobian, normalise):
     return vectors.astype(np.float32)
 
 
-def pushed(vectors, jacobian):
+def contravariant(vectors, jacobian):
     """J_G^-1 times each of `vectors` (..., 3): tangents move so with the material.
 
     0 where `jacobian` (..., 3, 3) is singular.
@@ -77,17 +77,17 @@ def at_faces(deformation, v, values, slopes, source, interpolation, background):
     voxel = np.abs(source.spacing).mean()
     origin = deformation.backward(v)
     turn = deformation.jacobian(v).swapaxes(1, 2)
-    openings = [cut.opening(v, origin) for cut in deformation.cuts]
-    opening, nearest = np.min(openings, axis=0), np.argmin(openings, axis=0)
+    void_distances = [cut.void_distance(v, origin) for cut in deformation.cuts]
+    void_distance, nearest = np.min(void_distances, axis=0), np.argmin(void_distances, axis=0)
     away = np.zeros_like(v)
     for number, cut in enumerate(deformation.cuts):
         here = nearest == number
         away[here] = cut.away(v[here], origin[here])
     across = np.einsum("mij,mj->mi", turn, away)
     squared = np.maximum(np.sum(across**2, axis=1), np.finfo(float).tiny)
-    behind = v - ((opening + voxel / 2) / squared)[:, None] * across
-    depth = -deformation.opening(behind)
-    share = np.clip(REACH - opening / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
+    behind = v - ((void_distance + voxel / 2) / squared)[:, None] * across
+    depth = -deformation.void_distance(behind)
+    share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
     index = source.whole.index_of(origin)
     step = (sample(values, index, interpolation, background, source) - background) / voxel

@@ -1,57 +1,23 @@
 """The command `vtk-mls`, in this process and in ones of its own."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import PROJECT, WITHOUT, files, run  # noqa: F401
 from conftest import DEVICES
 from vtk_fixtures import (
     DEFORMED,
     FAST,
     REST,
-    add_array,
-    make_image,
     messages,  # noqa: F401
     values_of,
 )
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, arrays, io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
-
-PROJECT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture
-def files(tmp_path, monkeypatch):
-    """A folder with in.vti and handles.csv, as the current one."""
-    image = make_image()
-    x, y, z = Lattice.of_image(image).grid.points().T
-    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
-    add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
-    image.GetPointData().SetActiveScalars("values")
-    monkeypatch.chdir(tmp_path)
-    io.write_dataset(image, "in.vti")
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
-    return tmp_path
-
-
-def run(*arguments, code=None, **environment):
-    """A process of its own: (exit status, stdout, stderr)."""
-    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
-    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": path, **environment},
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -61,7 +27,7 @@ def test_deform(files, kind, capsys):
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
     (expected,) = value.resample(
-        [values_of(image, "values")], Lattice.of_image(image).grid, background=-2
+        [values_of(image, "values")], ImageGeometry.of_image(image).grid, background=-2
     )
     np.testing.assert_array_equal(values_of(output, "values"), expected)
     printed = capsys.readouterr()
@@ -75,7 +41,7 @@ def test_deform_with_labels_on_a_fitted_grid(files):
     output = io.read_dataset("out.vti")
     assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
     value = Deformation(REST, DEFORMED, device=FAST)
-    target = value.fitted_grid(Lattice.of_image(io.read_dataset("in.vti")).grid)
+    target = value.fitted_grid(ImageGeometry.of_image(io.read_dataset("in.vti")).grid)
     assert output.GetDimensions() == target.dimensions
 
 
@@ -93,7 +59,7 @@ def test_deform_with_cuts_and_a_gradient(files):
         Surface([(3.9, -50, 2.6), (3.9, 50, 2.6), (3.9, 4, 90)], [(0, 1, 2)]),
     ]
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device=FAST)
     void = value.void(grid.points())
     assert void.any()
@@ -216,15 +182,6 @@ def test_an_environment_for_paraview_has_no_vtk_and_is_not_wrong():
     assert (status, err) == (0, "")
     assert "wrong" not in out
     assert "VTK        not installed: ParaView brings its own" in out
-
-
-WITHOUT = """
-import sys
-for name in {names}:
-    sys.modules[name] = None
-from vtk_mls.cli import main
-sys.exit(main(sys.argv[1:]))
-"""
 
 
 def test_without_vtk_and_opencl(files):

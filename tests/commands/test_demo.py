@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import (
 )
 
 from vtk_mls import KINDS
-from vtk_mls.demo.run import run
+from vtk_mls.demo import run
 
 pytestmark = pytest.mark.skipif(
     not all(map(importlib.util.find_spec, ("nilearn", "pyvista", "tetgen"))),

@@ -219,9 +219,9 @@ def test_a_contour_of_continued_values_is_clipped_without_steps():
             clip.SetInputData(surface)
             surface = _ran(clip)
         points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
-        opening = _deformation().opening(points[points[:, 2] > 18])
-        assert len(opening) > 500
-        return -opening.min()
+        void_distance = _deformation().void_distance(points[points[:, 2] > 18])
+        assert len(void_distance) > 500
+        return -void_distance.min()
 
     assert ends(stepped, clipped=False) > 0.3
     assert ends(continued, clipped=True) < 0.03
@@ -253,5 +253,5 @@ def test_the_face_by_the_distance_has_no_steps(name, value, low, high):
     inner = points[(points[:, 2] > 18) & (np.abs(points[:, 1:] - MIDDLE) < 15).all(axis=1)]
     assert len(inner) > 500
     # in voxels, from the face that the map itself has
-    error = np.sqrt(np.mean(_deformation().opening(inner) ** 2))
+    error = np.sqrt(np.mean(_deformation().void_distance(inner) ** 2))
     assert low <= error < high

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from test_cli import PROJECT, files, run  # noqa: F401
+from command_fixtures import PROJECT, files, run  # noqa: F401
 from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
@@ -49,7 +49,7 @@ def _run(place, code, *arguments):
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_ctrl_c_ends_everything_at_once(files, place):  # noqa: F811
+def test_ctrl_c_ends_everything_at_once(files, place):
     (files / "out.mhd").write_text("the old one")
     before = {path.name: path.read_bytes() for path in files.iterdir()}
     status, out, err = _run(place, STOP.format("SIGINT"))
@@ -57,18 +57,18 @@ def test_ctrl_c_ends_everything_at_once(files, place):  # noqa: F811
     assert {path.name: path.read_bytes() for path in files.iterdir()} == before
 
 
-def test_ctrl_c_for_both_processes(files):  # noqa: F811
+def test_ctrl_c_for_both_processes(files):
     code = "os.kill(os.getpid(), signal.SIGINT); " + STOP.format("SIGINT")
     assert _run("numpy", code) == (130, "", "\n")
 
 
 @pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129)])
-def test_other_signals_end_it_too(files, name, status):  # noqa: F811
+def test_other_signals_end_it_too(files, name, status):
     assert _run("the replacing", STOP.format(name)) == (status, "", "")
     assert sorted(path.name for path in files.iterdir()) == ["handles.csv", "in.vti"]
 
 
-def test_a_signal_that_is_ignored_stays_so(files):  # noqa: F811
+def test_a_signal_that_is_ignored_stays_so(files):
     code = "os.kill(os.getppid(), signal.SIGHUP)"
     program = AT.format(place="numpy", code=code)
     program = f"import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n{program}"
@@ -77,7 +77,7 @@ def test_a_signal_that_is_ignored_stays_so(files):  # noqa: F811
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells children")
-def test_the_worker_does_not_outlive_a_killed_supervisor(files):  # noqa: F811
+def test_the_worker_does_not_outlive_a_killed_supervisor(files):
     code = AT.format(place="numpy", code="print(os.getpid(), flush=True); forever()")
     process = subprocess.Popen(
         [sys.executable, "-c", code, *DEFORM],
@@ -110,12 +110,12 @@ def test_the_worker_does_not_outlive_a_killed_supervisor(files):  # noqa: F811
         ),
     ],
 )
-def test_a_crash_is_one_sentence(files, place, code, sentence):  # noqa: F811
+def test_a_crash_is_one_sentence(files, place, code, sentence):
     assert _run(place, code) == (1, "", f"vtk-mls: {sentence}\n")
     assert sorted(path.name for path in files.iterdir()) == ["handles.csv", "in.vti"]
 
 
-def test_a_crash_after_the_work_does_not_count(files):  # noqa: F811
+def test_a_crash_after_the_work_does_not_count(files):
     code = "import atexit; atexit.register(os.kill, os.getpid(), signal.SIGSEGV)"
     status, out, err = _run("the replacing", code)
     assert (status, err) == (0, "")
@@ -131,7 +131,7 @@ def _broken(path):
     path.write_bytes(content.replace(b"element face 96", b"element face 9999999"))
 
 
-def test_a_reader_that_crashes(files):  # noqa: F811
+def test_a_reader_that_crashes(files):
     _broken(files / "in.ply")
     status, out, err = run("deform", "in.ply", "handles.csv", "out.ply", "--device", "reference")
     assert (status, out) == (1, "")
@@ -139,7 +139,7 @@ def test_a_reader_that_crashes(files):  # noqa: F811
     assert err.count("\n") == 1
 
 
-def test_a_reader_that_does_not_end(files):  # noqa: F811
+def test_a_reader_that_does_not_end(files):
     code = "from vtk_mls import io, supervision\nsupervision._SECONDS = 0.1\n"
     code += "def endless(path):\n    while True: pass\nio.read_dataset = endless\n"
     code += "import sys\nfrom vtk_mls.cli import main\nsys.exit(main())"
@@ -157,7 +157,7 @@ def test_nothing_is_imported_before_the_command_is_split():
     assert run(code="from vtk_mls import *; print(KINDS, Deformation)")[0] == 0
 
 
-def test_what_the_worker_prints_arrives(files):  # noqa: F811
+def test_what_the_worker_prints_arrives(files):
     status, out, err = run("--version")
     assert (status, err) == (0, "")
     assert out.startswith("vtk-mls ")
@@ -167,7 +167,7 @@ def test_what_the_worker_prints_arrives(files):  # noqa: F811
 
 
 @pytest.mark.parametrize("status", [0, 1, 7])
-def test_a_reader_that_exits(files, status):  # noqa: F811
+def test_a_reader_that_exits(files, status):
     """As the libraries for Exodus do with some broken files."""
     stop = f"""
 import os
@@ -183,7 +183,7 @@ from vtk_mls.cli"""
     assert err.count("\n") == 1
 
 
-def test_what_python_says_itself_is_not_said_twice(files):  # noqa: F811
+def test_what_python_says_itself_is_not_said_twice(files):
     code = AT.format(place="vtk_mls.filters", code="raise AttributeError('by a mistake')")
     status, _, err = _run_code(code)
     assert status == 1

@@ -258,13 +258,15 @@ def test_grids_agree_with_points(key, cuts, rng):
     frame = grid.dimensions, grid.origin, grid.spacing, grid.direction
     field, v = d.displacement_field(*frame), grid.points()
     # a point nearly on a cut may count to either side
-    clear = np.all([np.abs(c.opening(v, v)) > 1e-2 for c in cuts], axis=0)
+    clear = np.all([np.abs(c.void_distance(v, v)) > 1e-2 for c in cuts], axis=0)
     assert clear.mean() > 0.9
     moved = d.backward(v) - v
     np.testing.assert_allclose(
         field.displacement.reshape(-1, 3)[clear], moved[clear], rtol=0, atol=1e-3
     )
-    np.testing.assert_allclose(field.opening.ravel()[clear], d.opening(v)[clear], atol=1e-2)
+    np.testing.assert_allclose(
+        field.void_distance.ravel()[clear], d.void_distance(v)[clear], atol=1e-2
+    )
     jacobian = d.jacobian_field(*frame).reshape(-1, 3, 3)
     np.testing.assert_allclose(jacobian[clear], d.jacobian(v)[clear], rtol=0, atol=2e-3)
 
@@ -388,7 +390,7 @@ def test_the_opening_is_continuous(rng):
             (a, b), (g, h) = rng.uniform(20, 230, (2, 2, 3))
             t = np.linspace(0, 1, 2001)[:, None]
             v, origin = a + (b - a) * t, g + (h - g) * t
-            change = np.abs(np.diff(cut.opening(v, origin)))
+            change = np.abs(np.diff(cut.void_distance(v, origin)))
             crossed = cut.blocks(v[:-1], v[1:])  # v itself passes the cut
             assert change[~crossed].max() <= 1.5 * 370 / 2000
 
@@ -434,23 +436,25 @@ def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkey
     grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
     for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
         whole, seen = d.displacement_field(part), []
-        np.testing.assert_array_equal(d.opening_field(part, progress=seen.append), whole.opening)
+        np.testing.assert_array_equal(
+            d.void_distance_field(part, progress=seen.append), whole.void_distance
+        )
         np.testing.assert_array_equal(d.void_field(part), whole.void)
         assert len(seen) > 2
         assert seen == sorted(seen)
         assert seen[-1] == 1
     with pytest.raises(Aborted, match="as `progress` asked"):
-        d.opening_field(grid, progress=lambda fraction: True)
+        d.void_distance_field(grid, progress=lambda fraction: True)
 
 
 def test_without_cuts_there_is_no_void(device, rng):
-    assert np.isinf(Deformation([(0, 0, 0)], [(1, 0, 0)]).opening_field((2, 3, 4))).all()
+    assert np.isinf(Deformation([(0, 0, 0)], [(1, 0, 0)]).void_distance_field((2, 3, 4))).all()
     assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field((2, 3, 4)).any()
     d = Deformation(*random_handles(rng, 5), device=device)
     field = d.displacement_field((4, 4, 4))
-    assert field.opening is None
+    assert field.void_distance is None
     assert not field.void.any()
-    assert np.isinf(d.opening([[1, 2, 3]])).all()
+    assert np.isinf(d.void_distance([[1, 2, 3]])).all()
 
 
 # Gradients
@@ -553,8 +557,8 @@ def test_gradients_turn_smoothly_to_the_face(shape):
     image = 3 + waves(source.points()).reshape(source.shape)
     line = Grid((1601, 1, 1), (12, 16, 22), (0.01, 1, 1))
     slopes = d.corrected_gradient(image, source, line)[0, 0]
-    (opening,) = (d.opening(line.points()),)
-    solid = opening >= 0
+    (void_distance,) = (d.void_distance(line.points()),)
+    solid = void_distance >= 0
     assert (slopes[~solid] == 0).all()
     both = solid[1:] & solid[:-1]
     assert lengths(np.diff(slopes, axis=0))[both].max() < 0.05 * lengths(slopes).max()
@@ -564,7 +568,7 @@ def test_gradients_turn_smoothly_to_the_face(shape):
         # across the face, as long as the step in one voxel of the undeformed image
         epsilon = 1e-5 * np.eye(3)
         v = line.points()[[place]]
-        across = [(d.opening(v + e) - d.opening(v - e)).item() / 2e-5 for e in epsilon]
+        across = [(d.void_distance(v + e) - d.void_distance(v - e)).item() / 2e-5 for e in epsilon]
         (value,) = d.resample([image], source, Grid((1, 1, 1), v[0]))
         np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
 
@@ -581,7 +585,11 @@ def test_away_is_the_slope_of_the_opening(shape, rng):
         g = cut.point + rng.uniform(5, 50, (400, 2)) @ [cut.inward, cut.along]
     g = g + rng.normal(0, 0.02, g.shape)
     slope = np.stack(
-        [(cut.opening(v, g + e) - cut.opening(v, g - e)) / 2e-6 for e in 1e-6 * np.eye(3)], axis=1
+        [
+            (cut.void_distance(v, g + e) - cut.void_distance(v, g - e)) / 2e-6
+            for e in 1e-6 * np.eye(3)
+        ],
+        axis=1,
     )
     agreeing = lengths(slope - cut.away(v, g)) < 1e-3
     assert agreeing.mean() > 0.97  # the others lie within the difference of the surface or a fold
@@ -590,7 +598,7 @@ def test_away_is_the_slope_of_the_opening(shape, rng):
 def test_vectors_must_lie_on_the_grid():
     d = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference")
     with pytest.raises(ValueError, match=r"`vectors` must have .*\(4, 3, 2, 3\), got \(4, 3, 2\)"):
-        d.turned(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
+        d.resample_gradients(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
 
 
 def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
@@ -600,7 +608,7 @@ def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
     rest = deformed + 0.05 * (rest - deformed)
     d = Deformation(rest, deformed, "similarity", device="reference")
     normals = np.broadcast_to(np.array([0.6, 0, 0.8], np.float32), (*grid.shape, 3))
-    got = d.turned(normals, grid, normalise=True).reshape(-1, 3)
+    got = d.resample_gradients(normals, grid, normalise=True).reshape(-1, 3)
     expected = np.einsum("mij,i->mj", d.jacobian(grid.points()), [0.6, 0, 0.8])
     expected /= lengths(expected)[:, None]
     inside = lengths(got) > 0
@@ -613,7 +621,7 @@ def test_pushed_vectors_move_with_the_material(device, rng):
     grid = Grid((17, 18, 19), (0, 0, 0), (15, 14, 14), random_rotation(rng))
     vectors = np.tile(np.array([1.0, -2.0, 0.5]), (*grid.shape, 1))
     d = Deformation(rest, deformed, device=device)
-    pushed = d.pushed(vectors, grid)
+    pushed = d.resample_vectors(vectors, grid)
     specification = Deformation(rest, deformed, device="reference")
     v = grid.points()
     origin, step = specification.backward(v), 1e-3

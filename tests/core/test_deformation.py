@@ -69,7 +69,7 @@ def test_no_warning_of_numpy_for_what_may_be_nan(recwarn):
     for kind in vtk_mls.KINDS:
         for some in ((), cuts):
             d = Deformation(**GOOD, kind=kind, cuts=some)
-            for question in (d.backward, d.jacobian, d.opening, d.forward, d.forward_field):
+            for question in (d.backward, d.jacobian, d.void_distance, d.forward, d.forward_field):
                 question(places)
             d.forward_field([(np.nan, 0, 0), (np.inf, 0, -np.inf), (0, 0, 0)])
     assert [str(warning.message) for warning in recwarn] == []
@@ -127,7 +127,7 @@ def test_resample_arguments_are_checked():
         d.resample([np.zeros(grid.shape)], grid, 5)
     with pytest.raises(ValueError, match="`void_values` must be one of background, continued"):
         d.resample([np.zeros(grid.shape)], grid, void_values=np.ones(99))
-    for question in (d.turned, d.pushed):
+    for question in (d.resample_gradients, d.resample_vectors):
         with pytest.raises(TypeError, match="`vectors` must be numbers"):
             question(np.zeros((*grid.shape, 3), complex), grid)
     with pytest.raises(ValueError, match="`array` must be real numbers .* of complex128"):

@@ -25,7 +25,7 @@ CUTS = {
 def sound_places(d, low=30, high=226, count=300, seed=7):
     """Places (m, 3) that are not void, nor at a fold or a cut."""
     v = np.random.default_rng(seed).uniform(low, high, (count, 3))
-    return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.opening(v) > 1e-5 * EXTENT)]
+    return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
 
 
 def misses(d, x, field):
@@ -214,7 +214,7 @@ def test_large_bends_come_back(alpha, cuts, kind_and_degree, device, rng):
     d = deformation(*bent_bar(), kind_and_degree, device, alpha=alpha, cuts=BENT_CUTS[cuts])
     count = 40 if device == "reference" else 2000
     v = bar(rng.uniform(0.05, 0.95, count), rng.uniform(-18, 18, (count, 2)))
-    v = v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.opening(v) > 1e-5 * EXTENT)]
+    v = v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
     assert len(v) > 0.8 * count
     x = d.backward(v)
     field = d.forward_field(x)
@@ -332,7 +332,9 @@ def test_a_world_of_any_size_gives_the_same_scaled(world, cut, kind, device):
     np.testing.assert_allclose(d.backward(y) / world, unit.backward(x), rtol=0, atol=1e-13)
     np.testing.assert_allclose(d.jacobian(y), unit.jacobian(x), rtol=0, atol=1e-12)
     np.testing.assert_array_equal(d.void(y), unit.void(x))
-    np.testing.assert_allclose(d.opening(y) / world, unit.opening(x), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        d.void_distance(y) / world, unit.void_distance(x), rtol=0, atol=1e-13
+    )
     ours, theirs = d.forward_field(y), unit.forward_field(x)
     np.testing.assert_array_equal(ours.found, theirs.found)
     assert ours.found.mean() > 0.5

@@ -90,7 +90,7 @@ def check(d, grid, parts=PARTS):
         np.testing.assert_array_equal(got.displacement, field.displacement[here])
         np.testing.assert_array_equal(d.jacobian_field(part), jacobian[here])
         if d.cuts:
-            np.testing.assert_array_equal(got.opening, field.opening[here])
+            np.testing.assert_array_equal(got.void_distance, field.void_distance[here])
         for method, expected in resampled.items():
             source, there = needed(d, grid, part, REACH[method])
             (values,) = d.resample([image[there]], source, part, method)

@@ -31,7 +31,10 @@ def test_interpolates_the_control_points(hard_set, kind_and_degree, alpha, devic
     _, rest, deformed = hard_set
     d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
     # one place cannot have two origins: coincident control points count as one
-    rest, deformed = d.regions[0].handles.rest[:300], d.regions[0].handles.deformed[:300]
+    rest, deformed = (
+        d.regions[0].control_points.rest[:300],
+        d.regions[0].control_points.deformed[:300],
+    )
     error = np.abs(d.backward(deformed) - rest).max()
     reach = max(size_of(d.rest), size_of(d.deformed), 1e-6 * np.abs(d.rest).max())
     assert error <= PRECISION[device] * reach

@@ -90,7 +90,9 @@ def steps(engine):
         )
     yield (
         "vectors that turn",
-        lambda: difference("turned", d, vectors, GRID, GRID, "linear", False, False) / 5,
+        lambda: (
+            difference("resample_gradients", d, vectors, GRID, GRID, "linear", False, False) / 5
+        ),
     )
     yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
 

@@ -110,7 +110,7 @@ def test_a_file_that_is_not_there(tmp_path):
         control_point_files.read(tmp_path / "x.csv")
 
 
-def test_a_source_reads_files(tmp_path, messages):  # noqa: F811
+def test_a_source_reads_files(tmp_path, messages):
     source = MLSControlPoints()
     source.SetMode("file")
     source.SetFileName(str(tmp_path / "x.csv"))

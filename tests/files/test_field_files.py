@@ -21,7 +21,7 @@ from vtk_fixtures import (
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import KINDS, Deformation, Grid, arrays, io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.files import field_files
 
@@ -43,7 +43,7 @@ def handles_on(grid):
 def scene(request, tmp_path, monkeypatch):
     """A folder with in.mha, oblique, and handles.csv, as the current one; the grid, p and q."""
     image = make_image((18, 17, 16), direction=DIRECTIONS[request.param], origin=(20, -30, 40))
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     rest, deformed = handles_on(grid)
     x, y, z = (grid.points() - rest.mean(axis=0)).T
     add_array(image.GetPointData(), "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)

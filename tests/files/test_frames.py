@@ -12,7 +12,7 @@ from test_io import scalars
 from vtk_fixtures import TURNED, messages  # noqa: F401
 
 from vtk_mls import io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files, frames
 
@@ -92,7 +92,7 @@ def test_every_format_is_read_into_lps(tmp_path, source, direction):
     write_source(path, source[1], direction)
     image = io.read_dataset(path)
     np.testing.assert_array_equal(scalars(image), VALUES.ravel())
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     itk = as_itk(direction)
     indices = [(0, 0, 0), (8, 0, 0), (0, 7, 0), (0, 0, 6), (3, 4, 5)]
     expected = [itk.TransformIndexToPhysicalPoint(index) for index in indices]

@@ -16,7 +16,7 @@ from test_io import scalars
 from vtk_fixtures import messages  # noqa: F401
 
 from vtk_mls import io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.files import provenance
 
@@ -28,7 +28,7 @@ COLOURS = (np.arange(7 * 8 * 9 * 4) % 251).astype(np.uint8).reshape(7, 8, 9, 4)
 
 def matrix(image):
     """(3, 4) matrix from indices to the world of an image of ours."""
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     return np.column_stack([grid.index_to_world, grid.origin])
 
 

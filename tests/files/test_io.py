@@ -8,8 +8,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from test_arrays import TYPES
-from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import TURNED, TYPES, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStripper
@@ -18,7 +17,7 @@ from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls import arrays, io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 SUFFIXES = (".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr")
 LEFT_HANDED = TURNED * [1, -1, 1]
@@ -37,7 +36,9 @@ def scalars(image):
 
 def assert_same_place(image, other, atol=0.0):
     np.testing.assert_allclose(
-        Lattice.of_image(image).grid.points(), Lattice.of_image(other).grid.points(), atol=atol
+        ImageGeometry.of_image(image).grid.points(),
+        ImageGeometry.of_image(other).grid.points(),
+        atol=atol,
     )
 
 
@@ -61,7 +62,7 @@ def test_directions_come_back(tmp_path, suffix, direction):
     io.write_dataset(image, tmp_path / f"x{suffix}")
     back = io.read_dataset(tmp_path / f"x{suffix}")
     # VTK may turn the order of NIfTI's slices round
-    points = [Lattice.of_image(each).grid.points().round(4) + 0.0 for each in (image, back)]
+    points = [ImageGeometry.of_image(each).grid.points().round(4) + 0.0 for each in (image, back)]
     values = [scalars(each).tolist() for each in (image, back)]
     pairs = [dict(zip(map(tuple, p.tolist()), v)) for p, v in zip(points, values)]
     assert pairs[0] == pairs[1]
@@ -109,7 +110,7 @@ def test_metaimage_as_itk_writes_it(tmp_path):
     image = io.read_dataset(path)
     assert scalars(image).tolist() == [7, 9]
     # the first axis of the file runs along +y
-    np.testing.assert_allclose(Lattice.of_image(image).grid.points(), [(5, 6, 7), (5, 8, 7)])
+    np.testing.assert_allclose(ImageGeometry.of_image(image).grid.points(), [(5, 6, 7), (5, 8, 7)])
 
 
 NRRD = """NRRD0004
@@ -152,7 +153,7 @@ def test_nrrd(tmp_path, changes, data):
         image = io.read_dataset(path)
         assert scalars(image).tolist() == [1, 2, 3, 400]
         assert scalars(image).dtype == np.int16
-        points = Lattice.of_image(image).grid.points()
+        points = ImageGeometry.of_image(image).grid.points()
         # y of the file points to the front, ours to the back
         np.testing.assert_allclose(points, [(5, -6, 7), (5, -8, 7), (2, -6, 7), (2, -8, 7)])
 
@@ -265,7 +266,7 @@ def test_nifti_orientation_and_scaling(tmp_path, suffix):
     assert qform > 0
     assert sform > 0
     affine = np.reshape(struct.unpack_from("<12f", data, 280), (3, 4))
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     to_ras = np.diag([-1, -1, 1])
     np.testing.assert_allclose(affine[:, :3], to_ras @ grid.index_to_world, rtol=1e-6)
     np.testing.assert_allclose(affine[:, 3], to_ras @ grid.origin, rtol=1e-6)

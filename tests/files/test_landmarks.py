@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from test_cli import FAST, files  # noqa: F401
+from command_fixtures import files  # noqa: F401
 from vtk_fixtures import (  # noqa: F401
     DEFORMED,
+    FAST,
     REST,
     control_points,
     make_image,
@@ -123,7 +124,7 @@ def _write_markups(path, places, labels, frame="LPS", **more):
 
 
 @pytest.fixture
-def dragged(files):  # noqa: F811
+def dragged(files):
     """The control points of handles.csv as two files whose points are in different orders."""
     labels = list("abcdefgh")
     _write_markups(files / "rest.mrk.json", REST, labels)
@@ -191,7 +192,7 @@ def test_handles_far_from_the_data_name_all_files(dragged, capsys):
     assert "`rest.mrk.json` and `far.fcsv` must be where the data of `in.vti` are" in error
 
 
-def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):  # noqa: F811
+def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):
     source = MLSControlPoints()
     source.SetMode("file")
     source.SetFileName("rest.mrk.json")
@@ -245,7 +246,7 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     messages.assert_one(r"rest\.mrk\.json` has `X`; only `.*q\.mrk\.json` has `h`")
 
 
-def test_a_source_says_the_frame(tmp_path, messages):  # noqa: F811
+def test_a_source_says_the_frame(tmp_path, messages):
     source = MLSControlPoints()
     assert source.GetSpace() == "lps"
     source.SetRestPoints([(1, 2, 3)])

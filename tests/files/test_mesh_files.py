@@ -10,7 +10,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from test_cli import WITHOUT, run
+from command_fixtures import WITHOUT, run
 from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
@@ -151,7 +151,7 @@ def points_of(dataset):
 @pytest.mark.parametrize(
     "suffix", [".pvtu", ".vtkhdf", ".cgns", ".e", ".case", ".xdmf", *BY_MESHIO]
 )
-def test_a_mesh_in_every_format(suffix, capfd, messages):  # noqa: F811
+def test_a_mesh_in_every_format(suffix, capfd, messages):
     name = write_tetrahedra(suffix)
     messages.take()  # the writer for Exodus warns that there are no ids
     capfd.readouterr()

@@ -5,8 +5,8 @@ import stat
 
 import numpy as np
 import pytest
-from test_io import MESHES, TYPES, image_with
-from vtk_fixtures import add_array, make_image, messages  # noqa: F401
+from test_io import MESHES, image_with
+from vtk_fixtures import TYPES, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
 from vtk_mls import io

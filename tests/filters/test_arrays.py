@@ -5,7 +5,7 @@ import weakref
 
 import numpy as np
 import pytest
-from vtk_fixtures import TURNED, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import TURNED, TYPES, add_array, make_image, messages  # noqa: F401
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkInformation, vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
@@ -16,28 +16,8 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
-TYPES = {
-    name: getattr(vtkCommonCore, f"VTK_{name.upper().replace(' ', '_')}")
-    for name in (
-        "bit",
-        "char",
-        "signed char",
-        "unsigned char",
-        "short",
-        "unsigned short",
-        "int",
-        "unsigned int",
-        "long",
-        "unsigned long",
-        "long long",
-        "unsigned long long",
-        "id type",
-        "float",
-        "double",
-    )
-}
 SHARES = hasattr(vtkCommonCore.vtkDoubleArray, "GetBuffer")
 IMAGES = {
     "plain": {},
@@ -152,7 +132,7 @@ def test_memory_in_separate_components_is_read():
 
 
 def test_points_of_the_grid_are_where_vtk_has_them(image):
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     assert grid.dimensions == image.GetDimensions()
     expected = [image.GetPoint(i) for i in range(image.GetNumberOfPoints())]
     np.testing.assert_allclose(grid.points(), expected, atol=1e-12)
@@ -163,29 +143,29 @@ def test_cells_of_the_grid_are_where_vtk_has_them(image):
     centres.SetInputData(image)
     centres.Update()
     expected = centres.GetOutput()
-    cells = arrays.cell_grid(Lattice.of_image(image).grid)
+    cells = arrays.cell_grid(ImageGeometry.of_image(image).grid)
     assert cells.size == image.GetNumberOfCells()
     expected = [expected.GetPoint(i) for i in range(expected.GetNumberOfPoints())]
     np.testing.assert_allclose(cells.points(), expected, atol=1e-12)
 
 
 def test_a_lattice_survives_image_and_information(image):
-    lattice = Lattice.of_image(image)
+    lattice = ImageGeometry.of_image(image)
     other, info = make_image(), vtkInformation()
     lattice.place(other)
     lattice.announce(info)
-    assert Lattice.of_image(other) == Lattice.of_information(info) == lattice
-    grid = Lattice.of_grid(lattice.grid).grid
+    assert ImageGeometry.of_image(other) == ImageGeometry.of_information(info) == lattice
+    grid = ImageGeometry.of_grid(lattice.grid).grid
     np.testing.assert_array_equal(grid.points(), lattice.grid.points())
 
 
 def test_which_extents_a_lattice_holds():
-    lattice = Lattice((0, 4, -2, 2, 1, 1))
+    lattice = ImageGeometry((0, 4, -2, 2, 1, 1))
     assert lattice.holds((0, 4, -2, 2, 1, 1))
     assert lattice.holds((1, 1, 0, 2, 1, 1))
     assert not lattice.holds((0, 4, -3, 2, 1, 1))
     assert not lattice.holds((0, -1, 0, -1, 0, -1))
-    assert Lattice((0, -1, 0, -1, 0, -1)).is_empty
+    assert ImageGeometry((0, -1, 0, -1, 0, -1)).is_empty
     assert not lattice.is_empty
 
 
@@ -202,7 +182,7 @@ def test_names_components_and_roles_are_kept(rng):
     data.SetActiveNormals("n")
     data.SetActiveAttribute(3, vtkDataSetAttributes.PEDIGREEIDS)
     new = vtkPointData()
-    values = arrays.image_values(data, Lattice.of_image(image).grid)
+    values = arrays.image_values(data, ImageGeometry.of_image(image).grid)
     assert [v.shape for v in values] == [(2, 2, 3, 3)] * 4
     arrays.set_image_values(new, values, data)
     for i in range(4):
@@ -221,7 +201,7 @@ def test_strings_are_picked_by_index():
     old, new = vtkPointData(), vtkPointData()
     old.AddArray(strings)
     image = make_image((2, 2, 1))
-    (index,) = arrays.image_values(old, Lattice.of_image(image).grid)
+    (index,) = arrays.image_values(old, ImageGeometry.of_image(image).grid)
     assert index.tolist() == [[[0, 1], [2, 3]]]
     arrays.set_image_values(new, [np.array([[[3, -1], [1, 0]]])], old)
     picked = new.GetAbstractArray("words")
@@ -232,7 +212,7 @@ def test_an_array_of_another_size_is_refused():
     image = make_image((2, 2, 2))
     add_array(image.GetPointData(), "short", np.zeros(7))
     with pytest.raises(ValueError, match=r"`short` must have one tuple for each of the 8 .*got 7"):
-        arrays.image_values(image.GetPointData(), Lattice.of_image(image).grid)
+        arrays.image_values(image.GetPointData(), ImageGeometry.of_image(image).grid)
 
 
 def test_control_points_are_float64_whatever_they_were():

@@ -30,7 +30,7 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
 # Pulled apart across x = 3.9, held below.
@@ -40,11 +40,11 @@ HALF = (3.9, 3.0, 2.6), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 BOTH = pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
 
 
-def scene(kind, device=FAST, image=None):  # noqa: F811
+def scene(kind, device=FAST, image=None):
     """A filter on an image with the point array "values"."""
     image = image or make_image()
     if not image.GetPointData().HasArray("values"):
-        x, y, z = Lattice.of_image(image).grid.points().T
+        x, y, z = ImageGeometry.of_image(image).grid.points().T
         add_array(image.GetPointData(), "values", 5 + np.sin(0.3 * x) + 0.2 * y * z)
         add_array(image.GetCellData(), "cells", np.ones(image.GetNumberOfCells()))
         image.GetPointData().SetActiveScalars("values")
@@ -70,7 +70,7 @@ def rectangle(x=3.9, z=2.6):
 
 
 def grid_of(image):
-    return Lattice.of_image(image).grid
+    return ImageGeometry.of_image(image).grid
 
 
 def void_of(output, value):
@@ -85,7 +85,7 @@ def numbers_of(attributes, name):
 
 @BOTH
 @pytest.mark.parametrize("cut", ["plane", "half-plane"])
-def test_void_is_that_of_the_value(kind, device, cut):  # noqa: F811
+def test_void_is_that_of_the_value(kind, device, cut):
     deforming = scene(kind, device)
     set_half_plane(deforming)
     deforming.SetCutType(cut)
@@ -96,7 +96,7 @@ def test_void_is_that_of_the_value(kind, device, cut):  # noqa: F811
     points, cells = void_of(output, value)
     assert 10 < points.sum() < len(points) / 2
     distance = numbers_of(output.GetPointData(), "VoidDistance")
-    np.testing.assert_allclose(distance, value.opening(grid_of(output).points()), atol=1e-4)
+    np.testing.assert_allclose(distance, value.void_distance(grid_of(output).points()), atol=1e-4)
     np.testing.assert_array_equal(numbers_of(output.GetPointData(), "Void"), points)
     assert distance.dtype == np.float32
     if kind is MLSDeform:
@@ -172,10 +172,10 @@ def test_vtk_leaves_the_void_out():
     value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device="reference")
     away = np.abs(points[:, 0] - 3.9) > 0.5  # contours also run along the cut itself
     assert away.sum() > 20
-    assert np.abs(value.opening(points[away])).max() < 0.1
+    assert np.abs(value.void_distance(points[away])).max() < 0.1
 
 
-def test_continued_values_end_sharp_at_the_face(device):  # noqa: F811
+def test_continued_values_end_sharp_at_the_face(device):
     deforming = scene(MLSDeform, device)
     deforming.AddCut(HalfPlane(*HALF))
     deforming.AddGradientVectorArray("g")
@@ -193,7 +193,7 @@ def test_continued_values_end_sharp_at_the_face(device):  # noqa: F811
     arguments = values_of(image, "values"), grid_of(image)
     expected = {
         "values": value.resample([arguments[0]], arguments[1], void_values="continued")[0],
-        "g": value.turned(values_of(image, "g"), arguments[1], void_values="continued"),
+        "g": value.resample_gradients(values_of(image, "g"), arguments[1], void_values="continued"),
         "Gradient": value.corrected_gradient(*arguments, void_values="continued"),
     }
     for name in names:
@@ -204,7 +204,7 @@ def test_continued_values_end_sharp_at_the_face(device):  # noqa: F811
 
 
 @BOTH
-def test_polygons_cut(kind, device):  # noqa: F811
+def test_polygons_cut(kind, device):
     deforming, source = scene(kind, device), rectangle()
     name = "values" if kind is MLSDeform else "BackwardDisplacement"
     whole = values_of(update(deforming), name).copy()
@@ -296,7 +296,7 @@ def test_fitted_grid_knows_the_cuts():
 
 
 @pytest.mark.parametrize("direction", [None, TURNED], ids=["straight", "turned"])
-def test_gradient_is_that_of_the_deformed_function(device, direction):  # noqa: F811
+def test_gradient_is_that_of_the_deformed_function(device, direction):
     image = make_image((30, 28, 26), direction=direction)
     grid = grid_of(image)
     wave = np.array([0.05, -0.04, 0.06])
@@ -327,7 +327,7 @@ def test_gradient_is_that_of_the_deformed_function(device, direction):  # noqa: 
     np.testing.assert_allclose(np.linalg.norm(gradient[inside], axis=1), 1, atol=1e-5)
 
 
-def test_normals_and_gradients_of_the_input_are_turned(device):  # noqa: F811
+def test_normals_and_gradients_of_the_input_are_turned(device):
     image = make_image()
     count = image.GetNumberOfPoints()
     normals = np.tile([0.6, 0.0, 0.8], (count, 1))
@@ -357,7 +357,7 @@ def test_normals_and_gradients_of_the_input_are_turned(device):  # noqa: F811
 
 
 @BOTH
-def test_jacobians(kind, device):  # noqa: F811
+def test_jacobians(kind, device):
     deforming = scene(kind, device)
     set_half_plane(deforming)
     deforming.SetGenerateJacobian(True)
@@ -427,7 +427,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("kind", "spoil", "sentence"), CASES)
-def test_errors_are_one_sentence_and_can_be_mended(kind, spoil, sentence, messages):  # noqa: F811
+def test_errors_are_one_sentence_and_can_be_mended(kind, spoil, sentence, messages):
     deforming = scene(kind)
     set_half_plane(deforming)
     void = values_of(update(deforming), "Void").copy()

@@ -91,7 +91,7 @@ def test_cells_are_split_along_the_cut(name, cut):
     cell = np.repeat(
         np.arange(len(middle)), np.diff(arrays.to_numpy(output.GetCells().GetOffsetsArray()))
     )
-    blocked = cut.opening(middle[cell], (x + shift)[corners]) < 0
+    blocked = cut.void_distance(middle[cell], (x + shift)[corners]) < 0
     assert blocked.sum() <= (0 if cut is not CUTS["tent"] else 0.002 * len(blocked))
     # each piece has the data of the cell it was part of
     origin = array_of(output, "number", "Cell").astype(int)
@@ -348,7 +348,7 @@ def test_points_of_ones_own_that_coincide_stay_apart():
     assert both.GetNumberOfCells() == 2 * one.GetNumberOfCells()
 
 
-def test_a_cut_elsewhere_changes_nothing(any_mesh):  # noqa: F811
+def test_a_cut_elsewhere_changes_nothing(any_mesh):
     away = Surface.polygon([(40, 2, 1), (40, 6, 1), (40, 6, 5)])
     output, shift = split(any_mesh, [Plane((50, 0, 0), (1, 0, 0)), away])
     assert not shift.any()
@@ -358,7 +358,7 @@ def test_a_cut_elsewhere_changes_nothing(any_mesh):  # noqa: F811
 
 @pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
 @pytest.mark.parametrize("name", ["cells 10", "structured", "polyhedra"])
-def test_each_side_moves_by_its_own_map(name, cut, device):  # noqa: F811
+def test_each_side_moves_by_its_own_map(name, cut, device):
     mesh, cut = MESHES[name](), CUTS[cut]
     output = update(deforming(mesh, control_points(REST, OPENED), device, cut))
     assert output.GetClassName() == "vtkUnstructuredGrid"
@@ -412,7 +412,7 @@ def test_whole_cells_are_marked_and_hidden(name):
         points = mesh.GetCell(number).GetPoints()
         x = np.array([points.GetPoint(i) for i in range(points.GetNumberOfPoints())])
         a, b = np.triu_indices(len(x), 1)
-        torn.append((cut.opening(x[a], x[b]) < 0).any())
+        torn.append((cut.void_distance(x[a], x[b]) < 0).any())
     np.testing.assert_array_equal(array_of(output, "Void", "Cell"), torn)
     expected = ghosts + vtkDataSetAttributes.HIDDENCELL * np.array(torn)
     np.testing.assert_array_equal(array_of(output, arrays.GHOSTS, "Cell"), expected)
@@ -558,7 +558,7 @@ def test_a_change_of_the_mesh_splits_it_again(name, what, calls):
 
 @pytest.mark.parametrize("name", ["cells 10", "polydata", "structured"])
 @pytest.mark.parametrize("moved", [1e-4, 0.3])
-def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved, device):  # noqa: F811
+def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved, device):
     """It says nothing of the size of the mesh, but how far it was moved."""
     mesh = MESHES[name]()
     one = np.array([(1.0, 3.0, 3.0)])
@@ -575,7 +575,7 @@ def test_a_control_point_that_hardly_moves_loses_nothing_at_the_cut(name, moved,
 
 @pytest.mark.parametrize("nowhere", [np.inf, -np.inf, np.nan])
 @pytest.mark.parametrize("others", [0, 1])
-def test_a_curved_cell_that_leads_nowhere_is_not_divided(others, nowhere, messages):  # noqa: F811
+def test_a_curved_cell_that_leads_nowhere_is_not_divided(others, nowhere, messages):
     """Alone, and with others that are divided."""
     mesh = vtkUnstructuredGrid()
     x = [[1, 1, 0], [2, 1, 0], [nowhere, 2, 0], [-2, 0, 0], [2, 0, 0], [0, 1, 0]]

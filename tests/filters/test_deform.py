@@ -4,12 +4,12 @@ import gc
 
 import numpy as np
 import pytest
-from test_arrays import TYPES
 from vtk_fixtures import (
     DEFORMED,
     FAST,
     REST,
     TURNED,
+    TYPES,
     Executions,
     add_array,
     connect,
@@ -29,7 +29,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform
 
 PLACES = {
@@ -47,7 +47,7 @@ OPTIONS = [
 
 
 @pytest.fixture
-def deform(device):  # noqa: F811
+def deform(device):
     deform = MLSDeform()
     deform.SetDevice(device)
     return deform
@@ -56,7 +56,7 @@ def deform(device):  # noqa: F811
 def smooth_image(**place):
     """Point array "values" (float64), cell array "cells" (two components, float32)."""
     image = make_image(**place)
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     x, y, z = grid.points().T
     add_array(image.GetPointData(), "values", np.sin(x) + y * z)
     image.GetPointData().SetActiveScalars("values")
@@ -67,7 +67,7 @@ def smooth_image(**place):
 
 def expected(image, deformation, target=None, **options):
     """The arrays of `smooth_image`, deformed without VTK's pipeline."""
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     target = target or grid
     (values,) = deformation.resample([values_of(image, "values")], grid, target, **options)
     cells = arrays.cell_grid(grid)
@@ -86,7 +86,7 @@ def assert_holds(output, values, cells):
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: o["kind"])
-def test_gives_the_numbers_of_the_value(deform, device, place, options):  # noqa: F811
+def test_gives_the_numbers_of_the_value(deform, device, place, options):
     image = smooth_image(**PLACES[place])
     deform.SetKind(options["kind"])
     deform.SetAlpha(options.get("alpha", 1.0))
@@ -97,13 +97,13 @@ def test_gives_the_numbers_of_the_value(deform, device, place, options):  # noqa
     values, cells = expected(image, value, background=-3.5)
     assert_holds(output, values, cells)
     assert np.abs(values - values_of(image, "values")).max() > 0.1
-    assert Lattice.of_image(output) == Lattice.of_image(image)
+    assert ImageGeometry.of_image(output) == ImageGeometry.of_image(image)
     assert output.GetPointData().GetScalars().GetName() == "values"
 
 
 def test_moves_material_to_where_the_handles_went(deform):
     image = make_image((21, 21, 21))
-    points = Lattice.of_image(image).grid.points()
+    points = ImageGeometry.of_image(image).grid.points()
     p, q = np.array([4.0, 4.0, 3.0]), np.array([7.0, 5.0, 6.0])
     add_array(image.GetPointData(), "ball", np.exp(-((points - p) ** 2).sum(axis=1)))
     output = update(connect(deform, image, control_points([p], [q])))
@@ -215,7 +215,7 @@ def test_an_image_without_arrays_gives_one(deform):
     assert output.GetPointData().GetNumberOfArrays() == 0
 
 
-def test_weights_count(deform, device):  # noqa: F811
+def test_weights_count(deform, device):
     image, weights = smooth_image(), np.arange(1.0, 9.0)
     output = update(connect(deform, image, control_points(weights=weights)))
     value = Deformation(REST, DEFORMED, weights=weights, device=device)
@@ -225,7 +225,7 @@ def test_weights_count(deform, device):  # noqa: F811
 # Output grids
 
 
-def test_given_grid(deform, device):  # noqa: F811
+def test_given_grid(deform, device):
     image = smooth_image(direction=TURNED, start=(2, 0, -1))
     deform.SetOutputGrid("given")
     deform.SetOutputDimensions(4, 5, 6)
@@ -235,7 +235,7 @@ def test_given_grid(deform, device):  # noqa: F811
     target = Grid((4, 5, 6), (0.5, 1, 2), (1.5, 1.25, 0.75), TURNED)
     value = Deformation(REST, DEFORMED, device=device)
     assert_holds(output, *expected(image, value, target))
-    np.testing.assert_allclose(Lattice.of_image(output).grid.points(), target.points())
+    np.testing.assert_allclose(ImageGeometry.of_image(output).grid.points(), target.points())
 
 
 def test_fitted_grid_follows_the_control_points():
@@ -246,10 +246,10 @@ def test_fitted_grid_follows_the_control_points():
     for deformed in (DEFORMED, DEFORMED + [20, 0, -5], REST):
         handles.SetDeformedPoints(deformed)
         value = Deformation(REST, deformed, device=FAST)
-        target = value.fitted_grid(Lattice.of_image(image).grid)
+        target = value.fitted_grid(ImageGeometry.of_image(image).grid)
         deform.UpdateInformation()
         info = deform.GetOutputInformation(0)
-        assert Lattice.of_information(info) == Lattice.of_grid(target)
+        assert ImageGeometry.of_information(info) == ImageGeometry.of_grid(target)
         assert_holds(update(deform), *expected(image, value, target))
         run = Executions(deform)
         update(deform)
@@ -373,7 +373,7 @@ def test_pieces_make_up_the_whole_and_each_sees_all_input(deform):
     assert seen.all()
 
 
-def test_the_input_may_be_only_a_part_of_what_it_could_be(deform, device):  # noqa: F811
+def test_the_input_may_be_only_a_part_of_what_it_could_be(deform, device):
     class Part(vtkTrivialProducer):
         pass
 
@@ -409,7 +409,7 @@ def test_blocks_are_deformed_one_by_one(choice):
     output = update(connect(deform, blocks, control_points()))
     value = Deformation(REST, DEFORMED, device=FAST)
     for number, image in enumerate(images):
-        grid = Lattice.of_image(image).grid
+        grid = ImageGeometry.of_image(image).grid
         target = value.fitted_grid(grid) if choice == "fitted" else grid
         assert_holds(output.GetBlock(number), *expected(image, value, target))
 
@@ -454,7 +454,7 @@ def test_the_same_output_object_is_refilled(deform):
     assert update(deform) is output
 
 
-def test_another_displacement_array(deform, device):  # noqa: F811
+def test_another_displacement_array(deform, device):
     image, polydata = smooth_image(), update(control_points())
     half = (DEFORMED - REST) / 2
     add_array(polydata.GetPointData(), "half", half)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_filters_deform import PLACES, smooth_image
+from test_deform import PLACES, smooth_image
 from vtk_fixtures import (
     DEFORMED,
     REST,
@@ -23,26 +23,26 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 
 NAME = "BackwardDisplacement"
 
 
 @pytest.fixture
-def field(device):  # noqa: F811
+def field(device):
     field = MLSDisplacementField()
     field.SetDevice(device)
     return field
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_an_image_gives_its_grid(field, device, place):  # noqa: F811
+def test_an_image_gives_its_grid(field, device, place):
     image = smooth_image(**PLACES[place])
     field.SetKind("similarity")
     output = update(connect(field, image, control_points()))
-    assert Lattice.of_image(output) == Lattice.of_image(image)
-    grid = Lattice.of_image(image).grid
+    assert ImageGeometry.of_image(output) == ImageGeometry.of_image(image)
+    grid = ImageGeometry.of_image(image).grid
     value = Deformation(REST, DEFORMED, "similarity", device=device)
     expected = value.displacement_field(
         grid.dimensions, grid.origin, grid.spacing, grid.direction
@@ -55,16 +55,16 @@ def test_an_image_gives_its_grid(field, device, place):  # noqa: F811
     assert output.GetScalarTypeAsString() == "float"
 
 
-def test_another_dataset_gives_its_bounds(field, device):  # noqa: F811
+def test_another_dataset_gives_its_bounds(field, device):
     sphere = vtkSphereSource()
     sphere.SetRadius(3)
     sphere.SetCenter(4, 4, 3)
     field.SetSampleDimensions(5, 6, 1)
     connect(field, sphere, control_points())
     field.UpdateInformation()
-    announced = Lattice.of_information(field.GetOutputInformation(0))
+    announced = ImageGeometry.of_information(field.GetOutputInformation(0))
     output = update(field)
-    assert Lattice.of_image(output) == announced
+    assert ImageGeometry.of_image(output) == announced
     assert output.GetDimensions() == (5, 6, 1)
     bounds = sphere.GetOutput().GetBounds()
     middle = (bounds[4] + bounds[5]) / 2
@@ -129,10 +129,10 @@ def test_pieces_make_up_the_whole(field):
 
 @pytest.mark.parametrize("start", [(0, 0, 0), (3, -2, 5)])
 @pytest.mark.parametrize("kind", ["rigid", "affine"])
-def test_vtk_grid_transform_deforms_alike(field, device, start, kind):  # noqa: F811
+def test_vtk_grid_transform_deforms_alike(field, device, start, kind):
     origin = -np.multiply(start, (0.9, 1.0, 1.1))
     image, handles = make_image((12, 11, 10), start, origin=origin), control_points()
-    x, y, z = Lattice.of_image(image).grid.points().T
+    x, y, z = ImageGeometry.of_image(image).grid.points().T
     add_array(image.GetPointData(), "values", np.sin(x) + np.cos(y * 0.8) + z)
     image.GetPointData().SetActiveScalars("values")
     deform = MLSDeform()
@@ -160,7 +160,7 @@ def test_vtk_grid_transform_deforms_alike(field, device, start, kind):  # noqa: 
         assert np.abs(ours - values_of(image, "values")).max() > 0.5
 
 
-def test_after_a_failure_a_smaller_grid_is_asked_for(messages):  # noqa: F811
+def test_after_a_failure_a_smaller_grid_is_asked_for(messages):
     """VTK keeps the extent that was asked for last."""
     source, bare = vtkSphereSource(), vtkPolyData()
     source.Update()
@@ -179,12 +179,12 @@ def test_after_a_failure_a_smaller_grid_is_asked_for(messages):  # noqa: F811
     assert update(field).GetDimensions() == (5, 1, 3)
 
 
-def test_the_inverse_leads_where_forward_does(field, device):  # noqa: F811
+def test_the_inverse_leads_where_forward_does(field, device):
     image = smooth_image(**PLACES["turned"])
     field.SetInverse(True)
     field.SetGenerateJacobianDeterminant(True)
     output = update(connect(field, image, control_points()))
-    x = Lattice.of_image(image).grid.points()
+    x = ImageGeometry.of_image(image).grid.points()
     value = Deformation(REST, DEFORMED, device="reference")
     expected = value.forward(x)
     found = np.isfinite(expected).all(axis=1)

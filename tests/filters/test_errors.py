@@ -185,7 +185,7 @@ GOOD = {
 
 @pytest.mark.parametrize("after_a_success", [False, True], ids=["at once", "later"])
 @pytest.mark.parametrize(("kind", "spoil", "sentence"), CASES)
-def test_bad_input(kind, spoil, sentence, after_a_success, messages):  # noqa: F811
+def test_bad_input(kind, spoil, sentence, after_a_success, messages):
     scene = Scene(kind)
     scene.sphere = vtkSphereSource()
     deforming = scene.deforming
@@ -226,7 +226,7 @@ def test_observers_hear_the_sentence_once(kind):
     assert heard[0].count("\n") == 0
 
 
-def test_the_executive_may_still_report_its_own(messages):  # noqa: F811
+def test_the_executive_may_still_report_its_own(messages):
     scene = Scene(MLSDeform)
     scene.deforming.SetAlpha(-1)
     scene.deforming.Update()
@@ -236,7 +236,7 @@ def test_the_executive_may_still_report_its_own(messages):  # noqa: F811
     assert "Input port 0" in messages.take()
 
 
-def test_silence_when_vtk_is_told_to_be_silent(messages):  # noqa: F811
+def test_silence_when_vtk_is_told_to_be_silent(messages):
     scene = Scene(MLSDeform)
     scene.deforming.SetAlpha(-1)
     vtkObject.SetGlobalWarningDisplay(0)
@@ -247,7 +247,7 @@ def test_silence_when_vtk_is_told_to_be_silent(messages):  # noqa: F811
     assert messages.take() == ""
 
 
-def test_the_environment_names_the_device(monkeypatch, messages):  # noqa: F811
+def test_the_environment_names_the_device(monkeypatch, messages):
     monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
     for choice in ("input", "fitted"):
         scene = Scene(MLSDeform)
@@ -261,7 +261,7 @@ def test_the_environment_names_the_device(monkeypatch, messages):  # noqa: F811
         monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
 
 
-def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # noqa: F811
+def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):
     scene = Scene(MLSDeform)
     update(scene.deforming)
     monkeypatch.setattr(MLSDeform, "_check", lambda self, image: image.no_such_method())
@@ -274,7 +274,7 @@ def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):  # n
     assert update(scene.deforming).GetNumberOfPoints() == 120
 
 
-def test_blocks_of_one_execution_report_once(messages):  # noqa: F811
+def test_blocks_of_one_execution_report_once(messages):
     scene, blocks = Scene(MLSDeform), vtkMultiBlockDataSet()
     for number, cells in enumerate((1, 2, 3)):
         source = vtkRTAnalyticSource()
@@ -290,7 +290,7 @@ def test_blocks_of_one_execution_report_once(messages):  # noqa: F811
     assert update(scene.deforming).GetNumberOfPoints() == 180
 
 
-def test_downstream_sees_the_failure(messages):  # noqa: F811
+def test_downstream_sees_the_failure(messages):
     scene = Scene(MLSDeform)
     contour = vtkContourFilter()
     contour.SetInputConnection(scene.deforming.GetOutputPort())

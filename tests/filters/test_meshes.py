@@ -53,7 +53,7 @@ from vtk_mls import Plane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
 
-def test_points_go_where_the_value_says(any_mesh, device):  # noqa: F811
+def test_points_go_where_the_value_says(any_mesh, device):
     before = np.array([any_mesh.GetPoint(i) for i in range(any_mesh.GetNumberOfPoints())])
     output = update(deforming(any_mesh, device=device))
     expected = reference().forward(before)
@@ -71,7 +71,7 @@ def test_points_go_where_the_value_says(any_mesh, device):  # noqa: F811
     assert not array_of(output, "NoInverse").any()
 
 
-def test_everything_else_is_kept(any_mesh):  # noqa: F811
+def test_everything_else_is_kept(any_mesh):
     kept = any_mesh.NewInstance()
     kept.DeepCopy(any_mesh)
     output = update(deforming(any_mesh))
@@ -202,7 +202,7 @@ def test_vectors_are_pushed_and_gradients_turned(rng):
     np.testing.assert_allclose(array_of(output, "flow", "Cell"), expected, atol=2e-3)
 
 
-def test_a_vector_array_must_be_one(messages):  # noqa: F811
+def test_a_vector_array_must_be_one(messages):
     filter_ = deforming(cells(VTK_TETRA))
     filter_.AddPushForwardArray("linear")
     assert not filter_.GetExecutive().Update()
@@ -215,7 +215,7 @@ def test_a_vector_array_must_be_one(messages):  # noqa: F811
     assert update(filter_).GetNumberOfPoints() > 0
 
 
-def test_jacobian_is_that_of_the_map(device):  # noqa: F811
+def test_jacobian_is_that_of_the_map(device):
     mesh = cells(VTK_TETRA)
     output = update(
         deforming(mesh, device=device, GenerateJacobian=True, GenerateJacobianDeterminant=True)
@@ -314,7 +314,7 @@ def test_composite_data_of_all_types(kind):
             assert ours.GetNumberOfCells() == alone.GetNumberOfCells()
 
 
-def test_names_of_arrays_are_those_of_any_block(messages):  # noqa: F811
+def test_names_of_arrays_are_those_of_any_block(messages):
     image, mesh = make_image(), cells(VTK_TETRA)
     add_array(image.GetPointData(), "values", np.arange(504))
     add_array(image.GetPointData(), "labels", np.arange(504) % 3)
@@ -392,7 +392,7 @@ def test_a_far_point_does_not_empty_a_mesh(far, cut):
 
 
 @pytest.mark.parametrize("make", [lambda: cells(VTK_HEXAHEDRON, 2), make_image])
-def test_control_points_that_are_no_places_get_a_sentence(make, messages):  # noqa: F811
+def test_control_points_that_are_no_places_get_a_sentence(make, messages):
     """As ParaView lays them over an input that has no bounds yet."""
     for far, sentence in ((1e299, "`RestPoints` must be places"), (1e12, "where the data are")):
         for filter_ in (MLSDeform(), MLSDisplacementField()):
@@ -405,7 +405,7 @@ def test_control_points_that_are_no_places_get_a_sentence(make, messages):  # no
 
 @pytest.mark.parametrize("data", ["Point", "Cell"])
 @pytest.mark.parametrize("cut", [None, "plane"])
-def test_arrays_shorter_than_the_mesh_get_a_sentence(data, cut, messages):  # noqa: F811
+def test_arrays_shorter_than_the_mesh_get_a_sentence(data, cut, messages):
     mesh = cells(VTK_HEXAHEDRON, 2)
     add_array(getattr(mesh, f"Get{data}Data")(), "short", [1.0, 2.0, 3.0])
     assert deforming(mesh, cut=CUTS.get(cut)).GetExecutive().Update() == 0

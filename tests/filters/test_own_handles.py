@@ -160,7 +160,7 @@ def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
 
 
 @FILTERS
-def test_lists_that_do_not_fit(filter_type, image, messages):  # noqa: F811
+def test_lists_that_do_not_fit(filter_type, image, messages):
     deforming = alone(filter_type, image, RestPoints=REST, DeformedPoints=DEFORMED[:5])
     assert not deforming.GetExecutive().Update()
     messages.assert_one("`DeformedPoints` must be none or one for each of the 8 rest points, got 5")
@@ -208,7 +208,7 @@ def test_blend_leads_from_rest_to_deformed(filter_type, image, own):
 
 
 @pytest.mark.parametrize("blend", [np.nan, np.inf, "half", None])
-def test_a_blend_that_is_no_number(image, blend, messages):  # noqa: F811
+def test_a_blend_that_is_no_number(image, blend, messages):
     deforming = with_handles(MLSDeform, image)
     deforming.SetBlend(blend)
     assert not deforming.GetExecutive().Update()

@@ -22,7 +22,7 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkImagingCore import vtkImageDataStreamer
 
 from vtk_mls import INTERPOLATIONS, HalfPlane, Plane, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, gathering
 
 DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
@@ -39,7 +39,7 @@ class Cropped(VTKPythonAlgorithmBase):
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
-        Lattice.of_image(make_image(**self.place)).announce(info)
+        ImageGeometry.of_image(make_image(**self.place)).announce(info)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         return 1
 
@@ -48,7 +48,7 @@ class Cropped(VTKPythonAlgorithmBase):
         extent = list(outInfo.GetInformationObject(0).Get(key))
         extent[1] -= self.gives_less
         output = vtkImageData.GetData(outInfo)
-        whole = Lattice.of_image(make_image(**self.place))
+        whole = ImageGeometry.of_image(make_image(**self.place))
         part = whole.part(extent)
         part.place(output)
         grids = part.grid_within(whole), arrays.cell_grid(part.grid_within(whole))
@@ -63,7 +63,7 @@ class Cropped(VTKPythonAlgorithmBase):
 def assembled(algorithm, count):
     """Point and cell arrays of the whole, from pieces made one after the other."""
     algorithm.UpdateInformation()
-    whole = Lattice.of_information(algorithm.GetOutputInformation(0))
+    whole = ImageGeometry.of_information(algorithm.GetOutputInformation(0))
     size = np.subtract(whole.extent[1::2], whole.extent[::2]) + 1
     result = {}
     for piece in range(count):
@@ -195,7 +195,7 @@ def test_streaming_through_pieces():
     np.testing.assert_array_equal(*scalars)
 
 
-def test_an_input_that_gives_less_is_an_error(messages):  # noqa: F811
+def test_an_input_that_gives_less_is_an_error(messages):
     deform = shifted(0, 0, 0)
     deform.GetInputAlgorithm(0, 0).gives_less = True
     deform.UpdateInformation()
@@ -291,7 +291,7 @@ def test_cuts_of_several_processes(processes):
     np.testing.assert_array_equal(values(deformed(handles(), vtkPolyData())), expected)
 
 
-def test_an_error_of_one_process_is_that_of_all(processes, messages):  # noqa: F811
+def test_an_error_of_one_process_is_that_of_all(processes, messages):
     processes(["the disk is full"], [[handles()]])
     deform = deformed(handles())
     assert not deform.GetExecutive().Update()

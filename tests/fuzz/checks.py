@@ -76,7 +76,7 @@ def _check_value(scene, device):
 def _check_found(truth, x, v, what):
     with np.errstate(all="ignore"):
         miss = np.abs(truth.backward(v) - x).max(axis=1, initial=0)
-    scale = max(region.handles.scale for region in truth.regions)
+    scale = max(region.control_points.scale for region in truth.regions)
     middle = truth.deformed.mean(axis=0)
     size = np.maximum(scale, np.abs(np.stack([x - middle, v - middle])).max(axis=(0, 2)))
     bound = _MISS[0].get(truth.kind, _MISS[1])

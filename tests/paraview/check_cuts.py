@@ -34,7 +34,7 @@ def check(*cuts, nu=2.0):
     for proxy in filters:
         np.testing.assert_array_equal(array(data(proxy), "Void"), expected.void)
         distance = array(data(proxy), "VoidDistance")
-        np.testing.assert_allclose(distance, expected.opening, atol=1e-5)
+        np.testing.assert_allclose(distance, expected.void_distance, atol=1e-5)
     displacement = array(data(field), "BackwardDisplacement")
     np.testing.assert_allclose(displacement, expected.displacement, atol=1e-5)
     (resampled,) = value.resample([volume], lattice)

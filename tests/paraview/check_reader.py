@@ -9,7 +9,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from scene import array, data, output_messages
 
 from vtk_mls import io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 factory = vtkSMProxyManager.GetProxyManager().GetReaderFactory()
 session = servermanager.ActiveConnection.Session
@@ -78,7 +78,7 @@ with tempfile.TemporaryDirectory() as folder:
         np.testing.assert_allclose(
             places, IN_LPS * ([-1, -1, 1] if name == "ras.nrrd" else 1), atol=1e-5
         )
-        assert (np.diagonal(Lattice.of_image(read).grid.direction) > 0.5).all()
+        assert (np.diagonal(ImageGeometry.of_image(read).grid.direction) > 0.5).all()
         reader.UpdatePipeline(time=3.0)
         simple.MLSDeform(Input=reader).UpdatePipeline()
         simple.Delete(reader)

@@ -10,7 +10,7 @@ import nibabel
 import numpy as np
 import pytest
 from gui import LISTENER, running
-from test_paraview import (  # noqa: F401
+from test_scripts import (  # noqa: F401
     NOISE,
     PICTURES,
     PROJECT,
@@ -21,7 +21,7 @@ from vtkmodules.vtkImagingCore import vtkImageShrink3D, vtkRTAnalyticSource
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from vtk_mls.demo.run import volumes
+from vtk_mls.demo import volumes
 
 HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
 PULL = (60, 50)  # pixels
@@ -178,7 +178,7 @@ def unavailable(what):
 
 
 @pytest.fixture
-def start(paraview, display, request):  # noqa: F811
+def start(paraview, display, request):
     """A context manager for a running GUI."""
     missing = [tool for tool in ("Xvfb", "xdotool", "import") if not shutil.which(tool)]
     if missing:
@@ -231,7 +231,7 @@ def test_harness_can_fail(start):
         assert any("`alpha`" in line for line in noise(gui))
 
 
-def test_drag_apply_undo_and_keep(gui, paraview, display):  # noqa: F811
+def test_drag_apply_undo_and_keep(gui, paraview, display):
     gui.launch("MLS Deform")
     gui.run("deform = simple.GetActiveSource()")
     gui.press("alt+a")
@@ -571,7 +571,7 @@ for edited, values in ((lattice, [2] * 3), (moved, [1.0] * 27), (moved, [1.0] * 
 LAID_ADDED_REMOVED = [24, 27, 24]
 
 
-def test_handles_are_watched_when_loaded_by_path(start, paraview):  # noqa: F811
+def test_handles_are_watched_when_loaded_by_path(start, paraview):
     folder = "/project" if paraview.prefix else str(PROJECT)
     with start(PV_PLUGIN_PATH=f"{folder}/paraview_plugin") as gui:
         assert gui.run(WATCHED) == LAID_ADDED_REMOVED
@@ -601,7 +601,7 @@ def test_handles_are_watched_when_loaded_by_mouse(start):
         assert noise(gui) == []
 
 
-def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request):  # noqa: F811
+def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request):
     """Auto Load is ticked by mouse, ParaView left and started again."""
     folder = PICTURES / request.node.callspec.id / "auto_load/home"
     shutil.rmtree(PROJECT / folder, ignore_errors=True)

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.paraview.image_axes import along_world
 
 SIGNED = [
@@ -21,10 +21,10 @@ SIGNED = [
 def oriented(direction):
     """An image with int16 scalars and float vectors, its extent not from 0."""
     grid = Grid((3, 4, 5), (10, -20, 30), (1, 2, 0.5), direction)
-    whole = Lattice.of_grid(grid)
+    whole = ImageGeometry.of_grid(grid)
     shift = grid.at(np.array([[-2.0, 3, 1]]))[0]
     image = vtkImageData()
-    Lattice((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).place(image)
+    ImageGeometry((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).place(image)
     scalars = arrays.from_numpy(np.arange(60, dtype=np.int16), VTK_SHORT)
     scalars.SetName("T1")
     image.GetPointData().SetScalars(scalars)
@@ -47,7 +47,7 @@ def by_place(image):
 def test_along_the_axes_nothing_is_left_to_turn(direction):
     image = oriented(direction)
     result = along_world(image)
-    grid = Lattice.of_image(result).grid
+    grid = ImageGeometry.of_image(result).grid
     np.testing.assert_array_equal(grid.direction, np.eye(3))
     for found, expected in zip(by_place(result), by_place(image)):
         np.testing.assert_allclose(found, expected, atol=1e-12)
@@ -61,6 +61,6 @@ def test_oblique_axes_are_taken_to_the_nearest():
     for direction in (turn @ signed for signed in SIGNED):
         image = oriented(direction)
         result = along_world(image)
-        np.testing.assert_allclose(Lattice.of_image(result).grid.direction, turn, atol=1e-12)
+        np.testing.assert_allclose(ImageGeometry.of_image(result).grid.direction, turn, atol=1e-12)
         for found, expected in zip(by_place(result), by_place(image)):
             np.testing.assert_allclose(found, expected, atol=1e-12)

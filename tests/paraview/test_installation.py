@@ -9,8 +9,7 @@ import sys
 import venv
 
 import pytest
-from test_packaging import distributions  # noqa: F401  fixture
-from test_paraview import PARAVIEWS, display  # noqa: F401  fixture
+from test_scripts import PARAVIEWS, display  # noqa: F401  fixture
 
 from vtk_mls.cli import main
 from vtk_mls.doctor import report
@@ -148,7 +147,7 @@ def test_started_with_what_was_asked(pretend, capfd):
     assert "`--venv` /nowhere is not a virtual environment" in capfd.readouterr().err
 
 
-def test_an_installed_wheel_starts_paraview(distributions, display, tmp_path):  # noqa: F811
+def test_an_installed_wheel_starts_paraview(distributions, display, tmp_path):
     if isinstance(PARAVIEWS[0].values[0], str):
         pytest.skip(PARAVIEWS[0].values[0])
     if display is None:

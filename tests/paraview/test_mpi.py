@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from test_paraview import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
+from test_scripts import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
 
 SCRIPTS = Path("tests/paraview/mpi")
 TIMEOUT = 300  # seconds
@@ -20,7 +20,7 @@ ROOT_MAY = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"
 
 
 @pytest.fixture
-def start(paraview, display):  # noqa: F811
+def start(paraview, display):
     """Start a program of ParaView on processes, from the project folder; it ends with the test."""
     found = subprocess.run(
         [*paraview.prefix, "mpirun", "--version"], capture_output=True, check=False

@@ -59,15 +59,6 @@ def _run(*command, **options):
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def distributions(tmp_path_factory):
-    """The source distribution, and the wheel that is built from it."""
-    folder = tmp_path_factory.mktemp("dist")
-    _run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, cwd=PROJECT)
-    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
-    return sdist, wheel
-
-
 def test_checkout_finds_its_folders():
     for folder in FOLDERS:
         assert resource(folder) == PROJECT / folder

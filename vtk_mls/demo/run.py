@@ -12,7 +12,7 @@ import numpy as np
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
 from vtk_mls import KINDS, DeviceError
-from vtk_mls.demo.run import volumes
+from vtk_mls.demo import volumes
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 

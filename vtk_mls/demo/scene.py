@@ -10,8 +10,8 @@ from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow
 
 from vtk_mls import HalfPlane
+from vtk_mls.demo import volumes
 from vtk_mls.demo.picture import BACKGROUND, DRAGGED, OVERSAMPLING, PINNED, spheres, text, write
-from vtk_mls.demo.run import volumes
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 # In millimetres: x to the right, y to the front, z up. The cut runs down to its edge at EDGE.

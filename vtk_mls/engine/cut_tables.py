@@ -24,24 +24,29 @@ class CutTables:
 
 def cut_tables(deformation, region, grid=None) -> CutTables:
     """The cuts of `deformation` in the local frame of `region`; planes also by index of `grid`."""
-    handles = region.handles
+    control_points = region.control_points
     half_planes = [cut for cut in deformation.cuts if isinstance(cut, HalfPlane)]
     surfaces = [cut for cut in deformation.cuts if isinstance(cut, Surface)]
     planes, index_planes = [], []
     for plane in deformation.planes:
-        planes.append([*plane.normal, plane.height(handles.centre) / handles.scale])
+        planes.append([*plane.normal, plane.height(control_points.centre) / control_points.scale])
         if grid is not None:
             by_index = plane.normal @ grid.index_to_world
             index_planes.append([*by_index, plane.height(grid.origin)])
-    frames = np.array([np.stack(half.frame(handles.deformed), axis=1) for half in half_planes])
-    frames = frames.reshape(len(half_planes), len(handles), 3).swapaxes(0, 1) / handles.scale
+    frames = np.array(
+        [np.stack(half.frame(control_points.deformed), axis=1) for half in half_planes]
+    )
+    frames = (
+        frames.reshape(len(half_planes), len(control_points), 3).swapaxes(0, 1)
+        / control_points.scale
+    )
     radius = np.hypot(frames[..., :1], frames[..., 1:2])
     ranges, triangles, edges = [], [], []
     for surface in surfaces:
         start = len(triangles), len(edges)
         corners = np.sort(surface.triangles, axis=1)
-        triangles.extend(handles.local(surface.points[corners]).reshape(-1, 9))
-        edges.extend(handles.local(surface.boundary).reshape(-1, 6))
+        triangles.extend(control_points.local(surface.points[corners]).reshape(-1, 9))
+        edges.extend(control_points.local(surface.boundary).reshape(-1, 6))
         ranges.append([start[0], len(triangles), start[1], len(edges)])
     tables = {
         "planes": _table(planes),
@@ -49,7 +54,7 @@ def cut_tables(deformation, region, grid=None) -> CutTables:
         "sides": _table(region.sides),
         "half_planes": _table(
             [
-                [*handles.local(half.point), *half.normal, *half.inward, *half.along]
+                [*control_points.local(half.point), *half.normal, *half.inward, *half.along]
                 for half in half_planes
             ]
         ),

@@ -172,10 +172,12 @@ def _listed():
     devices = []
     for p, platform in enumerate(platforms):
         try:
-            handles = platform.get_devices()
+            control_points = platform.get_devices()
         except cl.Error:  # a platform without devices
             continue
-        devices += [_described(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
+        devices += [
+            _described(f"{p}:{d}", platform, handle) for d, handle in enumerate(control_points)
+        ]
     return devices, "OpenCL has no device"
 
 

@@ -88,10 +88,12 @@ class Engine:
     def backward(self, deformation, points, progress=None):
         """G(v) (m, 3) float64 at `points` v (m, 3) float64, world coordinates."""
         result = np.empty_like(points)
-        for where, handles, planes in self._at_points(
+        for where, control_points, planes in self._at_points(
             "point_displacement", deformation, points, 3, progress
         ):
-            result[where] = points[where] + handles.drift + handles.scale * planes.T
+            result[where] = (
+                points[where] + control_points.mean_displacement + control_points.scale * planes.T
+            )
         return result
 
     @_question
@@ -118,28 +120,28 @@ class Engine:
 
     @_question
     def displacement_field(self, deformation, grid, progress=None):
-        """G(v) - v (nz, ny, nx, 3) float32 at the points v of `grid`, world units; the opening."""
+        """G(v) - v (nz, ny, nx, 3) float32 at v of `grid`, world units; the void distance."""
         displacement = np.empty((grid.size, 3), dtype=np.float32)
-        opening = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
+        void_distance = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
         for part in _stepped(self._slabs(grid.size, deformation, 16), progress):
             with ExitStack() as buffers:
                 outputs = [buffers.enter_context(self._written(displacement[part]))]
                 if deformation.cuts:
-                    outputs.append(buffers.enter_context(self._written(opening[part])))
+                    outputs.append(buffers.enter_context(self._written(void_distance[part])))
                 for region in deformation.regions:
-                    handles = region.handles
+                    control_points = region.control_points
                     self._launch_grid(
                         "grid_displacement",
                         deformation,
                         region,
                         grid,
                         part,
-                        np.float32(handles.scale),
-                        kernel_arguments.float4(handles.drift),
+                        np.float32(control_points.scale),
+                        kernel_arguments.float4(control_points.mean_displacement),
                         *outputs,
                     )
-        opening = opening.reshape(grid.shape) if deformation.cuts else None
-        return displacement.reshape(*grid.shape, 3), opening
+        void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
+        return displacement.reshape(*grid.shape, 3), void_distance
 
     @_question
     def jacobian_field(self, deformation, grid, progress=None):
@@ -179,12 +181,12 @@ class Engine:
         return results
 
     @_question
-    def turned(
+    def resample_gradients(
         self, deformation, vectors, source, target, method, continued, normalise, progress=None
     ):
-        """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the opening."""
+        """J_G^T n(G(v)) (nz, ny, nx, 3) float32 for `vectors` n, float32; the void distance."""
         result = np.empty((target.size, 3), np.float32)
-        opening = np.empty(target.size if deformation.cuts else 0, np.float32)
+        void_distance = np.empty(target.size if deformation.cuts else 0, np.float32)
         sources = _Sources(self, [vectors], source)
         slabs = self._slabs(target.size, deformation, 64, _CACHED if self._in_place else None)
         planes = self._scratch(48 * (slabs[0].stop - slabs[0].start))
@@ -192,18 +194,20 @@ class Engine:
             count, rows = part.stop - part.start, result[part]
             with ExitStack() as buffers:
                 if deformation.cuts:
-                    there = buffers.enter_context(self._written(opening[part]))
+                    there = buffers.enter_context(self._written(void_distance[part]))
                 for region in deformation.regions:
                     outputs = [planes]
                     if deformation.cuts:
-                        outputs += [np.float32(region.handles.scale), there]
+                        outputs += [np.float32(region.control_points.scale), there]
                     self._launch_grid(
                         "grid_source_frame",
                         deformation,
                         region,
                         target,
                         part,
-                        *kernel_arguments.to_source(source, target, region.handles, continued),
+                        *kernel_arguments.to_source(
+                            source, target, region.control_points, continued
+                        ),
                         *outputs,
                     )
             for rest in sources.fitting(0, planes, count):
@@ -218,8 +222,8 @@ class Engine:
                     np.int32(normalise),
                     moved,
                 )
-        opening = opening.reshape(target.shape) if deformation.cuts else None
-        return result.reshape(*target.shape, 3), opening
+        void_distance = void_distance.reshape(target.shape) if deformation.cuts else None
+        return result.reshape(*target.shape, 3), void_distance
 
     @_question
     def source_bounds(self, deformation, source, target, continued, progress=None):
@@ -237,9 +241,9 @@ class Engine:
 
     # What the search for the inverse asks for
 
-    def local_points(self, handles, points, offset=0):
-        """`points` (m, 3) less `offset` in the local frame of `handles`, (3, m) float32."""
-        centre = handles.centre + offset
+    def local_points(self, control_points, points, offset=0):
+        """`points` (m, 3) less `offset` in the local frame of `control_points`, (3, m) float32."""
+        centre = control_points.centre + offset
         if points.dtype == np.float64 and not self.device.has_float64:
             points, centre = (points - centre).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)
@@ -258,7 +262,7 @@ class Engine:
                 x,
                 kernel_arguments.float4(centre),
                 kernel_arguments.float4(centre - np.float32(centre)),
-                points.dtype.type(1 / handles.scale),
+                points.dtype.type(1 / control_points.scale),
                 out,
             )
         return local
@@ -299,17 +303,18 @@ class Engine:
         for part in _stepped(slabs, progress):
             for region in deformation.regions:
                 where = _held(deformation, region, points, part)
-                local = self.local_points(region.handles, points[where])
+                local = self.local_points(region.control_points, points[where])
                 if local.shape[1] == 0:
                     continue
                 result = np.empty((planes, local.shape[1]), np.float32)
                 self.run_at(name, deformation, region, local, outputs=[result])
-                yield where, region.handles, result
+                yield where, region.control_points, result
 
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
-            len(r.handles) * (1 if deformation.kind in ROTATION_KINDS else len(r.handles.basis) + 1)
+            len(r.control_points)
+            * (1 if deformation.kind in ROTATION_KINDS else len(r.control_points.basis) + 1)
             for r in deformation.regions
         )
         limit = min(
@@ -322,7 +327,7 @@ class Engine:
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
     def _launch_grid(self, name, deformation, region, grid, part, *arguments):
-        lattice = kernel_arguments.lattice(grid, part, region.handles)
+        lattice = kernel_arguments.lattice(grid, part, region.control_points)
         count = part.stop - part.start
         self._launch_map(name, deformation, region, grid.whole, count, *lattice, *arguments)
 
@@ -335,7 +340,7 @@ class Engine:
                 region,
                 target,
                 part,
-                *kernel_arguments.to_source(source, target, region.handles, continued),
+                *kernel_arguments.to_source(source, target, region.control_points, continued),
                 index,
             )
 
@@ -354,7 +359,7 @@ class Engine:
 
     def _map(self, deformation, region, grid):
         """Build constants and shared kernel arguments of the map in a region."""
-        handles, alpha = region.handles, deformation.alpha
+        control_points, alpha = region.control_points, deformation.alpha
         rotation = deformation.kind in ROTATION_KINDS
         twice = int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0
         constants = [("TWICE_ALPHA", twice)]
@@ -362,20 +367,20 @@ class Engine:
             constants += [("LANES", self.device.lanes)]
             constants += [("ROTATION", 1), ("SIMILARITY", int(deformation.kind == "similarity"))]
         else:
-            constants += [("FUNCTIONS", MONOMIAL_COUNT[handles.degree])]
-            double = self.device.has_float64 and (alpha > 1 or handles.degree == 3)
+            constants += [("FUNCTIONS", MONOMIAL_COUNT[control_points.degree])]
+            double = self.device.has_float64 and (alpha > 1 or control_points.degree == 3)
             constants += self._sums(double)
-        if handles not in self._uploaded:
-            self._uploaded[handles] = [
-                self.constant(table) for table in kernel_arguments.tables(handles)
+        if control_points not in self._uploaded:
+            self._uploaded[control_points] = [
+                self.constant(table) for table in kernel_arguments.tables(control_points)
             ]
         arguments = [
-            np.int32(len(handles)),
+            np.int32(len(control_points)),
             np.float32(alpha),
-            np.int32(handles.rotation_rank),
-            kernel_arguments.float4(handles.flip_axis),
-            np.int32(len(handles.basis)),
-            *self._uploaded[handles],
+            np.int32(control_points.rotation_rank),
+            kernel_arguments.float4(control_points.flip_axis),
+            np.int32(len(control_points.basis)),
+            *self._uploaded[control_points],
         ]
         if deformation.cuts:
             packed = cut_tables(deformation, region, grid)
@@ -383,7 +388,7 @@ class Engine:
             arguments += [
                 np.float32(deformation.nu / (2 * alpha)),
                 np.float32(deformation.nu),
-                kernel_arguments.float4(handles.drift / handles.scale),
+                kernel_arguments.float4(control_points.mean_displacement / control_points.scale),
                 np.int32(len(deformation.planes)),
                 *(self.constant(packed.tables[name]) for name in BEFORE_SURFACES),
                 np.int32(packed.surface_count),

@@ -32,7 +32,7 @@ class InverseSearch:
         self.engine, self.deformation, self.region = engine, deformation, region
         box = guesses.bounds(points)
         self.box = guesses.usual_bounds(points, box)
-        self.has_far = np.abs(region.handles.local(box)).max() > guesses.FARTHEST
+        self.has_far = np.abs(region.control_points.local(box)).max() > guesses.FARTHEST
         self.guess = None
         nodes = min(len(points) // _POINTS_PER_NODE, _MOST_NODES)
         if nodes >= _LEAST_NODES:
@@ -40,16 +40,16 @@ class InverseSearch:
 
     def forward(self, points):
         """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
-        handles = self.region.handles
-        local = self.engine.local_points(handles, points, handles.drift)
+        control_points = self.region.control_points
+        local = self.engine.local_points(control_points, points, control_points.mean_displacement)
         if self.guess is None:
             ways, left = self._careful(local)
-            displacement = handles.scale * ways.T - handles.drift
+            displacement = control_points.scale * ways.T - control_points.mean_displacement
         else:
             displacement, left = self._quick(local)
             lost = np.flatnonzero(~(left <= _QUICK))  # NaN, too
             ways, left[lost] = self._careful(np.ascontiguousarray(local[:, lost]))
-            displacement[lost] = handles.scale * ways.T - handles.drift
+            displacement[lost] = control_points.scale * ways.T - control_points.mean_displacement
         found = left <= _FOUND
         if self.has_far:
             found &= np.abs(local).max(axis=0) <= guesses.FARTHEST
@@ -57,8 +57,10 @@ class InverseSearch:
 
     def _guess(self, nodes, progress):
         """Kernel arguments of a lattice with the ways at its nodes."""
-        engine, handles = self.engine, self.region.handles
-        lattice = guesses.Lattice.over(handles.local(self.box - handles.drift), nodes)
+        engine, control_points = self.engine, self.region.control_points
+        lattice = guesses.Lattice.over(
+            control_points.local(self.box - control_points.mean_displacement), nodes
+        )
         local = kernel_arguments.planes(lattice.points())
         table = np.zeros((local.shape[1], 4), np.float32)
         for part in engine.search_slabs(len(table), self.deformation):
@@ -72,9 +74,12 @@ class InverseSearch:
 
     def _quick(self, local):
         """v - x (m, 3) float32, world units, for places `local` (3, m); what is left (m,)."""
-        count, handles = local.shape[1], self.region.handles
+        count, control_points = local.shape[1], self.region.control_points
         displacement, left = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        frame = np.float32(handles.scale), kernel_arguments.float4(handles.drift)
+        frame = (
+            np.float32(control_points.scale),
+            kernel_arguments.float4(control_points.mean_displacement),
+        )
         self._run("point_forward", local, [*self.guess, *frame], outputs=[displacement, left])
         return displacement, left
 
@@ -105,24 +110,28 @@ class InverseSearch:
 
     def _begun(self, local):
         """`local`, and the ways of the map with p and q exchanged."""
-        handles, other = self.region.handles, self.region.exchanged.handles
-        ratio = handles.scale / other.scale
-        offset = (handles.centre + handles.drift - other.centre) / other.scale
+        control_points, other = self.region.control_points, self.region.exchanged.control_points
+        ratio = control_points.scale / other.scale
+        offset = (
+            control_points.centre + control_points.mean_displacement - other.centre
+        ) / other.scale
         there, ways = kernel_arguments.planes(local.T * ratio + offset), np.empty_like(local)
         self._run("point_displacement", there, outputs=[ways], region=self.region.exchanged)
-        drift = (other.drift + handles.drift) / handles.scale
-        return local, (ways / ratio + drift[:, None]).astype(np.float32)
+        mean_displacement = (
+            other.mean_displacement + control_points.mean_displacement
+        ) / control_points.scale
+        return local, (ways / ratio + mean_displacement[:, None]).astype(np.float32)
 
     @functools.cached_property
     def _samples(self):
         """Kernel arguments: number and table of samples all round; None if there are none."""
-        handles, planes = self.region.handles, self.deformation.planes
-        box = guesses.joined(self.box, guesses.bounds(handles.deformed))
+        control_points, planes = self.region.control_points, self.deformation.planes
+        box = guesses.joined(self.box, guesses.bounds(control_points.deformed))
         v = guesses.Lattice.over(guesses.padded(box, 0.1), _SAMPLES).points()
         v = v[self.region.holds(planes, v)]
         if len(v) == 0:
             return None
-        local = kernel_arguments.planes(handles.local(v))
+        local = kernel_arguments.planes(control_points.local(v))
         slope = np.empty((9, len(v)), np.float32)
         self._run("point_jacobian", local, outputs=[slope])
         upright = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0

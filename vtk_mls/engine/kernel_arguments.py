@@ -12,23 +12,29 @@ def planes(points):
     return np.ascontiguousarray(points.T, dtype=np.float32)
 
 
-def tables(handles):
+def tables(control_points):
     """What the kernels read of a handle set, float32: points, basis values, basis coefficients."""
-    count, functions = len(handles), MONOMIAL_COUNT[handles.degree]
+    count, functions = len(control_points), MONOMIAL_COUNT[control_points.degree]
     points = np.zeros((count, 8), np.float32)
-    points[:, 0:3] = handles.local(handles.deformed)
-    points[:, 3] = handles.weights / handles.weights.mean()
-    points[:, 4:7] = (handles.rest - handles.deformed - handles.drift) / handles.scale
+    points[:, 0:3] = control_points.local(control_points.deformed)
+    points[:, 3] = control_points.weights / control_points.weights.mean()
+    points[:, 4:7] = (
+        control_points.rest - control_points.deformed - control_points.mean_displacement
+    ) / control_points.scale
     values = np.zeros((count, functions), np.float32)
-    values[:, : len(handles.basis)] = handles.basis.values - handles.basis.values.mean(axis=0)
+    values[:, : len(control_points.basis)] = (
+        control_points.basis.values - control_points.basis.values.mean(axis=0)
+    )
     coefficients = np.zeros((functions, functions), np.float32)
-    coefficients[: len(handles.basis)] = handles.basis.coefficients
+    coefficients[: len(control_points.basis)] = control_points.basis.coefficients
     return points, values, coefficients
 
 
-def lattice(grid, part, handles):
+def lattice(grid, part, control_points):
     """Kernel arguments of the points `part` of `grid`, with their way to the local frame."""
-    frame = transform(grid.index_to_world / handles.scale, handles.local(grid.whole.origin))
+    frame = transform(
+        grid.index_to_world / control_points.scale, control_points.local(grid.whole.origin)
+    )
     nx, ny, _ = grid.dimensions
     bounds = np.int64(part.start), np.int64(part.stop)
     return *bounds, np.int32(nx), np.int32(ny), int4(grid.first), frame
@@ -41,13 +47,13 @@ def transform(matrix, offset):
     return packed
 
 
-def to_source(source, target, handles, continued):
+def to_source(source, target, control_points, continued):
     """First arguments of the kernels that tell where in `source` points of `target` come from."""
     matrix, offset = target.whole.index_transform(source.whole)
     turn = np.linalg.inv(source.index_to_world)
     return (
-        transform(matrix, offset + turn @ handles.drift),
-        transform(turn * handles.scale, np.zeros(3)),
+        transform(matrix, offset + turn @ control_points.mean_displacement),
+        transform(turn * control_points.scale, np.zeros(3)),
         np.int32(continued),
     )
 

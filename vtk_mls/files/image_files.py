@@ -20,7 +20,7 @@ from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls import arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import meta_image, nifti, nrrd, provenance
 from vtk_mls.files.volumes import Volume
 
@@ -67,7 +67,7 @@ def _place(image, origin, steps):
     if not (np.isfinite(spacing) & (spacing > 0)).all():
         raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
     direction = tuple((steps / spacing).ravel().tolist())
-    Lattice(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
+    ImageGeometry(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
 
 
 def _read_xml(path):
@@ -104,13 +104,13 @@ def _read_legacy(path):
 
 
 def _write_legacy(image, path):
-    if not np.array_equal(Lattice.of_image(image).grid.direction, np.eye(3)):
+    if not np.array_equal(ImageGeometry.of_image(image).grid.direction, np.eye(3)):
         raise ValueError(
             f"`{path}` cannot hold the image's direction matrix; write .vti, .mha or .nii instead"
         )
     copy = vtkImageData()
     copy.ShallowCopy(image)
-    Lattice.of_grid(Lattice.of_image(image).grid).place(copy)
+    ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).place(copy)
     writer = vtkDataSetWriter()
     writer.SetFileTypeToBinary()
     write(writer, copy, path)
@@ -143,7 +143,7 @@ def _write_with(write_volume, name):
     """A writer of images, by one of volumes."""
 
     def write_image(image, path):
-        grid = Lattice.of_image(image).grid
+        grid = ImageGeometry.of_image(image).grid
         array = _the_array(image, path)
         values = arrays.to_numpy(array)
         space = provenance.kept(image, provenance.FILE_SPACE)

@@ -21,7 +21,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls import arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 _HIGHER_ORDER = 60  # cells of this type and above have any number of points from a least one on
 
@@ -29,7 +29,7 @@ _HIGHER_ORDER = 60  # cells of this type and above have any number of points fro
 def check(dataset):
     """Raise ValueError with what is wrong with a vtkDataSet, if something is."""
     if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints():
-        Lattice.of_image(dataset).grid  # noqa: B018  raises what is wrong
+        ImageGeometry.of_image(dataset).grid  # noqa: B018  raises what is wrong
     if isinstance(dataset, vtkRectilinearGrid):
         _check_axes(dataset)
     if isinstance(dataset, vtkPointSet):

@@ -21,7 +21,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.announcements import heard_by
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -229,7 +229,7 @@ def ask_within_the_whole(info):
     """Take back a request for what is not there any more: VTK keeps it, and fails by it."""
     keys = vtkStreamingDemandDrivenPipeline
     whole, asked = info.Get(keys.WHOLE_EXTENT()), info.Get(keys.UPDATE_EXTENT())
-    if whole and asked and not Lattice(whole).holds(asked):
+    if whole and asked and not ImageGeometry(whole).holds(asked):
         info.Set(keys.UPDATE_EXTENT(), whole, 6)
 
 

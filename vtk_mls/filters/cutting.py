@@ -95,17 +95,17 @@ def surfaces(polydata):
     return found
 
 
-def add_void(attributes, opening):
+def add_void(attributes, void_distance):
     """Add "VoidDistance", and "Void", which is its sign.
 
     Parameters
     ----------
     attributes : vtkPointData
-    opening : (nz, ny, nx) float32, world units
-        As of `DisplacementField.opening`.
+    void_distance : (nz, ny, nx) float32, world units
+        As of `DisplacementField.void_distance`.
     """
-    arrays.add(attributes, "VoidDistance", opening.ravel())
-    arrays.add(attributes, "Void", opening.ravel() < 0)
+    arrays.add(attributes, "VoidDistance", void_distance.ravel())
+    arrays.add(attributes, "Void", void_distance.ravel() < 0)
 
 
 def hide(attributes, hidden):

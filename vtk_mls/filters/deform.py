@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import extents, warping
 from vtk_mls.filters.algorithm import (
     ask_for_all,
@@ -251,11 +251,11 @@ class MLSDeform(DeformingFilter):
             return 1
         info = outInfo.GetInformationObject(0)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
-        lattice = Lattice.of_information(inInfo[0].GetInformationObject(0))
+        geometry = ImageGeometry.of_information(inInfo[0].GetInformationObject(0))
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            lattice = self._output_lattice(lattice, self._updated_deformation)
-        lattice.announce(info)
+            geometry = self._output_geometry(geometry, self._updated_deformation)
+        geometry.announce(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
@@ -270,10 +270,10 @@ class MLSDeform(DeformingFilter):
         """Ask for all of the input image, or for what a part of the output needs."""
         info, asked = inInfo[0].GetInformationObject(0), outInfo.GetInformationObject(0)
         ask_for_all(info)
-        source = Lattice.of_information(info)
+        source = ImageGeometry.of_information(info)
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            whole = self._output_lattice(source, lambda: self._updated_deformation(asked))
+            whole = self._output_geometry(source, lambda: self._updated_deformation(asked))
             target = self._requested_part(whole, asked)
             if target == whole or source.is_empty:
                 return
@@ -314,13 +314,13 @@ class MLSDeform(DeformingFilter):
     def _deform_image(self, image, inInfo, outInfo):
         """What is to be done for an image."""
         output = vtkImageData.GetData(outInfo)
-        source = Lattice.of_image(image)
+        source = ImageGeometry.of_image(image)
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
         whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
         self._check_reach(deformation, whole_source.grid.corners())
-        whole = self._output_lattice(whole_source, lambda: deformation)
+        whole = self._output_geometry(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.place(output)
         if target.is_empty:
@@ -343,7 +343,7 @@ class MLSDeform(DeformingFilter):
             )
         return whole
 
-    def _output_lattice(self, source, make_deformation):
+    def _output_geometry(self, source, make_deformation):
         """Where the whole output lies, for an input on `source`."""
         if self._output_grid == "input":
             return source
@@ -351,7 +351,7 @@ class MLSDeform(DeformingFilter):
             deformation = make_deformation()
             if self._fit is None or self._fit[:2] != (deformation, source):
                 grid = deformation.fitted_grid(source.grid)
-                self._fit = deformation, source, Lattice.of_grid(grid)
+                self._fit = deformation, source, ImageGeometry.of_grid(grid)
             return self._fit[2]
         if self._output_grid == "given":
             direction = np.reshape(source.direction, (3, 3))
@@ -361,7 +361,7 @@ class MLSDeform(DeformingFilter):
                 )
             except (TypeError, ValueError) as error:
                 raise ValueError(f"the given output grid is not one: {error}") from error
-            return Lattice.of_grid(grid)
+            return ImageGeometry.of_grid(grid)
         raise ValueError(
             f"`OutputGrid` must be one of input, fitted, given, got {shown(self._output_grid)}"
         )

@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Deformation, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cutting, gathering, gradients
 from vtk_mls.filters.algorithm import (
     Algorithm,
@@ -224,7 +224,7 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _requested_part(self, target, info):
         """The part of the output that downstream asks for, if it knows where the output is."""
-        announced = Lattice.of_information(info)
+        announced = ImageGeometry.of_information(info)
         if announced.part(()) == target.part(()):
             extent = requested_extent(info)
             part = target.part(extent)
@@ -403,7 +403,7 @@ def _is_on(cut, places):
     """Whether places (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
     with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
         size = np.ptp(places, axis=0).max(initial=0)
-        return cut.opening(places, places) <= _ON_CUT * size
+        return cut.void_distance(places, places) <= _ON_CUT * size
 
 
 def _stamps(data):

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageDat
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cutting, extents, gathering, gradients
 from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
 from vtk_mls.filters.deforming import DeformingFilter
@@ -80,21 +80,21 @@ class MLSDisplacementField(DeformingFilter):
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         vtkDataObject.SetPointDataActiveScalarInfo(info, VTK_FLOAT, 3)
         if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
-            Lattice.of_information(inInfo[0].GetInformationObject(0)).announce(info)
+            ImageGeometry.of_information(inInfo[0].GetInformationObject(0)).announce(info)
             return 1
         try:
             if self._is_shared():
                 self._share_boxes()
             self._sampled_lattice(self._boxes(lambda: self._update_input(0))).announce(info)
         except (TypeError, ValueError):
-            Lattice((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
+            ImageGeometry((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         info, dataset = inInfo[0].GetInformationObject(0), vtkDataSet.GetData(inInfo[0])
         if isinstance(dataset, vtkImageData):
-            lattice = Lattice.of_information(info)
-            ask_for_extent(info, extents.first_cell(lattice))
+            geometry = ImageGeometry.of_information(info)
+            ask_for_extent(info, extents.first_cell(geometry))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
             gathering.ask_for_share(info)
@@ -109,7 +109,7 @@ class MLSDisplacementField(DeformingFilter):
         if isinstance(dataset, vtkImageData):
             info = inInfo[0].GetInformationObject(0)
             extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
-            whole = Lattice.of_image(dataset)
+            whole = ImageGeometry.of_image(dataset)
             whole = whole.part(extent or whole.extent)
             if whole.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
@@ -134,7 +134,7 @@ class MLSDisplacementField(DeformingFilter):
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
-            cutting.add_void(output.GetPointData(), field.opening)
+            cutting.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
@@ -212,7 +212,7 @@ class MLSDisplacementField(DeformingFilter):
         steps = np.maximum(dimensions - 1, 1)
         spacing = np.where(size > 0, size / steps, 1.0)
         origin = np.where(dimensions > 1, low, low + size / 2)
-        return Lattice.of_grid(Grid(dimensions, origin, spacing))
+        return ImageGeometry.of_grid(Grid(dimensions, origin, spacing))
 
 
 def _box(dataset):

@@ -17,9 +17,9 @@ def needed_extent(deformation, source, target, whole_target, interpolation, void
     Parameters
     ----------
     deformation : Deformation
-    source : Lattice
+    source : ImageGeometry
         Of the whole input.
-    target, whole_target : Lattice
+    target, whole_target : ImageGeometry
         The part of the output, and all of it.
     interpolation, void_values
         As of `Deformation.resample`.
@@ -47,7 +47,7 @@ def needed_extent(deformation, source, target, whole_target, interpolation, void
     return tuple(np.stack([first + low, first + high], axis=1).astype(int).ravel().tolist())
 
 
-def first_cell(lattice):
+def first_cell(geometry):
     """The smallest extent that every image can be asked for."""
-    first, last = np.array(lattice.extent[::2]), np.array(lattice.extent[1::2])
+    first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
     return tuple(np.stack([first, np.minimum(first + 1, last)], axis=1).ravel().tolist())

@@ -74,10 +74,12 @@ class Resampling:
             arguments = values[number], source, target, self.wanted.GetInterpolation()
             void_values = self.wanted.GetVoidValues()
             if how == "tangent":
-                turned = self.deformation.pushed(*arguments, void_values, progress)
+                turned = self.deformation.resample_vectors(*arguments, void_values, progress)
             else:
                 unit = how == "normal" or self.wanted.GetNormalizeGradient()
-                turned = self.deformation.turned(*arguments, unit, void_values, progress)
+                turned = self.deformation.resample_gradients(
+                    *arguments, unit, void_values, progress
+                )
             results[number] = turned.astype(values[number].dtype)
 
         directions = gradients.directions(
@@ -109,10 +111,10 @@ class Resampling:
         in_turn([self._mark_points, self._mark_cells], progress)
 
     def _mark_points(self, progress):
-        opening = self.deformation.opening_field(self.target, progress=progress)
-        cutting.add_void(self.output.GetPointData(), opening)
+        void_distance = self.deformation.void_distance_field(self.target, progress=progress)
+        cutting.add_void(self.output.GetPointData(), void_distance)
         if self.wanted.GetHideVoid():
-            cutting.hide(self.output.GetPointData(), opening < 0)
+            cutting.hide(self.output.GetPointData(), void_distance < 0)
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()

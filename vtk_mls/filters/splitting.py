@@ -129,10 +129,10 @@ def crossed(mesh, cuts):
             some = np.flatnonzero(few & (sizes == size))
             x = places[corners[starts[some][:, None] + np.arange(size)]]
             for a, b in zip(*np.triu_indices(size, 1)):
-                found[some] |= cut.opening(x[:, a], x[:, b]) < 0
+                found[some] |= cut.void_distance(x[:, a], x[:, b]) < 0
         for cell in np.flatnonzero(candidates & ~few):
             x = places[corners[starts[cell] : starts[cell + 1]]]
-            found[cell] |= (cut.opening(x[:-1], x[1:]) < 0).any()
+            found[cell] |= (cut.void_distance(x[:-1], x[1:]) < 0).any()
     return found
 
 
@@ -201,7 +201,7 @@ def _keys(parts, cut, places, extent):
         normal = _normals(height_of, x[on_cut], extent)
         foot = -height_of(x[on_cut])[:, None] * normal
         ahead, behind = (x[on_cut] + foot + t * _ON_CUT * extent * normal for t in (10, -10))
-        parted = (side != 0) & (cut.opening(ahead, behind) < 0)
+        parted = (side != 0) & (cut.void_distance(ahead, behind) < 0)
         for name, offset in ((_FOOT, foot), (_SIDE, side * normal)):
             values = _values(part, name).copy()
             values[on_cut[parted]] += offset[parted]

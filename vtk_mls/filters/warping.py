@@ -22,7 +22,7 @@ from vtk_mls.filters import cutting, gradients
 from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
-from vtk_mls.vector_fields import pushed, turned
+from vtk_mls.vector_fields import contravariant, covariant
 
 # How far from a cut the side of a point is told, as a share of the extent of the control points or
 # of the distance from them: more than the device's float32 blurs.
@@ -122,7 +122,7 @@ class Warp:
 
     def _split(self, progress):
         divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
-        handles = [region.handles for region in self.deformation.regions]
+        handles = [region.control_points for region in self.deformation.regions]
         offsets = arrays.to_numpy(divided.GetPoints().GetData()) - handles[0].centre
         size = np.maximum(max(each.scale for each in handles), np.abs(offsets).max(axis=1))
         self.beside = foot + _BESIDE * np.where(np.isfinite(size), size, 0)[:, None] * side
@@ -183,10 +183,10 @@ class Warp:
             for name, how in directions.items():
                 rows = values[name][part]
                 if how == "tangent":
-                    rows[:] = pushed(rows, jacobian)
+                    rows[:] = contravariant(rows, jacobian)
                 else:
                     unit = how == "normal" or self.wanted.GetNormalizeGradient()
-                    rows[:] = turned(rows, jacobian.swapaxes(1, 2), unit)
+                    rows[:] = covariant(rows, jacobian.swapaxes(1, 2), unit)
         for name, rows in values.items():
             arrays.replace(attributes, name, rows)
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vtk_mls import io
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 _READERS = ("vtkNIfTIReader", "vtkNrrdReader", "vtkPNrrdReader", "vtkMetaImageReader")
 
@@ -36,7 +36,10 @@ def mixed(algorithm, in_info):
         return ""
     if getattr(handles, "GetMode", str)() != "file":
         return ""
-    file, here = reader.GetFileName(), Lattice.of_information(in_info[0].GetInformationObject(0))
+    file, here = (
+        reader.GetFileName(),
+        ImageGeometry.of_information(in_info[0].GetInformationObject(0)),
+    )
     if not _is_elsewhere(here, file):
         return ""
     return (
@@ -54,9 +57,9 @@ def _producer(algorithm, port):
 
 
 def _is_elsewhere(here, file):
-    """Whether a Lattice is certainly not that of an image in a file."""
+    """Whether an ImageGeometry is certainly not that of an image in a file."""
     try:
-        there = _lattice(file, os.path.getmtime(file))
+        there = _geometry(file, os.path.getmtime(file))
     except (OSError, ValueError):  # not ours to judge
         return False
     if here.grid.dimensions != there.grid.dimensions:
@@ -66,6 +69,6 @@ def _is_elsewhere(here, file):
 
 
 @lru_cache(maxsize=8)
-def _lattice(file, time):
-    """The Lattice of an image in a file that was last changed at this time."""
-    return Lattice.of_image(io.read_dataset(file))
+def _geometry(file, time):
+    """The ImageGeometry of an image in a file that was last changed at this time."""
+    return ImageGeometry.of_image(io.read_dataset(file))

@@ -8,7 +8,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid, arrays
-from vtk_mls.arrays import Lattice
+from vtk_mls.arrays import ImageGeometry
 
 
 def along_world(image):
@@ -27,7 +27,7 @@ def along_world(image):
     vtkImageData
         The image itself if there is nothing to change.
     """
-    grid = Lattice.of_image(image).grid
+    grid = ImageGeometry.of_image(image).grid
     order = list(max(permutations(range(3)), key=lambda axes: _likeness(grid.direction, axes)))
     senses = np.where(np.diagonal(grid.direction[:, order]) < 0, -1, 1)
     if order == [0, 1, 2] and (senses > 0).all():
@@ -42,7 +42,7 @@ def along_world(image):
         grid.direction[:, order] * senses + 0.0,
     )
     result = vtkImageData()
-    Lattice.of_grid(turned).place(result)
+    ImageGeometry.of_grid(turned).place(result)
     backwards = tuple(2 - np.flatnonzero(senses < 0))
     values = [
         np.flip(np.transpose(old, [*(2 - np.array(order[::-1])), *range(3, old.ndim)]), backwards)

@@ -23,7 +23,7 @@ APART = "px,py,pz,qx,qy,qz\n" + "".join(
 
 
 @pytest.fixture
-def landmarks(files):  # noqa: F811
+def landmarks(files):
     """Landmarks in a file of each kind."""
     points = Landmarks("", PLACES, "LPS", LABELS, ["first", "", "", "", "last"])
     for suffix in control_point_files.FORMATS:
@@ -95,7 +95,7 @@ def test_handles_of_two_files(landmarks):
     ("name", "fate"),
     [("out.mrk.json", "marked so"), ("out.csv", "left out"), ("out.txt", "left out")],
 )
-def test_points_in_a_void_are_reported(files, name, fate, capsys):  # noqa: F811
+def test_points_in_a_void_are_reported(files, name, fate, capsys):
     (files / "apart.csv").write_text(APART)
     places = np.array([(-2.0, 0, 0), (1, 0, 0), (0.5, 1, 1), (5, 0, 0), (np.nan,) * 3])
     points = Landmarks("", places, "LPS", ["a", "b", "", "d", "e"])

@@ -1,0 +1,52 @@
+"""The command `vtk-mls` in a folder of its own or a process of its own. Tests import them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
+
+from vtk_mls import io
+from vtk_mls.arrays import ImageGeometry
+
+PROJECT = Path(__file__).resolve().parents[1]
+WITHOUT = """
+import sys
+for name in {names}:
+    sys.modules[name] = None
+from vtk_mls.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder with in.vti and handles.csv, as the current one."""
+    image = make_image()
+    x, y, z = ImageGeometry.of_image(image).grid.points().T
+    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
+    add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
+    image.GetPointData().SetActiveScalars("values")
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(image, "in.vti")
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    return tmp_path
+
+
+def run(*arguments, code=None, **environment):
+    """A process of its own: (exit status, stdout, stderr)."""
+    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
+    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
