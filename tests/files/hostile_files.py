@@ -1,6 +1,6 @@
 """Broken files of every format, one after the other, through `vtk-mls`.
 
-    python tests/files/hostile_files.py SEED COUNT [FORMAT...]
+    PYTHONPATH=tests python tests/files/hostile_files.py SEED COUNT [FORMAT...]
 
 Each must end in a deformed or moved file, or in one sentence with the file's name. Those that do
 not are printed, and kept in hostile-files/.
