@@ -1,5 +1,5 @@
 // The polynomials that the affine and polynomial kinds fit: combinations of monomials that the
-// host has made orthonormal on the control points (vtk_mls/control_points.py, Basis).
+// host has made orthonormal on the control points (vtk_mls/kinds/polynomials.py, Basis).
 
 #ifndef FUNCTIONS
 #error "FUNCTIONS is missing: 3, 9 or 19 for degree 1, 2 or 3"
@@ -61,13 +61,12 @@ inline void monomial_slopes(vec v, int axis, real m[MONOMIALS]) {
 #endif
 }
 
-// How many functions the set of control points can tell; three are worth a constant.
-inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->functions; }
-
-// The basis functions of given monomials (or of their differences or slopes).
-inline void combine(const map_t *map, const real m[MONOMIALS], real f[FUNCTIONS]) {
-  for (int j = 0; j < functions_of(map); ++j) {
-    __global const float *row = map->coefficients + j * MONOMIALS;
+// The basis functions of given monomials (or of their differences or slopes): a row of coefficients
+// for each of the `functions`.
+inline void combine(__global const float *coefficients, int functions, const real m[MONOMIALS],
+                    real f[FUNCTIONS]) {
+  for (int j = 0; j < functions; ++j) {
+    __global const float *row = coefficients + j * MONOMIALS;
     real sum = row[0] * m[0];
     for (int i = 1; i < MONOMIALS; ++i) sum = fma((real)(row[i]), m[i], sum);
     f[j] = sum;

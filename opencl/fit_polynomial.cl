@@ -55,6 +55,14 @@ inline vec rounded(sum_vec a) {
   return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
 }
 
+// How many functions the set of control points can tell; three are worth a constant.
+inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->numbers.functions; }
+
+// The basis functions at a control point: in the table of the map they follow the coefficients.
+inline __global const float *values_at(const map_t *map, int i) {
+  return map->table + (long)(FUNCTIONS + i) * FUNCTIONS;
+}
+
 inline void clear_sums(const map_t *map, sums_t *sums) {
   const int functions = functions_of(map);
   sums->weight = 0;
@@ -68,9 +76,9 @@ inline void clear_sums(const map_t *map, sums_t *sums) {
 
 // p - q of control point i less that of k.
 inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  return (sum_vec){TO_SUM(handle[4] - pivot->u.x), TO_SUM(handle[5] - pivot->u.y),
-                   TO_SUM(handle[6] - pivot->u.z)};
+  __global const control_point_t *at = map->control_points + i;
+  return (sum_vec){TO_SUM(at->u[0] - pivot->u.x), TO_SUM(at->u[1] - pivot->u.y),
+                   TO_SUM(at->u[2] - pivot->u.z)};
 }
 
 // Adds the control points from `first` on, GROUP of them or as many as there are before `stop`.
@@ -80,7 +88,7 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   sum_vec u[GROUP];
   UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
     int i = min(first + b, stop - 1);
-    __global const float *values = map->values + (long)i * FUNCTIONS;
+    __global const float *values = values_at(map, i);
     w[b] = first + b < stop ? TO_SUM(handle_weight(map, i, &fit->pivot, &fit->view)) : (sum_t)(0);
     u[b] = displacement_at(map, i, &fit->pivot);
     UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
@@ -123,13 +131,13 @@ inline void add_handles(const map_t *map, sums_t *sums, int first, int stop, con
 inline void sum_up(const map_t *map, const fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
 #ifdef USE_FP64
-  add_handles(map, sums, 0, map->count, fit);
+  add_handles(map, sums, 0, map->numbers.count, fit);
 #else
   int block = block_of(map);
-  for (int start = 0; start < map->count; start += block) {
+  for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
-    add_handles(map, &part, start, min(start + block, map->count), fit);
+    add_handles(map, &part, start, min(start + block, map->numbers.count), fit);
     add_sums(map, sums, &part);
   }
 #endif
@@ -168,7 +176,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = map->values + (long)LANE_INT(pivot->k, l) * FUNCTIONS;
+    __global const float *nearest = values_at(map, LANE_INT(pivot->k, l));
     UNROLL for (int j = 0; j < functions; ++j) LANE(fit.f_k[j], l) = nearest[j];
   }
   sums_t sums;
@@ -179,7 +187,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   orthogonalise(map, &fit, &sums);
   real m[MONOMIALS], f[FUNCTIONS];
   monomial_differences(pivot->x, v, pivot->q, m);
-  combine(map, m, f);
+  combine(map->table, functions, m, f);
   UNROLL for (int j = 0; j < functions; ++j) {
     fit.psi[j] = TO_SUM(f[j]) - fit.centre[j];
     fit.c[j] = sum_madd(-fit.centre[j], sums.u, sums.uf[j]);
@@ -221,7 +229,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   for (int axis = 0; axis < 3; ++axis) {
     real m[MONOMIALS], f[FUNCTIONS];
     monomial_slopes(fit->view.v, axis, m);
-    combine(map, m, f);
+    combine(map->table, functions, m, f);
     sum_vec sum = {0, 0, 0};
     UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
     vec slope = rounded(sum);
@@ -229,8 +237,8 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     jacobian.a[3 + axis] = slope.y;
     jacobian.a[6 + axis] = slope.z;
   }
-  for (int i = 0; i < map->count; ++i) {
-    __global const float *values = map->values + (long)i * FUNCTIONS;
+  for (int i = 0; i < map->numbers.count; ++i) {
+    __global const float *values = values_at(map, i);
     real w = handle_weight(map, i, pivot, &fit->view);
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     sum_t influence = fit->share;

@@ -48,9 +48,9 @@ inline void add_pair(sums_t *sums, real w, vec q, vec u) {
 
 inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                        const view_t *view) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  vec q = {handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
-  vec u = {handle[4] - pivot->u.x, handle[5] - pivot->u.y, handle[6] - pivot->u.z};
+  __global const control_point_t *at = map->control_points + i;
+  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   add_pair(sums, handle_weight(map, i, pivot, view), q, u);
 }
 
@@ -77,10 +77,10 @@ inline vec on_axis(vec a, integer doubtful) {
 
 // p - p_k and q - q_k of a control point.
 inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *q) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  *q = (vec){handle[0] - pivot->q.x, handle[1] - pivot->q.y, handle[2] - pivot->q.z};
-  *p = (vec){q->x + (handle[4] - pivot->u.x), q->y + (handle[5] - pivot->u.y),
-             q->z + (handle[6] - pivot->u.z)};
+  __global const control_point_t *at = map->control_points + i;
+  *q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  *p = (vec){q->x + (at->u[0] - pivot->u.x), q->y + (at->u[1] - pivot->u.y),
+             q->z + (at->u[2] - pivot->u.z)};
 }
 
 // The same, reflected in doubtful lanes; off the x axis rounding becomes 0.
@@ -97,7 +97,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   real heaviest = 0;
   vec p_axis = {0, 0, 0}, q_axis = {0, 0, 0};
-  for (int i = 0; i < map->count; ++i) {
+  for (int i = 0; i < map->numbers.count; ++i) {
     vec p, q;
     pair_of(map, i, pivot, &p, &q);
     real w = handle_weight(map, i, pivot, &fit->view);
@@ -112,9 +112,9 @@ inline void reflect(const map_t *map, fit_t *fit) {
   fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->doubtful);
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->count; start += block) {
+  for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->count);
+    int stop = min(start + block, map->numbers.count);
     for (int i = start; i < stop; ++i) {
       vec p, q;
       reflected_pair(map, i, fit, &p, &q);
@@ -142,9 +142,9 @@ inline fit_t fit_at(const map_t *map, vec v) {
   const pivot_t *pivot = &fit.pivot;
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->count; start += block) {
+  for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->count);
+    int stop = min(start + block, map->numbers.count);
     for (int i = start; i < stop; ++i) add_handle(&part, map, i, pivot, &fit.view);
     add_sums(&sums, &part);
   }
@@ -159,15 +159,16 @@ inline fit_t fit_at(const map_t *map, vec v) {
   fit.c = sums.c;
   subtract_outer(&fit.c, fit.p, sums.q);
   fit.doubtful = (integer)(0);
-  if (map->rotation_rank == 2) {
+  if (map->numbers.rotation_rank == 2) {
     real slope;
     fit.between = fit.rotation = whole_rotation(&fit.c, &slope);
     fit.doubtful = slope < DOUBTFUL;
     if (ANY(fit.doubtful)) reflect(map, &fit);
-  } else if (map->rotation_rank == 1) {
+  } else if (map->numbers.rotation_rank == 1) {
     vec a, b;
     line_of(&fit.c, &a, &b);
-    fit.between = fit.rotation = line_rotation(a, b, map->flip_axis);
+    const float *axis = map->numbers.flip_axis;
+    fit.between = fit.rotation = line_rotation(a, b, (float4)(axis[0], axis[1], axis[2], 0));
   } else {
     fit.between = fit.rotation = (quaternion_t){1, 0, 0, 0};
   }
@@ -214,7 +215,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   real opening = 1 / most(1 + dot3(a, b), 1e-10f);
 
   mat jacobian = {{0}};
-  for (int i = 0; i < map->count; ++i) {
+  for (int i = 0; i < map->numbers.count; ++i) {
     real w = handle_weight(map, i, pivot, &fit->view);
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     vec p, q;
@@ -223,11 +224,11 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     q = vec_sub(q, fit->q);
     vec turned = mat_vec(&rotation, q);
     vec influence = vec_scale(fit->share, vec_madd(-mu, turned, p));
-    if (map->rotation_rank == 2) {
+    if (map->numbers.rotation_rank == 2) {
       vec torque = cross3(q, transposed_mat_vec(&rotation, p));
       vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
       influence = vec_add(influence, cross3(omega, moved));
-    } else if (map->rotation_rank == 1) {
+    } else if (map->numbers.rotation_rank == 1) {
       vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
       vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
       vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));

@@ -6,11 +6,7 @@
 #include "cuts.cl"
 #endif
 #include "weights.cl"
-#if ROTATION
-#include "fit_rotation.cl"
-#else
-#include "fit_polynomial.cl"
-#endif
+#include FIT
 
 // G(v) - v - drift; where no control point can be reached, nothing moves.
 inline vec moved(const map_t *map, const fit_t *fit) {

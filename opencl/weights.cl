@@ -6,33 +6,31 @@
 // share r = (d_k / e)^(2 alpha) relates them to the weight of k. Coordinates are relative to k, so
 // k itself adds to no sum but the total weight, and r = 0 (v on a control point) is exact.
 
-// A control point in memory: q (3), c, p - q - drift (3), 0.
-#define HANDLE_SIZE 8
+#if !defined(MAP_NUMBERS) || !defined(CONTROL_POINT)
+#error "MAP_NUMBERS or CONTROL_POINT is missing: members of the structs below"
+#endif
+
+// A control point in memory: q, its weight factor c, u = p - q - drift.
+typedef struct { CONTROL_POINT } control_point_t;
+
+// `count` of the control points, `alpha`, and what the kind of maps has beside (vtk_mls/kinds).
+typedef struct { MAP_NUMBERS } map_numbers_t;
 
 typedef struct {
-  int count;                      // control points
-  float alpha;
-  int rotation_rank;              // 0: none, 1: all but the twist about a line, 2: whole
-  float4 flip_axis;               // normal to the line of rank 1
-  int functions;                  // that the control points can tell, of FUNCTIONS
-  __global const float *handles;  // (count, HANDLE_SIZE)
-  __global const float *values;   // (count, FUNCTIONS), basis functions at the control points
-  __global const float *coefficients;  // (FUNCTIONS, MONOMIALS)
+  map_numbers_t numbers;
+  __global const control_point_t *control_points;
+  __global const float *table;  // of the kind
 #if CUTS
   cuts_t cuts;
 #endif
 } map_t;
 
-#define MAP_PARAMETERS                                                                       \
-  const int handle_count, const float alpha, const int rotation_rank, const float4 flip_axis, \
-      const int functions, __global const float *restrict handles,                           \
-      __global const float *restrict values,                                                 \
-      __global const float *restrict coefficients CUT_PARAMETERS
-#define MAP                                                                          \
-  {                                                                                  \
-    handle_count, alpha, rotation_rank, flip_axis, functions, handles, values, coefficients \
-    CUTS_OF_LAUNCH                                                                   \
-  }
+#define MAP_PARAMETERS                                                             \
+  const map_numbers_t map_numbers,                                                 \
+      __global const control_point_t *restrict control_points,                     \
+      __global const float *restrict table CUT_PARAMETERS
+#define MAP \
+  { map_numbers, control_points, table CUTS_OF_LAUNCH }
 
 #if !CUTS
 #define CUT_PARAMETERS
@@ -51,7 +49,7 @@ inline view_t view_at(const map_t *map, vec v) {
 
 // Control points are summed in blocks, and the blocks in turn: rounding grows with the fourth root
 // of their number.
-inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->count)); }
+inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->numbers.count)); }
 
 // What all sums at v are relative to.
 typedef struct {
@@ -65,17 +63,20 @@ typedef struct {
   real r;     // (d_k / e)^(2 alpha)
 } pivot_t;
 
-inline real straight_distance2(__global const float *handle, vec v) {
-  real dx = handle[0] - v.x, dy = handle[1] - v.y, dz = handle[2] - v.z;
+inline vec point_of(__global const control_point_t *at) {
+  return (vec){at->q[0], at->q[1], at->q[2]};
+}
+
+inline real straight_distance2(__global const control_point_t *at, vec v) {
+  real dx = at->q[0] - v.x, dy = at->q[1] - v.y, dz = at->q[2] - v.z;
   return fma(dx, dx, fma(dy, dy, dz * dz));
 }
 
 inline real handle_distance2(const map_t *map, int i, const view_t *view) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  real d2 = straight_distance2(handle, view->v);
+  __global const control_point_t *at = map->control_points + i;
+  real d2 = straight_distance2(at, view->v);
 #if CUTS
-  vec q = {handle[0], handle[1], handle[2]};
-  d2 = damped_distance2(&map->cuts, view, i, q, d2);
+  d2 = damped_distance2(&map->cuts, view, i, point_of(at), d2);
 #endif
   return d2;
 }
@@ -83,7 +84,7 @@ inline real handle_distance2(const map_t *map, int i, const view_t *view) {
 inline pivot_t find_pivot(const map_t *map, view_t *view) {
   real first = FLT_MAX, second = FLT_MAX;
   integer k = 0;
-  for (int i = 0; i < map->count; ++i) {
+  for (int i = 0; i < map->numbers.count; ++i) {
     real d2 = handle_distance2(map, i, view);
     integer nearer = d2 < first;
     second = least(second, most(first, d2));
@@ -95,25 +96,25 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
   }
   pivot_t pivot;
   pivot.k = k;
-  __global const float *nearest = map->handles + (long)LANE_INT(k, 0) * HANDLE_SIZE;
-  pivot.q = (vec){nearest[0], nearest[1], nearest[2]};
-  pivot.c = nearest[3];
-  pivot.u = (vec){nearest[4], nearest[5], nearest[6]};
+  __global const control_point_t *nearest = map->control_points + LANE_INT(k, 0);
+  pivot.q = point_of(nearest);
+  pivot.c = nearest->c;
+  pivot.u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
   if (ANY(k != LANE_INT(k, 0)))  // neighbours mostly share their nearest control point
     for (int l = 1; l < LANES; ++l) {
-      nearest = map->handles + (long)LANE_INT(k, l) * HANDLE_SIZE;
-      LANE(pivot.q.x, l) = nearest[0];
-      LANE(pivot.q.y, l) = nearest[1];
-      LANE(pivot.q.z, l) = nearest[2];
-      LANE(pivot.c, l) = nearest[3];
-      LANE(pivot.u.x, l) = nearest[4];
-      LANE(pivot.u.y, l) = nearest[5];
-      LANE(pivot.u.z, l) = nearest[6];
+      nearest = map->control_points + LANE_INT(k, l);
+      LANE(pivot.q.x, l) = nearest->q[0];
+      LANE(pivot.q.y, l) = nearest->q[1];
+      LANE(pivot.q.z, l) = nearest->q[2];
+      LANE(pivot.c, l) = nearest->c;
+      LANE(pivot.u.x, l) = nearest->u[0];
+      LANE(pivot.u.y, l) = nearest->u[1];
+      LANE(pivot.u.z, l) = nearest->u[2];
     }
   pivot.x = vec_sub(view->v, pivot.q);
   pivot.d2 = first;
   pivot.e2 = most(second, 1e-30f);
-  pivot.r = power(first / pivot.e2, map->alpha);
+  pivot.r = power(first / pivot.e2, map->numbers.alpha);
   return pivot;
 }
 
@@ -124,8 +125,8 @@ inline real handle_weight(const map_t *map, int i, const pivot_t *pivot, const v
 #else
   real d2 = handle_distance2(map, i, view);
 #endif
-  real w = map->handles[(long)i * HANDLE_SIZE + 3] *
-           power(pivot->e2 / most(d2, pivot->e2), map->alpha);
+  real w = map->control_points[i].c *
+           power(pivot->e2 / most(d2, pivot->e2), map->numbers.alpha);
 #if CUTS
   w = select(w, (real)(0), d2 >= UNREACHABLE);
 #endif
@@ -134,10 +135,10 @@ inline real handle_weight(const map_t *map, int i, const pivot_t *pivot, const v
 
 // d log(w_i)/dv.
 inline vec weight_slope(const map_t *map, int i, const view_t *view) {
-  __global const float *handle = map->handles + (long)i * HANDLE_SIZE;
-  vec q = {handle[0], handle[1], handle[2]};
-  real d2 = straight_distance2(handle, view->v);
-  vec slope = vec_scale(2 * map->alpha / most(d2, 1e-30f), vec_sub(q, view->v));
+  __global const control_point_t *at = map->control_points + i;
+  vec q = point_of(at);
+  real d2 = straight_distance2(at, view->v);
+  vec slope = vec_scale(2 * map->numbers.alpha / most(d2, 1e-30f), vec_sub(q, view->v));
 #if CUTS
   slope = vec_add(slope, damping_slope(&map->cuts, view, i, q, d2));
 #endif
@@ -148,10 +149,10 @@ inline vec weight_slope(const map_t *map, int i, const view_t *view) {
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
 #if CUTS
   vec slope = {0, 0, 0};
-  for (int i = 0; i < map->count; ++i)
+  for (int i = 0; i < map->numbers.count; ++i)
     slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
   return slope;
 #else
-  return vec_scale(-2 * map->alpha / most(pivot->d2, 1e-30f), pivot->x);
+  return vec_scale(-2 * map->numbers.alpha / most(pivot->d2, 1e-30f), pivot->x);
 #endif
 }

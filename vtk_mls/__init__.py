@@ -5,7 +5,6 @@ from importlib import import_module
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.arguments import VOID_VALUES
-    from vtk_mls.control_points import KINDS
     from vtk_mls.cuts import HalfPlane, Plane, Surface
     from vtk_mls.deformation import (
         Aborted,
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     )
     from vtk_mls.engine.device import DeviceError
     from vtk_mls.grid import Grid
+    from vtk_mls.kinds import KINDS
     from vtk_mls.sampling import INTERPOLATIONS
 
 __all__ = [
@@ -37,7 +37,7 @@ __version__ = "0.1.0"
 # numpy is loaded.
 _MODULES = {
     "INTERPOLATIONS": "sampling",
-    "KINDS": "control_points",
+    "KINDS": "kinds",
     "VOID_VALUES": "arguments",
     "Aborted": "deformation",
     "Deformation": "deformation",

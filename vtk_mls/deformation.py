@@ -7,8 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
-from vtk_mls import arguments, vector_fields
-from vtk_mls.control_points import KINDS
+from vtk_mls import arguments, kinds, vector_fields
 from vtk_mls.cuts import Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.fitting import fitted_grid
@@ -155,7 +154,7 @@ class Deformation:
                 "`rest` and `deformed` must have the same number of control points, "
                 f"got {len(rest)} and {len(deformed)}"
             )
-        arguments.choice("kind", self.kind, KINDS)
+        arguments.choice("kind", self.kind, kinds.KINDS)
         alpha = arguments.number("alpha", self.alpha)
         if not (np.isfinite(alpha) and alpha > 0):
             raise ValueError(f"`alpha` must be a positive number, got {shown(self.alpha)}")
@@ -168,7 +167,7 @@ class Deformation:
         if not (np.isfinite(nu) and nu > 1):
             raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
-        fitted_degree = degree if self.kind == "polynomial" else 1
+        kind = kinds.named(self.kind, degree)
         for array in (rest, deformed, weights):
             array.flags.writeable = False
         for name, value in {
@@ -179,13 +178,13 @@ class Deformation:
             "weights": weights,
             "cuts": cuts,
             "nu": nu,
-            "regions": divided(planes, rest, deformed, weights, fitted_degree),
+            "regions": divided(planes, rest, deformed, weights, kind),
         }.items():
             object.__setattr__(self, name, value)
         arguments.check_reach(cuts, self.regions)
 
     def __repr__(self):
-        degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
+        degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
         return (
             f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
             f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")

@@ -43,13 +43,13 @@ class Region:
             control_points.deformed,
             control_points.rest,
             control_points.weights,
-            control_points.degree,
+            control_points.kind,
             control_points.scale,
         )
         return Region(self.sides, exchanged)
 
 
-def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
+def divided(planes, rest, deformed, weights, kind) -> tuple[Region, ...]:
     """All regions that `planes` make; one for no plane."""
     if len(planes) > _MOST_PLANES:
         raise ValueError(
@@ -62,11 +62,11 @@ def divided(planes, rest, deformed, weights, degree) -> tuple[Region, ...]:
         region = Region(np.array(sides), None)
         here = region.holds(planes, deformed)
         if here.any():
-            control_points = ControlPoints(rest[here], deformed[here], weights[here], degree, world)
+            control_points = ControlPoints(rest[here], deformed[here], weights[here], kind, world)
         else:
             middle = deformed.mean(axis=0)
             anchor = (middle - planes[0].height(middle) * planes[0].normal)[None]
-            control_points = ControlPoints(anchor, anchor, np.ones(1), degree, world)
+            control_points = ControlPoints(anchor, anchor, np.ones(1), kind, world)
         regions.append(Region(region.sides, control_points))
     return tuple(regions)
 

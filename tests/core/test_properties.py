@@ -11,7 +11,7 @@ from conftest import (
     random_rotation,
 )
 
-from vtk_mls.control_points import monomial_values
+from vtk_mls.kinds.polynomials import monomial_values
 
 # Share of the extent that float64 arithmetic, or float32 kernels, may lose.
 PRECISION = {"reference": 1e-10} | {device: 2e-6 for device in DEVICES}

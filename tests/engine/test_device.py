@@ -261,7 +261,7 @@ def test_a_forked_process_is_told_so():
 
 
 def test_sources_are_one_text():
-    text = device.source("grid_jacobian.cl")
+    text = device.source("grid_jacobian.cl", (("FIT", "fit_rotation.cl"),))
     assert "#include" not in text
     assert text.count("inline quaternion_t whole_rotation") == 1
 

@@ -11,8 +11,9 @@ PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 # What each room may import: other rooms, and packages from outside. A module that lies in no folder
 # is in "core" unless it has a line of its own, here or in SAME_ROOM.
 ROOMS = {
-    "core": {"engine", "numpy"},
-    "engine": {"core", "numpy", "pyopencl"},
+    "core": {"kinds", "engine", "numpy"},
+    "kinds": {"core", "numpy"},
+    "engine": {"core", "kinds", "numpy", "pyopencl"},
     "arrays": {"core", "numpy", "vtkmodules"},
     "files": {"core", "arrays", "meshio", "numpy", "vtkmodules"},
     "filters": {"core", "arrays", "files", "numpy", "vtkmodules"},

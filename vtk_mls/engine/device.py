@@ -284,7 +284,7 @@ def driver_errors(device: Device):
 
 @functools.cache
 def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
-    """The kernel `name` of opencl/`name`.cl, built once for `device` with -D `constants`.
+    """The kernel `name` of opencl/`name`.cl, built once for `device` with macros `constants`.
 
     Raises
     ------
@@ -292,32 +292,32 @@ def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...])
         With the compiler's own words.
     """
     announce("Building OpenCL kernels", logged=False)
-    # no warnings: they would be about the driver's choice of instructions, which is not ours
-    options = ["-w", *(f"-D{constant}={value}" for constant, value in constants)]
-    text = source(f"{name}.cl")
+    text = source(f"{name}.cl", constants)
     try:
-        return _built(device, name, text, options)
+        return _built(device, name, text)
     except DeviceError:
         raise
     except Exception:
         # What a driver or pyopencl keeps of earlier builds may be broken, by a process that ended
         # half way: a text of its own has a place of its own there.
         try:
-            return _built(device, name, f"{text}\n// built anew\n", options)
+            return _built(device, name, f"{text}\n// built anew\n")
         except Exception as error:
             raise DeviceError(
-                f"the kernel {name} does not build on {device} with {' '.join(options)}: "
+                f"the kernel {name} does not build on {device} with "
+                f"{', '.join(f'{constant} = {value}' for constant, value in constants)}: "
                 + _complaints(error)
             ) from error
 
 
-def _built(device, name, text, options):
+def _built(device, name, text):
     import pyopencl as cl
 
     with warnings.catch_warnings():
         # a compiler's praise of itself, and caches: of pyopencl's that fail, the next build tells
         warnings.simplefilter("ignore")
-        return cl.Kernel(cl.Program(context(device), text).build(options=options), name)
+        # no warnings: they would be about the driver's choice of instructions, which is not ours
+        return cl.Kernel(cl.Program(context(device), text).build(options=["-w"]), name)
 
 
 def _complaints(error) -> str:
@@ -326,11 +326,19 @@ def _complaints(error) -> str:
     return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 
 
-def source(file: str) -> str:
-    """The text of `opencl/file` with its includes in place, so that driver caches see them."""
-    folder = resource("opencl")
+def source(file: str, constants: tuple[tuple[str, object], ...] = ()) -> str:
+    """The text of `opencl/file` behind macros, with its includes in place.
+
+    Driver caches see all of it then. `#include NAME` takes the files that the constant NAME lists.
+    """
+    macros = [f"#define {name} {value}" for name, value in constants]
+    return "\n".join([*macros, _included(file, dict(constants))])
+
+
+def _included(file, constants):
     lines = []
-    for line in (folder / file).read_text().splitlines():
-        include = re.match(r'\s*#include "(.+)"', line)
-        lines.append(source(include[1]) if include else line)
+    for line in (resource("opencl") / file).read_text().splitlines():
+        include = re.match(r'\s*#include (?:"(.+)"|(\w+))', line)
+        files = (include[1] or constants.get(include[2], "")).split() if include else ()
+        lines += [_included(each, constants) for each in files] if include else [line]
     return "\n".join(lines)

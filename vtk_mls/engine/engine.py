@@ -11,7 +11,6 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls import sampling
-from vtk_mls.control_points import MONOMIAL_COUNT, ROTATION_KINDS
 from vtk_mls.engine import device as devices
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.cut_tables import BEFORE_SURFACES, SURFACES, cut_tables
@@ -313,9 +312,8 @@ class Engine:
     def _slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
-            len(r.control_points)
-            * (1 if deformation.kind in ROTATION_KINDS else len(r.control_points.basis) + 1)
-            for r in deformation.regions
+            len(c) * (1 + c.kind.functions(c))
+            for c in (region.control_points for region in deformation.regions)
         )
         limit = min(
             _WORK_PER_LAUNCH / cost,
@@ -360,28 +358,28 @@ class Engine:
     def _map(self, deformation, region, grid):
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
-        rotation = deformation.kind in ROTATION_KINDS
-        twice = int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0
-        constants = [("TWICE_ALPHA", twice)]
-        if rotation:
-            constants += [("LANES", self.device.lanes)]
-            constants += [("ROTATION", 1), ("SIMILARITY", int(deformation.kind == "similarity"))]
-        else:
-            constants += [("FUNCTIONS", MONOMIAL_COUNT[control_points.degree])]
-            double = self.device.has_float64 and (alpha > 1 or control_points.degree == 3)
-            constants += self._sums(double)
-        if control_points not in self._uploaded:
-            self._uploaded[control_points] = [
-                self.constant(table) for table in kernel_arguments.tables(control_points)
-            ]
-        arguments = [
-            np.int32(len(control_points)),
-            np.float32(alpha),
-            np.int32(control_points.rotation_rank),
-            kernel_arguments.float4(control_points.flip_axis),
-            np.int32(len(control_points.basis)),
-            *self._uploaded[control_points],
+        kind = control_points.kind
+        numbers = kernel_arguments.record(
+            {
+                "count": np.int32(len(control_points)),
+                "alpha": np.float32(alpha),
+                **kind.numbers(control_points),
+            }
+        )
+        constants = [
+            ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
+            ("FIT", kind.kernel),
+            ("CONTROL_POINT", kernel_arguments.members(kernel_arguments.CONTROL_POINT)),
+            ("MAP_NUMBERS", kernel_arguments.members(numbers.dtype)),
+            *self._sums(self.device.has_float64 and kind.needs_float64(alpha)),
+            *kind.constants().items(),
         ]
+        if control_points not in self._uploaded:
+            tables = kernel_arguments.control_points(control_points), kind.table(control_points)
+            self._uploaded[control_points] = [
+                self.constant(kernel_arguments.not_empty(table)) for table in tables
+            ]
+        arguments = [numbers, *self._uploaded[control_points]]
         if deformation.cuts:
             packed = cut_tables(deformation, region, grid)
             constants += [("CUTS", 1), *packed.constants]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.control_points import MONOMIAL_COUNT
+# A control point: q, the factor of its weight, p - q less its mean; in local units.
+CONTROL_POINT = np.dtype([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
 
 
 def planes(points):
@@ -12,22 +13,37 @@ def planes(points):
     return np.ascontiguousarray(points.T, dtype=np.float32)
 
 
-def tables(control_points):
-    """What the kernels read of a handle set, float32: points, basis values, basis coefficients."""
-    count, functions = len(control_points), MONOMIAL_COUNT[control_points.degree]
-    points = np.zeros((count, 8), np.float32)
-    points[:, 0:3] = control_points.local(control_points.deformed)
-    points[:, 3] = control_points.weights / control_points.weights.mean()
-    points[:, 4:7] = (
-        control_points.rest - control_points.deformed - control_points.mean_displacement
-    ) / control_points.scale
-    values = np.zeros((count, functions), np.float32)
-    values[:, : len(control_points.basis)] = (
-        control_points.basis.values - control_points.basis.values.mean(axis=0)
-    )
-    coefficients = np.zeros((functions, functions), np.float32)
-    coefficients[: len(control_points.basis)] = control_points.basis.coefficients
-    return points, values, coefficients
+def members(dtype):
+    """The members of the C struct that a structured dtype of int32 and float32 is."""
+    types = {np.dtype("f4"): "float", np.dtype("i4"): "int"}
+    text = []
+    for name in dtype.names:
+        base, shape = dtype[name].base, dtype[name].shape
+        text.append(f"{types[base]} {name}{''.join(f'[{n}]' for n in shape)};")
+    return " ".join(text)
+
+
+def record(numbers):
+    """A dict of names and numbers, int32 or float32, as a structured array of one element."""
+    arrays = {name: np.asarray(value) for name, value in numbers.items()}
+    result = np.zeros((), [(name, a.dtype, a.shape) for name, a in arrays.items()])
+    for name, array in arrays.items():
+        result[name] = array
+    return result
+
+
+def control_points(points):
+    """The table of `ControlPoints`: (n,) CONTROL_POINT."""
+    table = np.zeros(len(points), CONTROL_POINT)
+    table["q"] = points.local(points.deformed)
+    table["c"] = points.weights / points.weights.mean()
+    table["u"] = (points.rest - points.deformed - points.mean_displacement) / points.scale
+    return table
+
+
+def not_empty(table):
+    """`table`, or one number for an empty one: OpenCL has no empty buffers."""
+    return table if table.size else np.zeros(1, table.dtype)
 
 
 def lattice(grid, part, control_points):

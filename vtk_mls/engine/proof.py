@@ -135,7 +135,9 @@ def _processor():
 @functools.cache
 def _kernels():
     """What tells the text of all kernels, and of the test, from others."""
-    files = [*sorted(resource("opencl").glob("*.cl")), Path(__file__).with_name("self_test.py")]
+    here, package = Path(__file__), Path(__file__).parents[1]
+    files = [*sorted(resource("opencl").glob("*.cl")), here.with_name("self_test.py")]
+    files += [here.with_name("kernel_arguments.py"), *sorted(package.glob("kinds/*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 

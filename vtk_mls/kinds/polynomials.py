@@ -1,0 +1,207 @@
+"""Affine and polynomial deformations: weighted orthogonal polynomials, Eq. 5 to 7 and 23 to 26."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vtk_mls.kinds.kind import Fit, Kind
+
+# Exponents of the monomials of degree 1, 2 and 3; opencl/basis.cl has the same order.
+MONOMIALS = np.array(
+    [
+        *[(1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        *[(2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (1, 0, 1), (0, 1, 1)],
+        *[(3, 0, 0), (0, 3, 0), (0, 0, 3), (2, 1, 0), (2, 0, 1)],
+        *[(1, 2, 0), (0, 2, 1), (1, 0, 2), (0, 1, 2), (1, 1, 1)],
+    ]
+)
+MONOMIAL_COUNT = {1: 3, 2: 9, 3: 19}
+
+# Below this share of its size a function counts as zero on the control points. float32 input
+# that was meant to be exactly flat is flat to about 1e-7.
+RANK_TOLERANCE = 1e-5
+# A weighted norm that lost this share of its square in the orthogonalisation is rounding.
+_VANISHING = 1e-20
+
+
+class Polynomial(Kind):
+    """Polynomials of degree 1, 2 or 3."""
+
+    name = "polynomial"
+    kernel = "fit_polynomial.cl"
+    equation = 23
+    has_degree = True
+
+    def __init__(self, degree):
+        self.degree = degree
+
+    def determined(self, rest, deformed, local):
+        return Basis.on(local, self.degree)
+
+    def fit(self, weighted):
+        return _polynomial_fit(weighted)
+
+    def functions(self, control_points):
+        return len(control_points.determined)
+
+    def needs_float64(self, alpha):
+        return alpha > 1 or self.degree == 3
+
+    def constants(self):
+        return {"FUNCTIONS": MONOMIAL_COUNT[self.degree]}
+
+    def numbers(self, control_points):
+        return {"functions": np.int32(len(control_points.determined))}
+
+    def table(self, control_points):
+        """Coefficients of the functions, a row each, then their values at each control point."""
+        basis, most = control_points.determined, MONOMIAL_COUNT[self.degree]
+        table = np.zeros((most + len(control_points), most), np.float32)
+        table[: len(basis)] = basis.coefficients
+        table[most:, : len(basis)] = basis.values - basis.values.mean(axis=0)
+        return table
+
+
+class Affine(Polynomial):
+    """Affine maps: the polynomials of degree 1, the same minimum as Eq. 7."""
+
+    name = "affine"
+    equation = 5
+    has_degree = False
+
+    def __init__(self, degree):
+        super().__init__(1)
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Polynomials that are orthonormal on the control points, up to a constant each.
+
+    Each degree adds only what the control points can tell from lower degrees (singular value
+    above `RANK_TOLERANCE`), so a fit in this basis never divides by a vanishing norm, and what a
+    degenerate set cannot determine stays as it is in the identity map.
+
+    Attributes
+    ----------
+    coefficients : (functions, monomials) float64
+        Of the `MONOMIALS` in local coordinates.
+    values : (n, functions) float64
+        At the control points.
+    """
+
+    coefficients: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def on(cls, local: np.ndarray, degree: int) -> Basis:
+        """Basis of the polynomials up to `degree` on the points `local` (n, 3)."""
+        n, monomials = len(local), MONOMIAL_COUNT[degree]
+        values = np.ones((n, 1))
+        coefficients = np.zeros((1, monomials))
+        orders = MONOMIALS[:monomials].sum(axis=1)
+        for order in range(1, degree + 1):
+            of_order = np.flatnonzero(orders == order)
+            # with these factors the norm of a form's coefficients does not depend on the axes
+            factor = np.sqrt([_multinomial(e) for e in MONOMIALS[of_order]])
+            forms = np.zeros((len(of_order), monomials))
+            forms[np.arange(len(of_order)), of_order] = factor
+            sampled = monomial_values(local, degree) @ forms.T
+            size = np.linalg.norm(sampled, 2)
+            for _ in range(2):  # twice is enough
+                shadow = values.T @ sampled / n
+                sampled = sampled - values @ shadow
+                forms = forms - shadow.T @ coefficients
+            _, singular, mix = np.linalg.svd(sampled, full_matrices=False)
+            kept = singular > RANK_TOLERANCE * size
+            mix = mix[kept] * (np.sqrt(n) / singular[kept])[:, None]
+            values = np.hstack([values, sampled @ mix.T])
+            coefficients = np.vstack([coefficients, mix @ forms])
+        coefficients = coefficients[1:]
+        return cls(coefficients, monomial_values(local, degree) @ coefficients.T)
+
+    def __len__(self) -> int:
+        return len(self.coefficients)
+
+    def __call__(self, local: np.ndarray) -> np.ndarray:
+        """Values (m, functions) at `local` (m, 3)."""
+        return monomial_values(local, self._degree) @ self.coefficients.T
+
+    def gradient(self, local: np.ndarray) -> np.ndarray:
+        """Derivatives (m, functions, 3) with respect to local coordinates."""
+        return np.einsum("jm,kma->kja", self.coefficients, monomial_gradients(local, self._degree))
+
+    @property
+    def _degree(self) -> int:
+        return {count: degree for degree, count in MONOMIAL_COUNT.items()}[
+            self.coefficients.shape[1]
+        ]
+
+
+def monomial_values(x: np.ndarray, degree: int) -> np.ndarray:
+    """All monomials (m, monomials) of degree 1 to `degree` at `x` (m, 3)."""
+    return np.prod(x[:, None, :] ** MONOMIALS[: MONOMIAL_COUNT[degree]], axis=2)
+
+
+def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
+    """Derivatives (m, monomials, 3) of `monomial_values`."""
+    exponents = MONOMIALS[: MONOMIAL_COUNT[degree]]
+    gradients = []
+    for axis in range(3):
+        lowered = exponents.copy()
+        lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
+        gradients.append(exponents[:, axis] * np.prod(x[:, None, :] ** lowered, axis=2))
+    return np.stack(gradients, axis=2)
+
+
+def _multinomial(exponents) -> float:
+    factorial = np.array([1, 1, 2, 6])
+    return factorial[sum(exponents)] / np.prod(factorial[exponents])
+
+
+def _polynomial_fit(weighted):
+    """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
+
+    The displacement p - q is fitted, so that what the control points leave open stays as in the
+    identity map.
+    """
+    control_points, w = weighted.control_points, weighted.w
+    basis, local = control_points.determined, control_points.local(weighted.v)
+    values, at_v = basis.values, basis(local)
+    p, q = (
+        weighted.p + weighted.p_star[:, None],
+        weighted.q + weighted.q_star[:, None],
+    )
+    u = p - q
+
+    def inner(f, g):  # Eq. 23
+        return np.einsum("mi,mi...,mi...->m...", w, f, g)
+
+    psi_0 = np.ones_like(w)
+    orthogonal = [(psi_0, np.ones(len(at_v)), np.zeros((len(at_v), 3)), weighted.total)]
+    slopes = basis.gradient(local) / control_points.scale
+    for j in range(len(basis)):
+        origin = values[weighted.nearest, j]
+        f, f_v, df_v = values[None, :, j] - origin[:, None], at_v[:, j] - origin, slopes[:, j]
+        before = inner(f, f)
+        for psi, psi_v, dpsi_v, norm in orthogonal:
+            c = inner(f, psi) / norm
+            f, f_v = f - c[:, None] * psi, f_v - c * psi_v
+            df_v = df_v - c[:, None] * dpsi_v
+        norm = inner(f, f)
+        lost = norm <= _VANISHING * before
+        f_v, df_v = np.where(lost, 0, f_v), np.where(lost[:, None], 0, df_v)
+        orthogonal.append((f, f_v, df_v, np.where(lost, 1, norm)))
+
+    displacement = weighted.p_k - weighted.q_k
+    gradient = np.zeros((len(at_v), 3, 3))
+    residual = u
+    kernel = np.zeros_like(w)
+    for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
+        c = np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None]
+        displacement = displacement + c * psi_v[:, None]
+        gradient = gradient + c[:, :, None] * dpsi_v[:, None]
+        residual = residual - psi[:, :, None] * c[:, None]
+        kernel = kernel + psi * (psi_v / norm)[:, None]
+    return Fit(displacement, np.eye(3) + gradient, lambda: kernel[:, :, None] * residual)

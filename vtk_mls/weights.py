@@ -1,0 +1,93 @@
+"""The weights of the control points at some places, Eq. 2 and 27, in float64.
+
+Every sum is taken relative to the nearest control point, and weights relative to its weight.
+In exact arithmetic that changes nothing; in floating point it keeps the digits where the weights
+diverge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Squared distance, in squared local units, below which a point counts as on a control point.
+_ON_CONTROL_POINT = 1e-32
+
+
+class WeightedPoints:
+    """The control points (n), weighted for each of the places v (m, 3).
+
+    Attributes
+    ----------
+    control_points : ControlPoints
+    v : (m, 3) float64, world coordinates
+    w : (m, n) float64
+        Weights, relative to the largest.
+    dw : (m, n, 3) float64
+        Derivatives dw/dv, less what is common to all.
+    total : (m,) float64
+        Sum of the weights.
+    at_rest : (m,) bool
+        Where no control point can be reached, so that nothing moves.
+    nearest : (m,) int
+        k, the control point of the largest weight.
+    p_k, q_k : (m, 3) float64, world coordinates
+        That control point.
+    x : (m, 3) float64, world units
+        v - q_k.
+    p_star, q_star : (m, 3) float64, world units
+        p* - p_k and q* - q_k for the weighted means p* and q*.
+    p, q : (m, n, 3) float64, world units
+        The control points less p* and q*.
+    """
+
+    def __init__(self, deformation, control_points, v):
+        self.control_points, self.v = control_points, v
+        alpha = deformation.alpha
+        p, q = control_points.rest, control_points.deformed
+        offset = q - v[:, None]
+        d2 = np.einsum("mia,mia->mi", offset, offset)
+        d2 = np.maximum(d2, _ON_CONTROL_POINT * control_points.scale**2)
+        # d log(w_i)/dv for w_i = d(v, q_i) / |q_i - v|^(2 alpha), Eq. 27
+        slope = 2 * alpha * offset / d2[:, :, None]
+        straight = d2
+        for cut in deformation.obstacles:
+            ratio2, change = _detour(cut, v, q, offset, straight)
+            # as if the control point were so much farther away
+            d2 = d2 * ratio2 ** (deformation.nu / (2 * alpha))
+            slope = slope + deformation.nu * change
+        nearest = d2.argmin(axis=1)
+        rows = np.arange(len(v))
+        nearest_d2 = d2[rows, nearest][:, None]
+        self.at_rest = np.isinf(nearest_d2[:, 0])  # no control point can be reached
+        # w_i, relative to the largest and times the weight of the control point
+        share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
+        self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
+        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
+        self.dw = self.w[:, :, None] * (slope - slope[rows, nearest][:, None])
+        self.total = self.w.sum(axis=1)
+
+        self.p_k, self.q_k = p[nearest], q[nearest]
+        p, q = p - self.p_k[:, None], q - self.q_k[:, None]
+        self.x = v - self.q_k
+        # p* and q*, before Eq. 4
+        self.p_star, self.q_star = self._mean(p), self._mean(q)
+        self.p, self.q = p - self.p_star[:, None], q - self.q_star[:, None]
+        self.nearest = nearest
+
+    def _mean(self, values):
+        return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
+
+
+def _detour(cut, v, q, offset, d2):
+    """Of the way from each v to each q: (detour / way)^2, and d log(d)/dv / nu of Eq. 28."""
+    v = v[:, None]
+    blocked = cut.blocks(v, q)
+    bend = cut.bend(v, q)
+    leg = v - bend
+    length = np.linalg.norm(leg, axis=2)
+    path = length + np.linalg.norm(q - bend, axis=2)
+    closed = blocked & np.isnan(path)
+    blocked = blocked & ~closed
+    ratio2 = np.where(closed, np.inf, np.where(blocked, np.maximum(path**2 / d2, 1), 1))
+    change = -offset / d2[:, :, None] - leg / np.maximum(length * path, 1e-300)[:, :, None]
+    return ratio2, np.where(blocked[:, :, None], change, 0)
