@@ -102,7 +102,6 @@ NU = Slider(
 )
 
 # Control points of a filter's own.
-_OWN = {"shown_when": ("ControlPoints", None)}
 HANDLES = (
     Places(
         "DeformedPoints",
@@ -111,7 +110,6 @@ HANDLES = (
         Those that are not dragged hold the material where it is.""",
         more="Without any, q = p. Unused where input port 1 is connected.",
         unit="world coordinates",
-        **_OWN,
     ),
     Places(
         "RestPoints",
@@ -122,14 +120,13 @@ HANDLES = (
         rest on the cut of CutType belong to neither of its sides and do not count: they would hold
         it shut. Unused where input port 1 is connected.""",
         unit="world coordinates",
-        **_OWN,
     ),
     Factors(
         "Weights",
         (),
         "A positive factor for each handle; empty: all count alike.",
         is_advanced=True,
-        **_OWN,
+        shown_when=("ControlPoints", None),
     ),
 )
 
