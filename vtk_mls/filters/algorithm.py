@@ -39,9 +39,15 @@ class Algorithm(VTKPythonAlgorithmBase):
     changes. A script that must know observes ErrorEvent.
     """
 
+    PROPERTIES = ()  # by `with_properties`
     _muffled = None
     _has_reported = False  # since VTK began with the blocks of a composite input
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
+
+    def __init__(self, **keywords):
+        super().__init__(**keywords)
+        for each in self.PROPERTIES:
+            setattr(self, each.attribute, each.initial)
 
     def ProcessRequest(self, request, inInfo, outInfo):
         # points may be NaN or far away
@@ -260,8 +266,3 @@ def requested_extent(info):
         0,
     )
     return tuple(extent)
-
-
-def numbers(values):
-    """The arguments of a setter that takes some numbers, or one sequence of them."""
-    return tuple(values[0]) if len(values) == 1 else values

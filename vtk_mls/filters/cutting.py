@@ -12,19 +12,15 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import HalfPlane, Plane, Surface, arrays
-from vtk_mls.reals import shown
 
 # Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
 # of each column of an image with hidden cells at the end of the z axis, whatever axis the column
 # has: beyond its memory where the image ends later along z. (Its fast mode does not.)
 CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
-CUT_TYPES = ("none", "plane", "half-plane")
 
 
 def own_cuts(kind, origin, normal, inward):
     """The cut that properties describe, as a tuple of none or one."""
-    if kind not in CUT_TYPES:
-        raise ValueError(f"`CutType` must be one of {', '.join(CUT_TYPES)}, got {shown(kind)}")
     try:
         if kind == "plane":
             return (Plane(origin, normal),)

@@ -11,15 +11,16 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, extents, gathering, gradients
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn, numbers
+from vtk_mls.filters import cutting, extents, gathering, gradients, property_tables
+from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn
 from vtk_mls.filters.deforming import DeformingFilter
-from vtk_mls.reals import shown
+from vtk_mls.filters.property_methods import with_properties
 
 # Points whose forward images are looked for at once.
 _CHUNK = 1 << 20
 
 
+@with_properties(property_tables.DISPLACEMENT_FIELD)
 class MLSDisplacementField(DeformingFilter):
     """Makes an image with the displacement G(v) - v of each of its points v.
 
@@ -43,37 +44,11 @@ class MLSDisplacementField(DeformingFilter):
     to date in RequestInformation, for its bounds. On several processes each takes its piece of it,
     and the bounds are those of all pieces. (A block of composite data has the bounds that it has on
     the process.)
-
-    Properties
-    ----------
-    Kind, Alpha, Degree, Device, Nu, CutType, CutOrigin, CutNormal, CutInward, GenerateJacobian,
-    GenerateJacobianDeterminant
-        See `DeformingFilter`.
-    SampleDimensions : (nx, ny, nz)
-        Numbers of points where the input is not an image.
-    Inverse : bool
-        Whether the map is F, not G.
     """
 
     def __init__(self):
         super().__init__()
-        self._sample_dimensions = (32, 32, 32)
-        self._is_inverse = False
         self._known_boxes = None  # what port 0 was when processes shared their boxes, and these
-
-    def SetSampleDimensions(self, *dimensions):
-        """Numbers of points (nx, ny, nz) over the bounds of an input that is not an image."""
-        self._set("_sample_dimensions", numbers(dimensions))
-
-    def GetSampleDimensions(self):
-        return self._sample_dimensions
-
-    def SetInverse(self, wanted):
-        """Whether the field says where the material of its points goes, not where it came from."""
-        self._set("_is_inverse", bool(wanted))
-
-    def GetInverse(self):
-        return self._is_inverse
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
@@ -121,7 +96,7 @@ class MLSDisplacementField(DeformingFilter):
         if target.is_empty:
             return 1
         grid = target.grid_within(whole)
-        if self._is_inverse:
+        if self.GetInverse():
             tasks = [partial(self._fill_forward, output, deformation, grid)]
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
@@ -138,7 +113,7 @@ class MLSDisplacementField(DeformingFilter):
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
-        with_jacobian = self._generates_jacobian or self._generates_determinant
+        with_jacobian = self._makes_jacobian()
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
@@ -159,8 +134,8 @@ class MLSDisplacementField(DeformingFilter):
                 output,
                 jacobian.reshape(*grid.shape, 3, 3),
                 np.zeros(grid.shape, bool),
-                self._generates_jacobian,
-                self._generates_determinant,
+                self.GetGenerateJacobian(),
+                self.GetGenerateJacobianDeterminant(),
             )
 
     def _share_boxes(self, info=None):
@@ -201,13 +176,7 @@ class MLSDisplacementField(DeformingFilter):
             raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
         low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
         size = high - low
-        try:
-            wanted = Grid(self._sample_dimensions).dimensions
-        except (TypeError, ValueError):
-            raise ValueError(
-                "`SampleDimensions` must be three positive integers (nx, ny, nz), "
-                f"got {shown(self._sample_dimensions)}"
-            ) from None
+        wanted = property_tables.SAMPLE_DIMENSIONS.checked(self)
         dimensions = np.where(size > 0, wanted, 1)
         steps = np.maximum(dimensions - 1, 1)
         spacing = np.where(size > 0, size / steps, 1.0)
