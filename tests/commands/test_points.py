@@ -11,7 +11,7 @@ from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
 
 from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.cli import main
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
 
 LABELS = [f"place {i}" for i in range(5)]
@@ -26,7 +26,7 @@ APART = "px,py,pz,qx,qy,qz\n" + "".join(
 def landmarks(files):
     """Landmarks in a file of each kind."""
     points = Landmarks("", PLACES, "LPS", LABELS, ["first", "", "", "", "last"])
-    for suffix in control_point_files.FORMATS:
+    for suffix in formats.endings(reads=(formats.POINTS,)):
         control_point_files.write_landmarks(f"in{suffix}", points)
     return points
 
@@ -35,7 +35,7 @@ def _points(*arguments):
     return main(["points", *arguments, "--device", FAST])
 
 
-@pytest.mark.parametrize("suffix", control_point_files.FORMATS)
+@pytest.mark.parametrize("suffix", formats.endings(reads=(formats.POINTS,)))
 @pytest.mark.parametrize("option", ["--kind=rigid", "--inverse", "--cut-plane=4,4,4,0,0,1"])
 def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, option, capsys):
     assert _points(f"in{suffix}", "handles.csv", f"out{suffix}", option) == 0

@@ -33,7 +33,7 @@ class MLSControlPoints(HandleLists, Algorithm):
         See `HandleLists`. Unless they are empty, DeformedPoints and Weights are used in every mode.
     FileName, DeformedFileName : str
         Of what `control_point_files.read` can read. If there is a second file, its places are the
-        deformed positions q, by their labels or else in its order (see `landmarks.handles`).
+        deformed positions q, by their labels or else in its order (see `landmarks.paired`).
     Space : {"lps", "ras"}
         The frame of files that do not say theirs: .fcsv, .mrk.json, and .csv with columns l,p,s or
         r,a,s do.
@@ -116,7 +116,7 @@ class MLSControlPoints(HandleLists, Algorithm):
         if self._space not in ("lps", "ras"):
             raise ValueError(f"`Space` must be one of lps, ras, got {shown(self._space)}")
         try:
-            return control_point_files.read_handles(
+            return control_point_files.read_pairs(
                 self._file_name, self._deformed_file_name, self._space
             )
         except OSError as error:
