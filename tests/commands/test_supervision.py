@@ -93,7 +93,7 @@ def test_the_worker_does_not_outlive_a_killed_supervisor(files):
     ("place", "code", "sentence"),
     [
         (
-            "vtk_mls.files.nrrd",
+            "vtk_mls.files.formats",
             "os.kill(os.getpid(), signal.SIGSEGV)",
             "the process crashed (SIGSEGV)",
         ),
@@ -140,7 +140,8 @@ def test_a_reader_that_crashes(files):
 
 
 def test_a_reader_that_does_not_end(files):
-    code = "from vtk_mls import io, supervision\nsupervision._SECONDS = 0.1\n"
+    code = "from vtk_mls import io\nfrom vtk_mls.commands import supervision\n"
+    code += "supervision._SECONDS = 0.1\n"
     code += "def endless(path):\n    while True: pass\nio.read_dataset = endless\n"
     code += "import sys\nfrom vtk_mls.cli import main\nsys.exit(main())"
     sentence = (
