@@ -6,60 +6,39 @@ command survives it (see `supervision`); a program that must, reads in a process
 
 from __future__ import annotations
 
-import re
-from contextlib import contextmanager
+from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
 
-from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader, vtkSTLWriter
-from vtkmodules.vtkIOLegacy import vtkDataSetReader, vtkDataSetWriter
-from vtkmodules.vtkIOPLY import vtkPLYReader, vtkPLYWriter
-from vtkmodules.vtkIOXML import (
-    vtkXMLPolyDataReader,
-    vtkXMLPolyDataWriter,
-    vtkXMLRectilinearGridReader,
-    vtkXMLStructuredGridReader,
-    vtkXMLStructuredGridWriter,
-    vtkXMLUnstructuredGridReader,
-    vtkXMLUnstructuredGridWriter,
-)
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
 
 from vtk_mls import arguments, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.files import (
-    control_point_files,
-    field_files,
-    image_files,
-    mesh_files,
-    mesh_frames,
-    provenance,
-    validity,
-)
-from vtk_mls.files.landmarks import Landmarks, handles
+from vtk_mls.cuts import Surface
+from vtk_mls.files import control_point_files, formats, point_data, provenance, validity
+from vtk_mls.files.blocks import COMPOSITE, blocks
+from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
+from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cutting import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 
-_WEIGHT = "Weight"
-_LONGEST = 200  # characters of what others say in an error
+_PathLike = str | PathLike[str]
+_DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
 
 
-def read_dataset(path):
+def read_dataset(path: _PathLike) -> vtkDataObject:
     """Read an image or a mesh.
 
     Parameters
     ----------
     path : path
-        An image: VTK XML (.vti), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI
-        (.nii, .nii.gz, .hdr with .img). A mesh: VTK XML (.vtu, .vtp, .vts, .vtr), .stl, .ply or
-        .obj. Either: VTK legacy (.vtk). Any of these, or composite data: as `mesh_files` says.
+        Of an image, a mesh, blocks or pieces, as docs/formats.md lists them.
 
     Returns
     -------
     vtkDataSet, vtkMultiBlockDataSet, vtkPartitionedDataSet or vtkPartitionedDataSetCollection
-        In LPS (see `nifti`, `nrrd`, `meta_image`, `mesh_frames`), images with the file's direction
+        In LPS (see docs/frames.md), images with the file's direction
         matrix. What a file of the same format is to have again, and which arrays are labels, are
         field data (see `provenance`).
 
@@ -77,7 +56,9 @@ def read_dataset(path):
     return read(0)
 
 
-def open_dataset(path):
+def open_dataset(
+    path: _PathLike,
+) -> tuple[tuple[float, ...], Callable[[int], vtkDataObject]]:
     """What `read_dataset` reads, of one time step or several.
 
     Parameters
@@ -97,32 +78,35 @@ def open_dataset(path):
         Naming the file.
     """
     path = _existing(path)
-    formats = {**image_files.READERS, **_MESH_READERS, **dict.fromkeys(mesh_files.FORMATS)}
-    read_one = _choose(formats, path, "read an image or a mesh from", mesh_files.wanting())
-    times, read = (), lambda number: read_one(path)
-    if read_one is None:
-        with _failures(path):
-            times, read = mesh_files.open_file(path)
-    kinds = (vtkDataSet, *mesh_files.COMPOSITE)
-    return times, lambda number: _read(
-        lambda _: read(number), path, kinds, "no image and no mesh that can be deformed"
+    line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
+    times: tuple[float, ...] = ()
+    if line.has_times:
+        with failures_named(path):
+            times, read = line.read(path)
+    else:
+
+        def read(number):
+            return line.read(path)
+
+    return times, lambda number: _checked(
+        lambda: read(number),
+        path,
+        (vtkDataSet, *COMPOSITE),
+        "no image and no mesh that can be deformed",
     )
 
 
-def write_dataset(dataset, path):
+def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     """Write an image or a mesh.
 
     Parameters
     ----------
     dataset : vtkDataSet or composite data
     path : path
-        Of an image: VTK XML (.vti) with everything, VTK legacy (.vtk) with all but a direction
-        matrix; MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr, .seg.nrrd) or NIfTI (.nii, .nii.gz) with
-        the active scalars, or the only point array. Of a mesh: VTK XML (.vtu, .vtp, .vts) or legacy
-        (.vtk) with everything, .stl or .ply with the shape of polydata. Of composite data: .vtm
-        or .vtpc; or that of the dataset if it is the only one. Of meshes and composite data: also
-        .vtkhdf, if VTK is 9.4 or later. A file that is there is replaced when the new one is
-        complete.
+        Of a format that docs/formats.md lists for this type of data; composite data with one
+        dataset can be written as that. VTK's formats get everything (but .vtk no direction matrix),
+        other formats of images the active scalars or the only point array, .stl and .ply the
+        shape. A file that is there is replaced when the new one is complete.
 
     Raises
     ------
@@ -130,34 +114,54 @@ def write_dataset(dataset, path):
         Naming the file.
     """
     path = check_writable(path, dataset)
-    blocks = mesh_files.blocks(dataset)
-    if _suffix(path) not in mesh_files.WRITERS and len(blocks) == 1:
-        dataset = blocks[0]
-    with replacing(path) as new, _failures(new):
-        _writers(dataset)[_suffix(path)](dataset, new)
+    line = _writable(path, dataset)
+    parts = blocks(dataset)
+    if formats.BLOCKS not in line.writes and len(parts) == 1:
+        dataset = parts[0]
+    with replacing(path) as new, failures_named(new):
+        line.write(dataset, new)
 
 
-def check_writable(path, dataset):
+def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
     """`path` as a Path, if there is a format for it and such a dataset, and room for a file.
 
     The dataset may be one of another grid: what counts is its type.
     """
     path = Path(path)
-    thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
-    _choose(_writers(dataset), path, f"write {thing} to")
+    _writable(path, dataset)
     check_replaceable(path)
     return path
 
 
-def write_field(image, path):
+def _writable(path, dataset):
+    """The format of a file for a dataset."""
+    thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
+    return formats.choose(path, f"write {thing} to", writes=_types(dataset))
+
+
+def _types(dataset):
+    """What a dataset is, in the words of `formats`."""
+    if isinstance(dataset, vtkImageData):
+        return (formats.IMAGE,)
+    if isinstance(dataset, COMPOSITE):
+        parts = blocks(dataset)
+        return (formats.BLOCKS, *(_types(parts[0]) if len(parts) == 1 else ()))
+    types = {
+        "vtkPolyData": formats.POLYDATA,
+        "vtkStructuredGrid": formats.STRUCTURED,
+        "vtkUnstructuredGrid": formats.UNSTRUCTURED,
+    }
+    return (formats.MESH, *(each for name, each in types.items() if dataset.IsA(name)))
+
+
+def write_field(image: vtkImageData, path: _PathLike) -> None:
     """Write a displacement field, the active scalars of an image, as a transform.
 
     Parameters
     ----------
     image : vtkImageData
     path : path
-        A transform: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or MetaImage (.mha, .mhd). Or as of
-        `write_dataset`.
+        Of NIfTI, NRRD or MetaImage, as a transform; or as of `write_dataset`.
 
     Raises
     ------
@@ -165,25 +169,28 @@ def write_field(image, path):
         Naming the file.
     """
     path = check_field_writable(path)
-    if _suffix(path) not in field_files.FORMATS:
+    as_transform = formats.find(path, writes=(formats.FIELD,))
+    if as_transform is None:
         write_dataset(image, path)
         return
     values = arrays.to_numpy(image.GetPointData().GetScalars())
     displacement = values.reshape(*image.GetDimensions()[::-1], 3)
-    with replacing(path) as new, _failures(new):
-        field_files.write(displacement, ImageGeometry.of_image(image).grid, new)
+    with replacing(path) as new, failures_named(new):
+        as_transform.write(displacement, ImageGeometry.of_image(image).grid, new)
 
 
-def check_field_writable(path):
+def check_field_writable(path: _PathLike) -> Path:
     """`path` as a Path, if there is a format for it, and room for a file."""
     path = Path(path)
-    formats = dict.fromkeys([*field_files.FORMATS, *image_files.WRITERS])
-    _choose(formats, path, "write a displacement field to")
+    wanted = (formats.FIELD, formats.IMAGE)
+    formats.choose(path, "write a displacement field to", writes=wanted)
     check_replaceable(path)
     return path
 
 
-def read_control_points(path, deformed_path=None, space="LPS"):
+def read_control_points(
+    path: _PathLike, deformed_path: _PathLike | None = None, space: str = "LPS"
+) -> vtkPolyData:
     """Read control points.
 
     Parameters
@@ -206,7 +213,7 @@ def read_control_points(path, deformed_path=None, space="LPS"):
     return control_points(rest, read_landmarks(deformed_path, space) if deformed_path else None)
 
 
-def read_landmarks(path, space="LPS", is_alone=False):
+def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) -> Landmarks:
     """Read points with their labels.
 
     Parameters
@@ -227,20 +234,21 @@ def read_landmarks(path, space="LPS", is_alone=False):
         Naming the file.
     """
     path = _existing(path)
-    _choose(_HANDLE_FORMATS, path, "read control points from")
-    if _suffix(path) not in _POLYDATA_READERS:
-        with _failures(path):
+    wanted = (formats.POINTS, formats.POINT_DATA)
+    line = formats.choose(path, "read control points from", reads=wanted)
+    if formats.POINTS in line.reads:
+        with failures_named(path):
             return control_point_files.read_landmarks(path, space, is_alone)
-    polydata = _read(_POLYDATA_READERS[_suffix(path)], path, vtkPolyData, "no control points")
-    with _failures(path):
-        return _landmarks(path, polydata, is_alone).in_lps(space)
+    polydata = _checked(lambda: line.read(path), path, vtkPolyData, "no control points")
+    with failures_named(path):
+        return point_data.landmarks(path, polydata, is_alone).in_lps(space)
 
 
-def control_points(rest, deformed=None):
-    """Control-point polydata of `landmarks.handles(rest, deformed)`, if a map can be made of it."""
-    found = handles(rest, deformed)
+def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:
+    """Control-point polydata of `landmarks.paired(rest, deformed)`, if a map can be made of it."""
+    found = paired(rest, deformed)
     polydata = vtkPolyData()
-    with _failures(rest.path):
+    with failures_named(rest.path):
         fill_polydata(polydata, found.rest, found.deformed, found.weights, found.labels)
         arguments.points("rest", found.rest)
         arguments.points("deformed", found.deformed)
@@ -249,7 +257,7 @@ def control_points(rest, deformed=None):
     return polydata
 
 
-def read_surface(path):
+def read_surface(path: _PathLike) -> vtkPolyData:
     """Read the surface of a cut.
 
     Parameters
@@ -267,14 +275,14 @@ def read_surface(path):
         Naming the file.
     """
     path = _existing(path)
-    read = _choose(_SURFACE_READERS, path, "read a surface from")
-    polydata = _read(read, path, vtkPolyData, "no surface")
+    line = formats.choose(path, "read a surface from", reads=(formats.SURFACE,))
+    polydata = _checked(lambda: line.read(path), path, vtkPolyData, "no surface")
     if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
         raise ValueError(f"`{path}` holds no surface")
     return polydata
 
 
-def read_cuts(path):
+def read_cuts(path: _PathLike) -> list[Surface]:
     """Read the surface of cuts.
 
     Parameters
@@ -293,35 +301,21 @@ def read_cuts(path):
         Naming the file.
     """
     surface = read_surface(path)
-    with _failures(path):
+    with failures_named(path):
         return surfaces(surface)
 
 
-def _read(read, path, kind, nothing):
+def _checked(read, path, kind, nothing):
     """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
-    with _failures(path):
-        dataset = read(path)
-    blocks = mesh_files.blocks(dataset) if isinstance(dataset, kind) else []
-    if not any(block.GetNumberOfPoints() for block in blocks):
+    with failures_named(path):
+        dataset = read()
+    parts = blocks(dataset) if isinstance(dataset, kind) else []
+    if not any(part.GetNumberOfPoints() for part in parts):
         raise ValueError(f"`{path}` holds {nothing}")
-    with _failures(path):
-        for block in blocks:
-            validity.check(block)
+    with failures_named(path):
+        for part in parts:
+            validity.check(part)
     return dataset
-
-
-def _suffix(path):
-    name = path.name.lower()
-    double = (".nii.gz", ".mrk.json")
-    return next((each for each in double if name.endswith(each)), path.suffix.lower())
-
-
-def _choose(choices, path, purpose, note=""):
-    if _suffix(path) not in choices:
-        raise ValueError(
-            f"cannot {purpose} `{path}`: its name must end in one of {', '.join(choices)}{note}"
-        )
-    return choices[_suffix(path)]
 
 
 def _existing(path):
@@ -329,149 +323,3 @@ def _existing(path):
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     return path
-
-
-@contextmanager
-def _failures(path):
-    """What goes wrong, also what VTK only reports, becomes a ValueError that names the file."""
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkOutputWindow.SetInstance(window)
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        yield
-    except MemoryError:
-        raise ValueError(f"`{path}` needs more memory than there is") from None
-    except (ArithmeticError, ValueError) as error:
-        if f"`{path}`" in str(error):
-            raise
-        raise ValueError(f"`{path}` cannot be used: {_sentence(str(error))}") from error
-    finally:
-        vtkOutputWindow.SetInstance(usual)
-        vtkLogger.SetStderrVerbosity(verbosity)
-    errors = _reported(window.GetOutput())
-    if errors:
-        raise ValueError(f"`{path}`: VTK says: {_sentence(errors[0])}")
-
-
-def _reported(text):
-    """Errors in what VTK has printed, those that say a reason first."""
-    if isinstance(text, bytes):  # it quotes a file that is no text
-        text = text.decode(errors="replace")
-    found = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
-    found = [error for error in found if "did not create output" not in error]  # is seen anyway
-    return sorted(found, key=lambda error: "returned failure for request" in error)
-
-
-def _sentence(text):
-    """The beginning of a text on one line, without what is not for reading."""
-    text = re.sub(r" \(0x[0-9a-f]+\)", "", " ".join(text.split()))
-    text = "".join(each if each.isprintable() else "?" for each in text)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
-
-
-def _writers(dataset):
-    """Functions of a dataset and a path, by suffix."""
-    if isinstance(dataset, vtkImageData):
-        return image_files.WRITERS
-    if isinstance(dataset, mesh_files.COMPOSITE):
-        blocks = mesh_files.blocks(dataset)
-        return mesh_files.WRITERS | (_writers(blocks[0]) if len(blocks) == 1 else {})
-    found = {".vtk": _write_with(vtkDataSetWriter), ".vtkhdf": mesh_files.WRITERS[".vtkhdf"]}
-    for name, writers in _MESH_WRITERS.items():
-        if dataset.IsA(name):
-            found |= writers
-    return found
-
-
-def _write_with(kind):
-    def write(dataset, path):
-        writer = kind()
-        if hasattr(writer, "SetFileTypeToBinary"):
-            writer.SetFileTypeToBinary()
-        image_files.write(writer, mesh_frames.back(dataset, writer), path)
-
-    return write
-
-
-def _write_stl(polydata, path):
-    _check_has_no(polydata, path, "Verts", "Lines")
-    _write_with(vtkSTLWriter)(polydata, path)
-
-
-def _write_ply(polydata, path):
-    _check_has_no(polydata, path, "Lines")
-    if polydata.GetNumberOfStrips():
-        triangles = vtkTriangleFilter()
-        triangles.SetInputData(polydata)
-        triangles.Update()
-        polydata = triangles.GetOutput()
-    corners = polydata.GetPolys().GetMaxCellSize()
-    if corners > 255:
-        raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
-    writer = vtkPLYWriter()
-    image_files.write(writer, mesh_frames.back(polydata, writer), path)
-    with path.open("rb") as file:
-        header = file.read(4096).partition(b"end_header\n")[0]
-    of_vertex = 4 * header.count(b"property float") + header.count(b"property uchar")
-    faces = polydata.GetPolys()
-    size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()
-    size += faces.GetNumberOfCells() + 4 * faces.GetNumberOfConnectivityIds()
-    image_files.check_size(path, size)
-
-
-def _check_has_no(polydata, path, *kinds):
-    """Raise ValueError if polydata have cells of a kind, which VTK's writer would leave out."""
-    for kind in kinds:
-        if getattr(polydata, f"GetNumberOf{kind}")():
-            raise ValueError(f"`{path}` cannot hold {kind.lower()}; write .vtp instead")
-
-
-def _read_with(kind):
-    return lambda path: mesh_frames.read(kind(), path)
-
-
-def _landmarks(path, polydata, is_alone):
-    """The points of polydata, in its frame; they must have partners if it `is_alone`."""
-    data, partners = polydata.GetPointData(), None
-    weight = _WEIGHT if data.HasArray(_WEIGHT) else None
-    if is_alone or data.HasArray("Displacement"):
-        places, partners, weights = arrays.control_points(polydata, "Displacement", weight)
-        arguments.points("deformed", partners)
-    else:
-        places = arrays.to_numpy(polydata.GetPoints().GetData()).astype(float)
-        weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
-    arguments.points("rest", places)
-    was_turned = bool(provenance.kept(polydata, provenance.FILE_SPACE))
-    frame = "LPS" if was_turned else "".join(provenance.kept(polydata, provenance.SPACE))
-    labels = arrays.texts(data, "Label")
-    return Landmarks(path, places, frame, labels, partners=partners, weights=weights)
-
-
-_SURFACE_READERS = {
-    ".stl": _read_with(vtkSTLReader),
-    ".vtp": _read_with(vtkXMLPolyDataReader),
-    ".vtk": _read_with(vtkDataSetReader),
-}
-_MESH_READERS = {
-    **_SURFACE_READERS,
-    ".vtu": _read_with(vtkXMLUnstructuredGridReader),
-    ".vts": _read_with(vtkXMLStructuredGridReader),
-    ".vtr": _read_with(vtkXMLRectilinearGridReader),
-    ".ply": _read_with(vtkPLYReader),
-    ".obj": _read_with(vtkOBJReader),
-}
-_MESH_WRITERS = {
-    "vtkUnstructuredGrid": {".vtu": _write_with(vtkXMLUnstructuredGridWriter)},
-    "vtkPolyData": {
-        ".vtp": _write_with(vtkXMLPolyDataWriter),
-        ".stl": _write_stl,
-        ".ply": _write_ply,
-    },
-    "vtkStructuredGrid": {".vts": _write_with(vtkXMLStructuredGridWriter)},
-}
-_POLYDATA_READERS = {
-    ".vtp": _read_with(vtkXMLPolyDataReader),
-    ".vtk": _read_with(vtkDataSetReader),
-}
-_HANDLE_FORMATS = dict.fromkeys((*control_point_files.FORMATS, *_POLYDATA_READERS))

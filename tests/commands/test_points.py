@@ -11,7 +11,7 @@ from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
 
 from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.cli import main
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
 
 LABELS = [f"place {i}" for i in range(5)]
@@ -26,7 +26,7 @@ APART = "px,py,pz,qx,qy,qz\n" + "".join(
 def landmarks(files):
     """Landmarks in a file of each kind."""
     points = Landmarks("", PLACES, "LPS", LABELS, ["first", "", "", "", "last"])
-    for suffix in control_point_files.FORMATS:
+    for suffix in formats.endings(reads=(formats.POINTS,)):
         control_point_files.write_landmarks(f"in{suffix}", points)
     return points
 
@@ -35,7 +35,7 @@ def _points(*arguments):
     return main(["points", *arguments, "--device", FAST])
 
 
-@pytest.mark.parametrize("suffix", control_point_files.FORMATS)
+@pytest.mark.parametrize("suffix", formats.endings(reads=(formats.POINTS,)))
 @pytest.mark.parametrize("option", ["--kind=rigid", "--inverse", "--cut-plane=4,4,4,0,0,1"])
 def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, option, capsys):
     assert _points(f"in{suffix}", "handles.csv", f"out{suffix}", option) == 0
@@ -43,8 +43,8 @@ def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, opt
     value = Deformation(REST, DEFORMED, cuts=cuts, device=FAST)
     expected = (value.backward if option == "--inverse" else value.forward)(PLACES)
     found = control_point_files.read_landmarks(f"out{suffix}")
-    np.testing.assert_allclose(found.places, expected, rtol=1e-12)
-    assert np.abs(found.places - PLACES).max() > 0.1
+    np.testing.assert_allclose(found.positions, expected, rtol=1e-12)
+    assert np.abs(found.positions - PLACES).max() > 0.1
     if suffix not in (".txt", ".pts"):
         assert found.labels == LABELS
         assert found.descriptions == ["first", "", "", "", "last"]
@@ -74,9 +74,9 @@ def test_frames_of_landmarks_and_handles(landmarks):
     assert _points("ras.txt", "ras.csv", "out.txt", "--handles-space", "ras") == 0
     assert _points("in.fcsv", "handles.csv", "out.fcsv") == 0
     assert _points("in.fcsv", "ras.csv", "again.fcsv", "--handles-space", "ras") == 0
-    expected = control_point_files.read_landmarks("out.fcsv").places
+    expected = control_point_files.read_landmarks("out.fcsv").positions
     np.testing.assert_allclose(np.loadtxt("out.txt"), expected * [-1, -1, 1], rtol=1e-12)
-    found = control_point_files.read_landmarks("again.fcsv").places
+    found = control_point_files.read_landmarks("again.fcsv").positions
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
@@ -88,7 +88,7 @@ def test_handles_of_two_files(landmarks):
     found, expected = (
         control_point_files.read_landmarks(f"{name}.csv") for name in ("out", "expected")
     )
-    np.testing.assert_allclose(found.places, expected.places, rtol=1e-12)
+    np.testing.assert_allclose(found.positions, expected.positions, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_points_in_a_void_are_reported(files, name, fate, capsys):
         text += "; 1 are not placed in `in.mrk.json` and are left out"
     assert capsys.readouterr().out == text + "\n"
     found = control_point_files.read_landmarks(name)
-    kept = found.places[found.is_placed]
+    kept = found.positions[found.is_placed]
     np.testing.assert_allclose(kept, [(-2, 0, 0), (3, 0, 0)], atol=1e-5)
     if fate == "marked so":
         statuses = [

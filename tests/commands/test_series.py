@@ -17,7 +17,7 @@ from vtkmodules.vtkIOHDF import vtkHDFWriter
 from vtk_mls import Deformation, arrays, io
 from vtk_mls.cli import main
 from vtk_mls.commands import series, supervision
-from vtk_mls.files import mesh_files
+from vtk_mls.files.blocks import blocks
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -147,7 +147,7 @@ def test_a_series_of_images_and_of_blocks(capsys):
     assert deform("in.pvd") == 0
     (first, read_blocks), (second, read_mesh) = series.read_steps("out.pvd")
     assert (first, second) == (0, 1)
-    assert [block.GetClassName() for block in mesh_files.blocks(read_blocks())] == [
+    assert [block.GetClassName() for block in blocks(read_blocks())] == [
         "vtkUnstructuredGrid",
         "vtkImageData",
     ]

@@ -93,7 +93,7 @@ def test_the_worker_does_not_outlive_a_killed_supervisor(files):
     ("place", "code", "sentence"),
     [
         (
-            "vtk_mls.files.nrrd",
+            "vtk_mls.files.formats",
             "os.kill(os.getpid(), signal.SIGSEGV)",
             "the process crashed (SIGSEGV)",
         ),
@@ -172,8 +172,8 @@ def test_a_reader_that_exits(files, status):
     """As the libraries for Exodus do with some broken files."""
     stop = f"""
 import os
-from vtk_mls import io
-io.image_files.READERS[".vti"] = lambda path: os._exit({status})
+from vtk_mls.files import image_files
+image_files.read_xml = lambda path: os._exit({status})
 from vtk_mls.cli"""
     code = AT.format(place="nothing", code="pass").replace("from vtk_mls.cli", stop.lstrip())
     found, out, err = _run_code(code)

@@ -41,7 +41,8 @@ from vtkmodules.vtkIOXML import (
 
 from vtk_mls import arrays, cli, io
 from vtk_mls.commands import series, supervision
-from vtk_mls.files import control_point_files, mesh_files
+from vtk_mls.files import control_point_files, formats
+from vtk_mls.files.blocks import blocks
 
 KEPT = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60
@@ -118,7 +119,7 @@ def _make_files():
         Path(f"{encoding}.raw").write_bytes(data)
         jobs.append(("vti", [f"{encoding}.nrrd"]))
         jobs.append(("vti", [f"{encoding}.nhdr", f"{encoding}.raw"]))
-    for suffix in control_point_files.FORMATS:
+    for suffix in formats.endings(reads=(formats.POINTS,)):
         control_point_files.write(f"handles{suffix}", REST, DEFORMED)
         jobs.append(("handles", [f"handles{suffix}"]))
     for name, text in {
@@ -152,9 +153,9 @@ def _make_blocks():
         "pvtu": lambda data, name: _write(vtkXMLPUnstructuredGridWriter(), data, name),
         "pvti": lambda data, name: _write(vtkXMLPImageDataWriter(), data, name),
     }
-    blocks = many_blocks()
-    data = {"vtm": blocks, "vtpc": collection(*mesh_files.blocks(blocks))}
-    data["pvtu"], data["pvti"] = mesh_files.blocks(blocks)[:2]
+    together = many_blocks()
+    data = {"vtm": together, "vtpc": collection(*blocks(together))}
+    data["pvtu"], data["pvti"] = blocks(together)[:2]
     for suffix, write in pieces.items():
         name = f"blocks_{suffix}.{suffix}"
         write(data[suffix], name)

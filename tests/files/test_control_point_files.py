@@ -78,7 +78,7 @@ def _markups(positions, system="LPS"):
         ("x.csv", "1,2,3\n", r"x\.csv`, line 1: expected numbers px,py,pz"),
         ("x.csv", 10**6 * "1,", r"x\.csv`, line 1: expected numbers .*1,\.\.\.` of 2000000 char"),
         ("x.fcsv", "# nothing\n", r"x\.fcsv` holds no control points"),
-        ("x.fcsv", "a,1,2\n", r"x\.fcsv` has a place that is not three numbers"),
+        ("x.fcsv", "a,1,2\n", r"x\.fcsv` has a position that is not three numbers"),
         ("x.fcsv", "# CoordinateSystem = IJK\na,1,2,3\n", r"has the coordinate system IJK"),
         ("x.mrk.json", "{", r"x\.mrk\.json` is no list of markups"),
         ("x.mrk.json", "{}", r"x\.mrk\.json` is no list of markups"),
@@ -91,9 +91,17 @@ def _markups(positions, system="LPS"):
         ("x.fcsv", "a,1,2,nan", r"x\.fcsv` has a coordinate that is not a finite number"),
         ("x.mrk.json", "[" * 100_000, r"x\.mrk\.json` is no list of markups: it is nested too"),
         ("x.mrk.json", '"\udcff"', r"x\.mrk\.json` is no text in UTF-8"),
-        ("x.mrk.json", _markups([[1, 2]]), r"x\.mrk\.json` has a place that is not three numbers"),
-        ("x.mrk.json", _markups([[1, 2, {}]]), r"x\.mrk\.json` has a place that is not three"),
-        ("x.mrk.json", _markups([[1, 2, 10**400]]), r"x\.mrk\.json` has a place that is not thr"),
+        (
+            "x.mrk.json",
+            _markups([[1, 2]]),
+            r"x\.mrk\.json` has a position that is not three numbers",
+        ),
+        ("x.mrk.json", _markups([[1, 2, {}]]), r"x\.mrk\.json` has a position that is not three"),
+        (
+            "x.mrk.json",
+            _markups([[1, 2, 10**400]]),
+            r"x\.mrk\.json` has a position that is not thr",
+        ),
         ("x.mrk.json", _markups([[1, 2, 3]], ["LPS"]), r"has the coordinate system \['LPS'\]; it"),
         ("x.mrk.json", _markups([[1, 2, 3]], 20 * "LPS"), r"the coordinate system LPSLPS.{14}; it"),
     ],
@@ -135,4 +143,4 @@ def test_a_source_reads_files(tmp_path, messages):
     control_point_files.write(tmp_path / "q.fcsv", REST[:1], REST[:1])
     source.Modified()
     assert not source.GetExecutive().Update()
-    messages.assert_one(r"q\.fcsv` must hold one place for each of the 2 .*x\.csv`, got 1")
+    messages.assert_one(r"q\.fcsv` must hold one position for each of the 2 .*x\.csv`, got 1")

@@ -289,7 +289,7 @@ def test_every_reading_error_names_the_file(tmp_path):
         io.read_dataset(tmp_path / "missing.vti")
     (tmp_path / "x.png").touch()
     with pytest.raises(
-        ValueError, match=r"cannot read an image or a mesh from `.*x\.png`.*\.vti, \.vtk"
+        ValueError, match=r"cannot read an image or a mesh from `.*x\.png`.* \.vti, .*\.vtk,"
     ):
         io.read_dataset(tmp_path / "x.png")
     for suffix in SUFFIXES:

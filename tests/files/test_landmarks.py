@@ -19,7 +19,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 from vtk_mls import arrays, io
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files
-from vtk_mls.files.landmarks import Landmarks, handles
+from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.filters import MLSControlPoints, MLSDeform, gathering
 
 NOWHERE = (np.nan,) * 3
@@ -33,7 +33,7 @@ def _points(path, labels, places=None, **more):
 
 
 def _pairs(*points):
-    found = handles(*points)
+    found = paired(*points)
     return list(zip(found.labels, found.rest[:, 0].tolist(), found.deformed[:, 0].tolist()))
 
 
@@ -76,13 +76,13 @@ def test_points_of_two_files_make_pairs(rest, deformed, order):
         (
             ["", ""],
             "abc",
-            r"`q` must hold one place for each of the 2 control .* of `p`, got 3$",
+            r"`q` must hold one position for each of the 2 control .* of `p`, got 3$",
         ),
     ],
 )
 def test_points_that_do_not_fit(rest, deformed, sentence):
     with pytest.raises(ValueError, match=sentence):
-        handles(_points("p", rest), _points("q", deformed))
+        paired(_points("p", rest), _points("q", deformed))
 
 
 def test_a_point_that_is_not_placed_goes_with_its_partner():
@@ -91,22 +91,22 @@ def test_a_point_that_is_not_placed_goes_with_its_partner():
     weights = np.array([1.0, 2, 3, 4])
     for labels in ("abcd", ["", "", "", ""]):
         rest = _points("p", labels, one, weights=weights)
-        found = handles(rest, _points("q", labels, other))
+        found = paired(rest, _points("q", labels, other))
         assert found.rest[:, 0].tolist() == found.deformed[:, 0].tolist() == [1, 3]
         assert found.weights.tolist() == [1, 3]
     found = _pairs(_points("p", "abcd", one), _points("q", "dcba", other))
     assert found == [("c", 3, 2), ("d", 4, 1)]
     with pytest.raises(ValueError, match=r"^`p` holds no control points, nor pairs with .* `q`: "):
-        handles(_points("p", "ab", one[:2]), _points("q", "ab", other[:1:-1]))
+        paired(_points("p", "ab", one[:2]), _points("q", "ab", other[:1:-1]))
     with pytest.raises(ValueError, match=r"^`p` holds no control points: none is placed$"):
-        handles(_points("p", "a", [NOWHERE]))
+        paired(_points("p", "a", [NOWHERE]))
 
 
 def test_a_second_file_of_pairs_must_not_say_two_places():
     rest, places = _points("p", "a"), np.array([(5.0, 0, 0)])
     both = _points("q", "a", [(4, 0, 0)], partners=places)
-    with pytest.raises(ValueError, match=r"^`q` says two places for a point; the file of places"):
-        handles(rest, both)
+    with pytest.raises(ValueError, match=r"^`q` says two positions for a point; the file of"):
+        paired(rest, both)
     assert _pairs(rest, _points("q", "a", places, partners=places)) == [("a", 1, 5)]
     assert _pairs(both, rest) == [("a", 4, 1)]
 
@@ -176,8 +176,8 @@ def test_the_command_says_what_does_not_fit(dragged, name, capsys):
     expected = {
         "rest.csv": "the labels of `rest.mrk.json` and `rest.csv` do not fit: only `rest.mrk.json`",
         "rest.vtp": "`rest.vtp`: VTK says: ",
-        "handles.csv": "`handles.csv` says two places for a point; the file of places that",
-        "pairs.vtp": "`pairs.vtp` says two places for a point; the file of places that control",
+        "handles.csv": "`handles.csv` says two positions for a point; the file of positions that",
+        "pairs.vtp": "`pairs.vtp` says two positions for a point; the file of positions that",
         "q.fcsv": "the labels of `rest.mrk.json` and `q.fcsv` do not fit: only `rest.mrk.json` has",
     }
     assert error.startswith(f"vtk-mls: {expected[name]}")

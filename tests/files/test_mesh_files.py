@@ -32,7 +32,7 @@ from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import Deformation, arrays, io
 from vtk_mls.cli import main
-from vtk_mls.files import mesh_files
+from vtk_mls.files.blocks import blocks
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -200,7 +200,7 @@ def test_blocks_stay_blocks(suffix, target, capsys):
     deform(f"in{suffix}", f"out{target}")
     assert "3 blocks, 115 points" in capsys.readouterr().out
     output = io.read_dataset(f"out{target}")
-    mesh, volume, surface = mesh_files.blocks(output)
+    mesh, volume, surface = blocks(output)
     value = Deformation(REST, DEFORMED, device="reference")
     np.testing.assert_allclose(points_of(mesh), value.forward(POINTS), atol=1e-5)
     np.testing.assert_allclose(points_of(surface), value.forward(points_of(sphere())), atol=1e-4)
@@ -226,9 +226,9 @@ def test_blocks_of_vtm_have_a_folder_and_what_is_in_it_stays(folder):
 
 def test_a_name_that_xml_writes_otherwise():
     write(vtkXMLMultiBlockDataWriter(), many_blocks(), "a & b's.vtm")
-    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtm"))) == 3
+    assert len(blocks(io.read_dataset("a & b's.vtm"))) == 3
     io.write_dataset(collection(sphere()), "a & b's.vtpc")
-    assert len(mesh_files.blocks(io.read_dataset("a & b's.vtpc"))) == 1
+    assert len(blocks(io.read_dataset("a & b's.vtpc"))) == 1
 
 
 def test_an_error_in_one_block_is_the_command_s(capsys):
@@ -251,7 +251,7 @@ def test_the_field_of_blocks_is_over_all_of_them():
     assert main([*arguments, "--dimensions", "5,6,7"]) == 0
     field = io.read_dataset("field.vti")
     assert field.GetDimensions() == (5, 6, 7)
-    every = [block.GetBounds() for block in mesh_files.blocks(many_blocks())]
+    every = [block.GetBounds() for block in blocks(many_blocks())]
     low, high = np.min(every, axis=0)[::2], np.max(every, axis=0)[1::2]
     np.testing.assert_allclose(field.GetBounds(), np.column_stack([low, high]).ravel())
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
 
 BIGWARP = (  # as BigWarp writes it, a point that is still to be set among them
@@ -48,14 +48,14 @@ def test_landmarks_of_bigwarp_are_pairs_from_moving_to_target(tmp_path):
 def test_tables_of_slicer_say_their_frame(tmp_path, axes):
     found = _read(tmp_path, SLICER.replace('"l","p","s"', axes), space="ras")
     sign = 1 if axes == "l,p,s" else -1
-    assert found.places[0].tolist() == [sign, 2 * sign, 3]
+    assert found.positions[0].tolist() == [sign, 2 * sign, 3]
     assert found.is_placed.tolist() == [True, False]
     assert (found.labels, found.descriptions) == (["nose, tip", ""], ["a # b", ""])
 
 
 def test_tables_of_ants(tmp_path):
     found = _read(tmp_path, ANTS)
-    assert found.places.tolist() == [[82.5, 116.5, 0], [137.5, 35.5, 1]]
+    assert found.positions.tolist() == [[82.5, 116.5, 0], [137.5, 35.5, 1]]
     assert found.labels == ["1", "2"]
     assert found.descriptions == ["this is the breast", "nan"]
 
@@ -63,10 +63,10 @@ def test_tables_of_ants(tmp_path):
 @pytest.mark.parametrize("name", ["x.txt", "x.pts", "x.csv"])
 def test_points_of_elastix(tmp_path, name):
     found = _read(tmp_path, ELASTIX, name)
-    assert found.places.tolist() == [[102.8, -33.4, 57], [10, 2, 3]]
+    assert found.positions.tolist() == [[102.8, -33.4, 57], [10, 2, 3]]
     assert found.labels == ["", ""]
     found = _read(tmp_path, TRANSFORMIX, name)
-    assert found.places.tolist() == [[1.5, 2.5, -3.5], [4, 5, 6]]
+    assert found.positions.tolist() == [[1.5, 2.5, -3.5], [4, 5, 6]]
     assert found.labels == ["0", "1"]
 
 
@@ -85,26 +85,26 @@ def test_points_of_elastix(tmp_path, name):
 )
 def test_tables_of_places(tmp_path, text, labels):
     found = _read(tmp_path, text)
-    assert found.places.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert found.positions.tolist() == [[1, 2, 3], [4, 5, 6]]
     assert (found.labels, found.partners) == (labels, None)
 
 
 def test_the_header_says_the_order_and_the_labels_of_control_points(tmp_path):
     found = _read(tmp_path, "qx,qy,qz,label,px,py,pz\n4,5,6,a,1,2,3\n")
-    assert (found.places.tolist(), found.partners.tolist()) == ([[1, 2, 3]], [[4, 5, 6]])
+    assert (found.positions.tolist(), found.partners.tolist()) == ([[1, 2, 3]], [[4, 5, 6]])
     assert found.labels == ["a"]
     found = _read(tmp_path, "a,1,2,3,4,5,6,7\n")
     assert (found.partners.tolist(), found.weights.tolist()) == ([[4, 5, 6]], [7])
 
 
 def test_labels_are_written_with_control_points(tmp_path):
-    for suffix in control_point_files.FORMATS:
+    for suffix in formats.endings(reads=(formats.POINTS,)):
         path = tmp_path / f"x{suffix}"
         labels = ["nose #1", 'a, "b"']
         control_point_files.write(
             path, [[1, 2, 3], [4, 5, 6]], [[1, 2, 4], [4, 5, 7]], None, labels
         )
-        found = control_point_files.read_handles(path)
+        found = control_point_files.read_pairs(path)
         assert found.deformed.tolist() == [[1, 2, 4], [4, 5, 7]]
         assert found.labels == (["", ""] if suffix == ".pts" else labels)
 
@@ -136,7 +136,7 @@ def test_all_markups_of_a_file_are_read_each_in_its_frame(tmp_path):
     ]
     found = _read(tmp_path, json.dumps({"markups": markups}), "x.mrk.json")
     assert found.labels == list("abcdef")
-    assert found.places[:2].tolist() == [[1, 2, 3], [-1, -2, 3]]
+    assert found.positions[:2].tolist() == [[1, 2, 3], [-1, -2, 3]]
     assert found.is_placed.tolist() == [True, True, False, False, False, False]
     assert found.descriptions[0] == "tip"
 
@@ -144,7 +144,7 @@ def test_all_markups_of_a_file_are_read_each_in_its_frame(tmp_path):
 def test_fiducials_of_old_and_new_slicers(tmp_path):
     old = "# Fiducial List file /a\n# columns = label,x,y,z,sel,vis\nleft eye,1,2,3,1,1\n"
     found = _read(tmp_path, old, "x.fcsv")
-    assert (found.labels, found.places.tolist()) == (["left eye"], [[-1, -2, 3]])
+    assert (found.labels, found.positions.tolist()) == (["left eye"], [[-1, -2, 3]])
     new = (
         "# Markups fiducial file version = 5.6\n# CoordinateSystem = LPS\n"
         '1,1,2,3,0,0,0,1,1,1,0,"a, b","of two\nlines",,2,0\n2,7,8,9,0,0,0,1,1,1,0,c,,,0,0\n'
@@ -169,8 +169,8 @@ def test_markups_are_written_for_older_slicers(tmp_path):
 def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
     sign = {"lps": 1, "ras": -1}[space]
     for text in (ELASTIX, ANTS, "1,2,3\n", BIGWARP, TRANSFORMIX):
-        expected = _read(tmp_path, text).places * [sign, sign, 1]
-        np.testing.assert_array_equal(_read(tmp_path, text, space=space).places, expected)
+        expected = _read(tmp_path, text).positions * [sign, sign, 1]
+        np.testing.assert_array_equal(_read(tmp_path, text, space=space).positions, expected)
     control_point_files.write(tmp_path / "x.csv", [[1, 2, 3]], [[4, 5, 6]])
     rest, deformed, _ = control_point_files.read(tmp_path / "x.csv", space=space)
     assert rest.tolist() == [[sign, 2 * sign, 3]]
@@ -215,12 +215,12 @@ MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the s
 def test_a_file_with_other_places_keeps_all_else(tmp_path, name):
     text, expected = MOVED[name]
     points = _read(tmp_path, text, name)
-    places = np.array([(7.0, 8, 9), NOWHERE, points.places[2]])
+    places = np.array([(7.0, 8, 9), NOWHERE, points.positions[2]])
     moved = Landmarks(name, places, "LPS", points.labels)
     path = tmp_path / name  # over itself
     left_out = control_point_files.write_landmarks(path, moved, path)
     assert path.read_text() == expected
-    assert left_out == (3 - len(control_point_files.read_landmarks(path).places))
+    assert left_out == (3 - len(control_point_files.read_landmarks(path).positions))
 
 
 def test_markups_with_other_places_keep_all_else(tmp_path):
@@ -252,7 +252,7 @@ def test_markups_with_other_places_keep_all_else(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("suffix", control_point_files.FORMATS)
+@pytest.mark.parametrize("suffix", formats.endings(reads=(formats.POINTS,)))
 @pytest.mark.parametrize("space", ["lps", "ras"])
 def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
     places = np.array([(1.25, -2, 3e-9), NOWHERE, (4e5, 5, 6)])
@@ -261,8 +261,8 @@ def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
     left_out = control_point_files.write_landmarks(path, points, tmp_path / "y.vtp", space)
     found = control_point_files.read_landmarks(path, space)
     kept = slice(None) if suffix == ".mrk.json" else [0, 2]
-    np.testing.assert_array_equal(found.places, places[kept])
-    assert left_out == 3 - len(found.places)
+    np.testing.assert_array_equal(found.positions, places[kept])
+    assert left_out == 3 - len(found.positions)
     if suffix not in (".txt", ".pts"):
         assert found.labels == np.array(points.labels)[kept].tolist()
         assert found.descriptions == np.array(points.descriptions)[kept].tolist()
@@ -293,7 +293,7 @@ def _markups(point, **more):
         ("x.csv", BIGWARP + '"p","true",1,2,3,4,5', r"line 4: expected name,active,x,y,z,u,v,w"),
         ("x.csv", BIGWARP.replace("false", "true"), r"not a finite number in line 2$"),
         ("x.csv", '"p","true","1","2","3","4"\n', r"line 1: .* BigWarp in two dimensions; it must"),
-        ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected places, after"),
+        ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected positions, after"),
         ("x.txt", "point\n", r"`, line 1: expected the number of points, got ``$"),
         ("x.txt", "point\n2\n1 2 3\n", r"` must hold 2 points, as it says, got 1$"),
         ("x.txt", "point\n9999999999999999\n1 2 3\n", r"must hold 9999999999999999 points, as"),
@@ -343,6 +343,6 @@ def test_labels_can_be_anything(tmp_path):
     text = json.dumps({"markups": [{"controlPoints": points}]})
     found = _read(tmp_path, text, "x.mrk.json")
     assert found.labels == ["", "5", "[1]", "?", "a\nb", "#"]
-    for suffix in control_point_files.FORMATS:
+    for suffix in formats.endings(reads=(formats.POINTS,)):
         control_point_files.write_landmarks(tmp_path / f"y{suffix}", found)
-        assert len(control_point_files.read_landmarks(tmp_path / f"y{suffix}").places) == 6
+        assert len(control_point_files.read_landmarks(tmp_path / f"y{suffix}").positions) == 6

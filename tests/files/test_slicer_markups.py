@@ -119,7 +119,7 @@ def test_we_read_what_slicer_writes_and_slicer_what_we_make_of_it(tmp_path, kind
     run(WRITE, kind, points, *(tmp_path / name for name in names))
     for name in names:
         found = control_point_files.read_landmarks(tmp_path / name)
-        np.testing.assert_allclose(found.places[:2], LPS[:2], rtol=1e-15)
+        np.testing.assert_allclose(found.positions[:2], LPS[:2], rtol=1e-15)
         assert found.is_placed.tolist() == [True, True, False]
         if not name.endswith(".csv"):  # Slicer does not double the quotation marks there
             assert found.labels == LABELS

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tarfile
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -73,9 +74,35 @@ def test_sdist_is_complete(distributions):
     with tarfile.open(distributions[0]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     expected = {"CHANGELOG.md", "LICENSE", "Makefile", "README.md", "pyproject.toml", ".ci/run"}
-    for folder in (*FOLDERS, "examples", "tests", "vtk_mls"):
+    expected |= {"CITATION.cff", "CONTRIBUTING.md", ".editorconfig", ".pre-commit-config.yaml"}
+    for folder in (*FOLDERS, ".github", "docs", "examples", "tests", "vtk_mls"):
         expected |= _files(folder)
     assert expected - names == set()
+
+
+def test_wheel_holds_the_package_and_nothing_else(distributions):
+    with zipfile.ZipFile(distributions[1]) as archive:
+        names = {name for name in archive.namelist() if ".dist-info/" not in name}
+        text = next(name for name in archive.namelist() if name.endswith("METADATA"))
+        metadata = archive.read(text).decode()
+    folders = {f"vtk_mls/{name}" for folder in FOLDERS for name in _files(folder)}
+    assert names == _files("vtk_mls") | folders
+    assert "vtk_mls/py.typed" in names
+    assert "Classifier: Typing :: Typed" in metadata
+    assert f"Classifier: Programming Language :: Python :: {platform_version()}" in metadata
+
+
+def platform_version():
+    """The version of Python that runs the tests, which must be one of those announced."""
+    return f"{sys.version_info.major}.{sys.version_info.minor}"
+
+
+def test_versions_agree():
+    citation = (PROJECT / "CITATION.cff").read_text()
+    assert f"\nversion: {vtk_mls.__version__}\n" in citation
+    hooks = (PROJECT / ".pre-commit-config.yaml").read_text()
+    ruff = re.search(r'"ruff==([\d.]+)\*"', (PROJECT / "pyproject.toml").read_text())[1]
+    assert f"rev: v{ruff}" in hooks
 
 
 def test_wheel_in_a_fresh_environment(distributions, tmp_path):

@@ -92,7 +92,7 @@ def _filter(options):
 
 def _deform_one(steps, deform, options):
     from vtk_mls import io
-    from vtk_mls.files import mesh_files
+    from vtk_mls.files.blocks import blocks
 
     with step("read", options.input):
         dataset = steps[0][1]()
@@ -111,7 +111,7 @@ def _deform_one(steps, deform, options):
     else:
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
         if not output.IsA("vtkDataSet"):
-            count = len(mesh_files.blocks(output))
+            count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost(_failures(output))}"
     print(f"{options.output}: {summary}{map_options.remark(deform)}")
@@ -141,11 +141,9 @@ def _deform_all(steps, deform, options):
 
 def _failures(output):
     """Number of points of meshes that had no place to go to."""
-    from vtk_mls.files import mesh_files
+    from vtk_mls.files.blocks import blocks
 
-    counts = [
-        block.GetFieldData().GetArray("FailedInverses") for block in mesh_files.blocks(output)
-    ]
+    counts = [block.GetFieldData().GetArray("FailedInverses") for block in blocks(output)]
     return sum(int(count.GetValue(0)) for count in counts if count is not None)
 
 

@@ -50,11 +50,11 @@ def run(options):
     landmarks = read(partial(control_point_files.read_landmarks, space=space), options.input)
     deformation = map_options.deformation(options)
     with step("deform", options.input):
-        moved = replace(landmarks, places=_moved(landmarks, deformation, options))
+        moved = replace(landmarks, positions=_moved(landmarks, deformation, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     losses = _losses(landmarks, moved, options, left_out > 0)
-    print(f"{options.output}: {len(moved.places)} points, {options.kind}{losses}")
+    print(f"{options.output}: {len(moved.positions)} points, {options.kind}{losses}")
     return 0
 
 
@@ -63,7 +63,7 @@ def _moved(landmarks, deformation, options):
     import numpy as np
 
     is_placed = landmarks.is_placed
-    places = landmarks.places[is_placed]
+    places = landmarks.positions[is_placed]
     progress = draw_bar if shows_progress(options) else None
     if options.inverse:
         new = deformation.backward(places, progress)
@@ -72,7 +72,7 @@ def _moved(landmarks, deformation, options):
         new = deformation.forward(places, progress)
     if progress:
         print(file=sys.stderr)
-    moved = np.full_like(landmarks.places, np.nan)
+    moved = np.full_like(landmarks.positions, np.nan)
     moved[is_placed] = new
     return moved
 

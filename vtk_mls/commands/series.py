@@ -17,7 +17,9 @@ from xml.sax.saxutils import quoteattr
 
 from vtk_mls import io
 from vtk_mls.commands.supervision import step
-from vtk_mls.files import mesh_files, volumes
+from vtk_mls.files import formats, volumes
+from vtk_mls.files.block_files import PIECES
+from vtk_mls.files.blocks import joined
 from vtk_mls.files.replacing import check_replaceable, replacing
 
 SUFFIX = ".pvd"  # of a series that is written
@@ -48,7 +50,8 @@ def read_steps(path):
         if not files:
             raise FileNotFoundError(f"there are no files `{path}`")
         return [(float(time), _reader([Path(file)])) for time, file in enumerate(files)]
-    if path.suffix.lower() not in (*_INDICES, *mesh_files.FORMATS):
+    is_one = formats.find(path, reads=(formats.BLOCKS,)) is None
+    if path.suffix.lower() not in _INDICES and is_one:
         return [(0.0, _reader([path]))]
     if path.suffix.lower() not in _INDICES:
         times, read = io.open_dataset(path)
@@ -61,7 +64,7 @@ def read_steps(path):
         for time, name in named:
             if not math.isfinite(time):
                 raise ValueError(f"its times must be finite, got {time}")
-            files.setdefault(time, []).append(volumes.beside(path, name))
+            files.setdefault(time, []).append(volumes.named_file(path, name))
         if not files:
             raise ValueError("it names no files")
     except ValueError as error:
@@ -86,7 +89,7 @@ def writing(path):
         entries = []
 
         def add(time, dataset):
-            suffix = mesh_files.PIECES.get(dataset.GetClassName(), ".vtm")
+            suffix = PIECES.get(dataset.GetClassName(), ".vtm")
             name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
             (new.parent / path.stem).mkdir(exist_ok=True)
             try:
@@ -121,7 +124,7 @@ def _reader(files):
             for file in files:
                 with step("read", file):
                     datasets.append(io.read_dataset(file))
-            return mesh_files.joined(datasets)
+            return joined(datasets)
         except OSError as error:  # it is no matter of the file that is being written
             raise ValueError(str(error)) from error
 

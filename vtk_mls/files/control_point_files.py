@@ -6,9 +6,9 @@ elastix if that is the word `point` or `index`, or begins with `Point` and a num
 (`elastix_points`); else a table (`point_tables`), which can be of control points, or of landmarks
 as plain text, ITK, ANTs, BigWarp or 3D Slicer have them.
 
-Files that hold places only give control points that rest there (q = p), or, as a second file, the
-places that control points are moved to. All coordinates are handed on in LPS (see `frames`), and
-those of a file that does not say its frame count as LPS unless the caller knows better.
+Files that hold positions only give control points that rest there (q = p), or, as a second file,
+the positions that control points are moved to. All coordinates are handed on in LPS (see `frames`),
+and those of a file that does not say its frame count as LPS unless the caller knows better.
 """
 
 from __future__ import annotations
@@ -19,13 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import elastix_points, markups, point_tables
+from vtk_mls.files import elastix_points, formats, markups, point_tables
 from vtk_mls.files.frames import signs
-from vtk_mls.files.landmarks import Handles, Landmarks, handles
+from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 
-FORMATS = (".csv", ".txt", ".pts", ".fcsv", ".mrk.json")
-_TABLES = (".csv", ".txt")  # to which control points are written as pairs
+_READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
 
 
 def read(path, deformed_path=None, space="LPS"):
@@ -34,9 +33,9 @@ def read(path, deformed_path=None, space="LPS"):
     Parameters
     ----------
     path : path
-        Its name ends in one of `FORMATS`.
+        Of a format of `formats.POINTS`.
     deformed_path : path, optional
-        Another file, whose places are q: how they find their p is said in `landmarks.handles`.
+        Another file, whose positions are q: how they find their p is said in `landmarks.paired`.
     space : str
         The frame of files that do not say theirs, as of `frames.signs`.
 
@@ -51,14 +50,14 @@ def read(path, deformed_path=None, space="LPS"):
     OSError, ValueError
         Naming the file.
     """
-    found = read_handles(path, deformed_path, space)
+    found = read_pairs(path, deformed_path, space)
     return found.rest, found.deformed, found.weights
 
 
-def read_handles(path, deformed_path=None, space="LPS"):
-    """The same as `read`, with the labels: `Handles`."""
+def read_pairs(path, deformed_path=None, space="LPS"):
+    """The same as `read`, with the labels: `Pairs`."""
     rest = read_landmarks(path, space, is_alone=not deformed_path)
-    return handles(rest, read_landmarks(deformed_path, space) if deformed_path else None)
+    return paired(rest, read_landmarks(deformed_path, space) if deformed_path else None)
 
 
 def read_landmarks(path, space="LPS", is_alone=False):
@@ -83,19 +82,18 @@ def read_landmarks(path, space="LPS", is_alone=False):
         Naming the file.
     """
     path = Path(path)
-    suffix = _suffix(path, "read points from")
+    read_file = formats.choose(path, "read points from", **_READ).read
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     try:
-        reader = _reader(path, suffix)
-        found = reader(path)
-        if is_alone and reader is point_tables.read and found.partners is None:
+        found = read_file(path)
+        if is_alone and found.partners is None and _reader(path) is point_tables.read:
             point_tables.check_is_told(path)
     except UnicodeDecodeError as error:
         raise ValueError(
             f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"
         ) from None
-    if len(found.places) == 0:
+    if len(found.positions) == 0:
         raise ValueError(f"`{path}` holds no control points")
     return found.in_lps(space)
 
@@ -106,7 +104,7 @@ def write(path, rest, deformed, weights=None, labels=()):
     Parameters
     ----------
     path : path
-        Its name ends in one of `FORMATS`. Tables (.csv, .txt) get all; the others hold places and
+        Of a format of `formats.POINTS`. Tables (.csv, .txt) get all; the others hold positions and
         get q, without weights.
     rest, deformed : (n, 3) array_like, LPS
     weights : (n,) array_like, optional
@@ -118,20 +116,21 @@ def write(path, rest, deformed, weights=None, labels=()):
         Naming the file.
     """
     path = Path(path)
-    suffix = _suffix(path, "write control points to")
+    line = formats.choose(path, "write control points to", **_WRITE)
+    as_pairs = formats.find(path, writes=(formats.PAIRS,))
     rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
     points = Landmarks(path, deformed, "LPS", labels)
     with _written(path) as file:
-        if suffix in _TABLES:
-            point_tables.write_handles(file, Handles(rest, deformed, weights, points.labels))
+        if as_pairs:
+            as_pairs.write(file, Pairs(rest, deformed, weights, points.labels))
         else:
-            _WRITERS[suffix](file, points)
+            line.write(file, points)
 
 
 def check_writable(path):
     """`path` as a Path, if landmarks can be written to a file of this name, and there is room."""
     path = Path(path)
-    _suffix(path, "write points to")
+    formats.choose(path, "write points to", **_WRITE)
     check_replaceable(path)
     return path
 
@@ -142,7 +141,7 @@ def write_landmarks(path, points, source=None, space="LPS"):
     Parameters
     ----------
     path : path
-        Its name ends in one of `FORMATS`.
+        Of a format of `formats.POINTS`.
     points : Landmarks
         In LPS. Those that are not placed are marked so, or left out where a format cannot say it.
     source : path, optional
@@ -164,54 +163,44 @@ def write_landmarks(path, points, source=None, space="LPS"):
         Naming the file.
     """
     path = check_writable(path)
-    suffix = _suffix(path, "write points to")
-    rewrite = source and _rewriter(Path(source), suffix)
+    line = formats.choose(path, "write points to", **_WRITE)
+    rewrite = source and _rewriter(Path(source), line.ending(path))
     with _written(path) as file:
         if rewrite:
-            return rewrite(Path(source), file, points.places, space)
-        if suffix not in _SAYING_A_FRAME:
-            points = replace(points, places=points.places * signs(space))
-        return _WRITERS[suffix](file, points)
+            return rewrite(Path(source), file, points.positions, space)
+        if line.frame == formats.CALLER:
+            points = replace(points, positions=points.positions * signs(space))
+        return line.write(file, points)
 
 
-def _suffix(path, purpose):
-    for suffix in FORMATS:
-        if path.name.lower().endswith(suffix):
-            return suffix
-    raise ValueError(f"cannot {purpose} `{path}`: its name must end in one of {', '.join(FORMATS)}")
+def read_text(path):
+    """Points of a file whose first line says what it is."""
+    return _reader(path)(path)
 
 
-def _reader(path, suffix):
-    if suffix in _SAYING_A_FRAME:
-        return markups.read_json if suffix == ".mrk.json" else markups.read_fcsv
+def _reader(path):
+    """The function that reads a file, by its name or its first line."""
+    read_file = formats.choose(path, "read points from", **_READ).read
+    if read_file is not read_text:
+        return read_file
     with path.open(encoding="utf-8-sig") as file:
         first = next((line for line in file if line.strip()), "")
     return elastix_points.reader(first) or point_tables.read
 
 
-def _rewriter(source, suffix):
-    """The function that writes `source` again, under a name that ends in `suffix`; or None."""
-    if not source.name.lower().endswith(suffix):
+def _rewriter(source, ending):
+    """The function that writes `source` again, under a name with this ending; or None."""
+    if not source.name.lower().endswith(ending):
         return None
     rewriters = {
         markups.read_json: markups.rewrite_json,
         markups.read_fcsv: markups.rewrite_fcsv,
         point_tables.read: point_tables.rewrite,
     }
-    return rewriters.get(_reader(source, suffix))
+    return rewriters.get(_reader(source))
 
 
 @contextmanager
 def _written(path):
     with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
         yield file
-
-
-_SAYING_A_FRAME = (".fcsv", ".mrk.json")
-_WRITERS = {
-    ".csv": point_tables.write,
-    ".txt": elastix_points.write,
-    ".pts": elastix_points.write,
-    ".fcsv": markups.write_fcsv,
-    ".mrk.json": markups.write_json,
-}

@@ -1,11 +1,11 @@
 """Points in the text files of elastix: what transformix takes (`-def`), and what it makes of it.
 
 The first kind has a line `point`, a line with the number of points, and a line x y z for each. A
-first line `index` announces indices of voxels, which are no places without the image.
+first line `index` announces indices of voxels, which are no positions without the image.
 
 The second kind, outputpoints.txt, has lines `Point N ; InputIndex = [..] ; InputPoint = [..] ;
 ... ; OutputPoint = [x y z] ; ...`, of which OutputPoint is read, with N as the label. Mind that
-transformix goes from the fixed to the moving image: OutputPoint is the place in the moving image
+transformix goes from the fixed to the moving image: OutputPoint is the position in the moving image
 whose material comes to InputPoint.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from vtk_mls.files.landmarks import Landmarks, shortened
 
 _RESULT = re.compile(r"Point\s+(\d+)\s*;")
-_PLACE = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
+_POSITION = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
 
 
 def reader(line):
@@ -33,32 +33,32 @@ def read_points(path):
     lines = _lines(path)
     if next(lines)[1].strip().lower() == "index":
         raise ValueError(
-            f"`{path}` holds indices of voxels; expected places, after a first line `point`"
+            f"`{path}` holds indices of voxels; expected positions, after a first line `point`"
         )
     number, line = next(lines, (1, ""))
     if not re.fullmatch(r"\d{1,18}", line.strip()):
         raise ValueError(
             f"`{path}`, line {number}: expected the number of points, got {shortened(line)}"
         )
-    places = [_place(path, number, line) for number, line in lines]
-    if len(places) != int(line):
-        raise ValueError(f"`{path}` must hold {int(line)} points, as it says, got {len(places)}")
-    return Landmarks(path, np.reshape(places, (-1, 3)))
+    positions = [_position(path, number, line) for number, line in lines]
+    if len(positions) != int(line):
+        raise ValueError(f"`{path}` must hold {int(line)} points, as it says, got {len(positions)}")
+    return Landmarks(path, np.reshape(positions, (-1, 3)))
 
 
 def read_results(path):
     """The points that transformix has made."""
-    places, labels = [], []
+    positions, labels = [], []
     for number, line in _lines(path):
-        label, place = _RESULT.match(line), _PLACE.search(line)
-        if label is None or place is None:
+        label, position = _RESULT.match(line), _POSITION.search(line)
+        if label is None or position is None:
             raise ValueError(
                 f"`{path}`, line {number}: expected `Point N ; ... OutputPoint = [x y z]`, got "
                 + shortened(line)
             )
         labels.append(label[1])
-        places.append(_place(path, number, place[1]))
-    return Landmarks(path, np.reshape(places, (-1, 3)), labels=labels)
+        positions.append(_position(path, number, position[1]))
+    return Landmarks(path, np.reshape(positions, (-1, 3)), labels=labels)
 
 
 def write(file, landmarks):
@@ -75,10 +75,10 @@ def write(file, landmarks):
     int
         How many are left out.
     """
-    places = landmarks.places[landmarks.is_placed].tolist()
-    file.write(f"point\n{len(places)}\n")
-    file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in places)
-    return len(landmarks.places) - len(places)
+    positions = landmarks.positions[landmarks.is_placed].tolist()
+    file.write(f"point\n{len(positions)}\n")
+    file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in positions)
+    return len(landmarks.positions) - len(positions)
 
 
 def _lines(path):
@@ -87,7 +87,7 @@ def _lines(path):
         yield from ((n, line) for n, line in enumerate(file, 1) if line.strip())
 
 
-def _place(path, number, text):
+def _position(path, number, text):
     try:
         x, y, z = map(float, text.split())
     except ValueError:

@@ -22,7 +22,7 @@ class Landmarks:
     ----------
     path : path
         Of the file, for errors.
-    places : (n, 3) float64
+    positions : (n, 3) float64
         NaN for a point that is not placed.
     frame : str
         What x, y and z are in a patient, as of `frames.signs`, if the file says it; else "".
@@ -34,7 +34,7 @@ class Landmarks:
     """
 
     path: object
-    places: np.ndarray
+    positions: np.ndarray
     frame: str = ""
     labels: list = ()
     descriptions: list = ()
@@ -43,23 +43,23 @@ class Landmarks:
 
     def __post_init__(self):
         for name in ("labels", "descriptions"):
-            object.__setattr__(self, name, list(getattr(self, name)) or [""] * len(self.places))
+            object.__setattr__(self, name, list(getattr(self, name)) or [""] * len(self.positions))
 
     def in_lps(self, space):
         """The same in the frame LPS; `space` is the frame of a file that does not say its own."""
         factors = signs(self.frame or space)
         partners = None if self.partners is None else self.partners * factors
-        return replace(self, places=self.places * factors, partners=partners, frame="LPS")
+        return replace(self, positions=self.positions * factors, partners=partners, frame="LPS")
 
     @property
     def is_placed(self):
         """(n,) bool"""
-        return np.isfinite(self.places).all(axis=1)
+        return np.isfinite(self.positions).all(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
-class Handles:
-    """Control points.
+class Pairs:
+    """Control points, p and q.
 
     Attributes
     ----------
@@ -75,38 +75,38 @@ class Handles:
     labels: list
 
 
-def handles(rest, deformed=None):
+def paired(rest, deformed=None):
     """The control points of one file, or of two.
 
     Parameters
     ----------
     rest : Landmarks
-        Their places are p, their partners q; without partners q = p.
+        Their positions are p, their partners q; without partners q = p.
     deformed : Landmarks, optional
-        Their places are q instead. They belong to those p that have the same label, if in both
+        Their positions are q instead. They belong to those p that have the same label, if in both
         files each point has a label of its own, or, if the labels are just numbers after the name
         of a list (`rest-1`, `moved-1`, as 3D Slicer makes them), the same number. Else they belong
         to the p at the same position in the file.
 
     Returns
     -------
-    Handles
-        Pairs of which a place is missing are left out.
+    Pairs
+        Pairs of which a position is missing are left out.
 
     Raises
     ------
     ValueError
         If the files do not fit, saying which labels or how many points; or if no pair is left.
     """
-    p, q = rest.places, rest.partners
+    p, q = rest.positions, rest.partners
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
     if deformed is not None:
-        if deformed.partners is not None and (deformed.partners != deformed.places).any():
+        if deformed.partners is not None and (deformed.partners != deformed.positions).any():
             raise ValueError(
-                f"`{deformed.path}` says two places for a point; the file of places that control "
-                "points were moved to must say one"
+                f"`{deformed.path}` says two positions for a point; the file of positions that "
+                "control points were moved to must say one"
             )
-        q = deformed.places[_order(rest, deformed)]
+        q = deformed.positions[_order(rest, deformed)]
         is_pair &= np.isfinite(q).all(axis=1)
     if not is_pair.any():
         of_both = "" if deformed is None else f", nor pairs with those of `{deformed.path}`"
@@ -114,7 +114,7 @@ def handles(rest, deformed=None):
     kept = np.flatnonzero(is_pair)
     weights = None if rest.weights is None else rest.weights[kept]
     p = p[kept]
-    return Handles(p, p if q is None else q[kept], weights, [rest.labels[i] for i in kept.tolist()])
+    return Pairs(p, p if q is None else q[kept], weights, [rest.labels[i] for i in kept.tolist()])
 
 
 def shortened(text):
@@ -147,8 +147,8 @@ def _order(rest, deformed):
             if label and count > 1
         ]
         raise ValueError(
-            f"`{deformed.path}` must hold one place for each of the {len(own)} control points of "
-            f"`{rest.path}`, got {len(other)}{''.join(repeated[:1])}"
+            f"`{deformed.path}` must hold one position for each of the {len(own)} control points "
+            f"of `{rest.path}`, got {len(other)}{''.join(repeated[:1])}"
         )
     return np.arange(len(own))
 

@@ -1,6 +1,6 @@
 """Markups of 3D Slicer: .mrk.json, and .fcsv, which came before it.
 
-Both say their frame, are lists of places with labels and descriptions, and know points that are
+Both say their frame, are lists of positions with labels and descriptions, and know points that are
 not placed. Of .mrk.json all markups of a file are read, one after the other, and their control
 points whatever the type (points, lines, curves, planes, boxes); the orientation of a point is not.
 An .fcsv without a version is one of Slicer 3: its label comes first, its frame is RAS.
@@ -34,15 +34,15 @@ _LABEL, _DESCRIPTION, _STATUS = 11, 12, 14  # columns of .fcsv
 
 def read_json(path):
     """The points of a .mrk.json, in LPS."""
-    places, labels, descriptions = [np.empty((0, 3))], [], []
+    positions, labels, descriptions = [np.empty((0, 3))], [], []
     for _, factors, points in _lists(path, _document(path)):
         start = len(labels) + 1
-        found = [_json_place(path, number, point) for number, point in enumerate(points, start)]
-        places.append(np.reshape(found, (-1, 3)) * factors)
+        found = [_json_position(path, number, point) for number, point in enumerate(points, start)]
+        positions.append(np.reshape(found, (-1, 3)) * factors)
         for point in points:
             labels.append(_text(point.get("label", "")))
             descriptions.append(_text(point.get("description", "")))
-    return Landmarks(path, np.concatenate(places), "LPS", labels, descriptions)
+    return Landmarks(path, np.concatenate(positions), "LPS", labels, descriptions)
 
 
 def write_json(file, landmarks):
@@ -60,34 +60,34 @@ def write_json(file, landmarks):
         How many points are left out: 0.
     """
     points = []
-    each = zip(landmarks.places.tolist(), landmarks.labels, landmarks.descriptions)
-    for number, (place, label, description) in enumerate(each, 1):
+    each = zip(landmarks.positions.tolist(), landmarks.labels, landmarks.descriptions)
+    for number, (position, label, description) in enumerate(each, 1):
         point = {
             "id": str(number),
             "label": label or str(number),
             "description": description,
             "associatedNodeID": "",
-            "position": place,
+            "position": position,
             "orientation": _UPRIGHT,
             "selected": True,
             "locked": False,
             "visibility": True,
             "positionStatus": "defined",
         }
-        points.append(_placed(point, np.array(place)))
+        points.append(_placed(point, np.array(position)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
     _write(file, {"@schema": _SCHEMA, "markups": [markups]})
     return 0
 
 
-def rewrite_json(path, file, places, space):
-    """Write a .mrk.json again, with other places.
+def rewrite_json(path, file, positions, space):
+    """Write a .mrk.json again, with other positions.
 
     Parameters
     ----------
     path : path
     file : text file
-    places : (n, 3) float64, LPS
+    positions : (n, 3) float64, LPS
         NaN for points that have none any more. Planes and boxes, which bend, become points.
     space : str
         Not used: the file says its frame.
@@ -100,13 +100,13 @@ def rewrite_json(path, file, places, space):
     document, number = _document(path), 0
     for markups, factors, points in _lists(path, document):
         for i, point in enumerate(points):
-            points[i] = _placed(point, places[number + i] * factors)
+            points[i] = _placed(point, positions[number + i] * factors)
         number += len(points)
         if markups.get("type") not in _BENT_TYPES:
             kept = {key: markups[key] for key in ("name", "coordinateSystem") if key in markups}
             markups.clear()
             markups.update(kept, type="Fiducial", controlPoints=points)
-        markups.pop("measurements", None)  # are those of the old places
+        markups.pop("measurements", None)  # are those of the old positions
     document.setdefault("@schema", _SCHEMA)
     _write(file, document)
     return 0
@@ -114,17 +114,17 @@ def rewrite_json(path, file, places, space):
 
 def read_fcsv(path):
     """The points of an .fcsv."""
-    places, labels, descriptions, header = [], [], [], {}
+    positions, labels, descriptions, header = [], [], [], {}
     for row, number in _fcsv_rows(path, header):
-        places.append(_fcsv_place(path, number, row))
+        positions.append(_fcsv_position(path, number, row))
         is_old = "version" not in header
         labels.append(_cell(row, 0 if is_old else _LABEL))
         descriptions.append("" if is_old else _cell(row, _DESCRIPTION))
     frame = header.get("CoordinateSystem", "RAS")
     if frame not in _FRAMES:
         raise _wrong_frame(path, frame)
-    places = np.reshape(places, (-1, 3))
-    return Landmarks(path, places, _FRAMES[frame], labels, descriptions)
+    positions = np.reshape(positions, (-1, 3))
+    return Landmarks(path, positions, _FRAMES[frame], labels, descriptions)
 
 
 def write_fcsv(file, landmarks):
@@ -148,19 +148,19 @@ def write_fcsv(file, landmarks):
     for i in np.flatnonzero(landmarks.is_placed).tolist():
         label = " ".join((landmarks.labels[i] or str(i + 1)).split())  # Slicer reads by lines
         description = " ".join(landmarks.descriptions[i].split())
-        place = landmarks.places[i].tolist()
-        lines.writerow([i + 1, *place, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
+        position = landmarks.positions[i].tolist()
+        lines.writerow([i + 1, *position, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
     return int((~landmarks.is_placed).sum())
 
 
-def rewrite_fcsv(path, file, places, space):
-    """Write an .fcsv again, with other places.
+def rewrite_fcsv(path, file, positions, space):
+    """Write an .fcsv again, with other positions.
 
     Parameters
     ----------
     path : path
     file : text file
-    places : (n, 3) float64, LPS
+    positions : (n, 3) float64, LPS
         NaN for points that have none any more; they are left out of files that have no column
         for that, which older versions of Slicer wrote.
     space : str
@@ -171,16 +171,16 @@ def rewrite_fcsv(path, file, places, space):
     int
         How many points are left out.
     """
-    places, left_out = places * signs(read_fcsv(path).frame), 0
+    positions, left_out = positions * signs(read_fcsv(path).frame), 0
     with path.open(newline="", encoding="utf-8-sig") as lines:
         file.writelines(line.rstrip("\r\n") + "\n" for line in lines if line.startswith("#"))
     writer = csv.writer(file, lineterminator="\n")
-    for (row, _), place in zip(_fcsv_rows(path, {}), places):
-        is_placed, has_status = bool(np.isfinite(place).all()), len(row) > _STATUS
+    for (row, _), position in zip(_fcsv_rows(path, {}), positions):
+        is_placed, has_status = bool(np.isfinite(position).all()), len(row) > _STATUS
         if has_status:
             row[_STATUS] = str(_DEFINED if is_placed else _UNDEFINED)
         if is_placed:
-            row[1:4] = map(repr, place.tolist())
+            row[1:4] = map(repr, position.tolist())
         if is_placed or has_status:
             writer.writerow(row)
         else:
@@ -241,33 +241,35 @@ def _as_sentence(path):
         raise ValueError(f"`{path}` is no list of markups: {error!r:.80}") from error
 
 
-def _json_place(path, number, point):
-    """The place of a control point, three numbers; NaN if it has none."""
-    status, place = point.get("positionStatus", "defined"), point.get("position", "")
+def _json_position(path, number, point):
+    """The position of a control point, three numbers; NaN if it has none."""
+    status, position = point.get("positionStatus", "defined"), point.get("position", "")
     if status not in _STATUSES:
         raise ValueError(
             f"`{path}`, point {number}: `positionStatus` must be one of {', '.join(_STATUSES)}, "
             f"got {shortened(str(status))}"
         )
-    if status != "defined" or place == "":
+    if status != "defined" or position == "":
         return _NOWHERE
-    are_numbers = isinstance(place, list) and all(type(each) in (int, float) for each in place)
+    are_numbers = isinstance(position, list) and all(
+        type(each) in (int, float) for each in position
+    )
     try:
-        if are_numbers and len(place) == 3:
-            return _finite(path, f"point {number}", [float(each) for each in place])
+        if are_numbers and len(position) == 3:
+            return _finite(path, f"point {number}", [float(each) for each in position])
     except OverflowError:
         pass
     raise ValueError(
-        f"`{path}` has a place that is not three numbers: point {number} is at "
-        + shortened(f"{place!s:.200}")
+        f"`{path}` has a position that is not three numbers: point {number} is at "
+        + shortened(f"{position!s:.200}")
     )
 
 
-def _placed(point, place):
-    """A control point of JSON, put to another place; without one if that is NaN."""
-    if np.isfinite(place).all():
+def _placed(point, position):
+    """A control point of JSON, put to another position; without one if that is NaN."""
+    if np.isfinite(position).all():
         status = {"positionStatus": "defined"} if "positionStatus" in point else {}
-        return point | {"position": place.tolist()} | status
+        return point | {"position": position.tolist()} | status
     return {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
 
 
@@ -292,26 +294,26 @@ def _fcsv_rows(path, header):
             raise ValueError(f"`{path}`, line {rows.line_num}: {error}") from None
 
 
-def _fcsv_place(path, number, row):
-    """The place of a row, three numbers; NaN if it has none."""
+def _fcsv_position(path, number, row):
+    """The position of a row, three numbers; NaN if it has none."""
     if _cell(row, _STATUS).strip() not in ("", str(_DEFINED)):
         return _NOWHERE
     try:
-        place = [float(cell) for cell in row[1:4]]
-        if len(place) != 3:
+        position = [float(cell) for cell in row[1:4]]
+        if len(position) != 3:
             raise ValueError
     except ValueError:
         raise ValueError(
-            f"`{path}` has a place that is not three numbers in line {number}: "
+            f"`{path}` has a position that is not three numbers in line {number}: "
             + shortened(",".join(row))
         ) from None
-    return _finite(path, f"line {number}", place)
+    return _finite(path, f"line {number}", position)
 
 
-def _finite(path, where, place):
-    if not all(map(math.isfinite, place)):
+def _finite(path, where, position):
+    if not all(map(math.isfinite, position)):
         raise ValueError(f"`{path}` has a coordinate that is not a finite number in {where}")
-    return place
+    return position
 
 
 def _wrong_frame(path, frame):

@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet
 
 from vtk_mls import arrays
-from vtk_mls.files import frames, provenance
+from vtk_mls.files import frames, provenance, vtk_io
 
 _FIELD = "SPACE"
 _DISPLACEMENT = "Displacement"
@@ -28,9 +28,7 @@ def read(reader, path):
     ValueError
         If its space is not known.
     """
-    reader.SetFileName(str(path))
-    reader.Update()
-    dataset = reader.GetOutputDataObject(0)
+    dataset = vtk_io.read(reader, path)
     space = _space_of(reader, dataset)
     if not space or dataset is None:
         return dataset
@@ -38,7 +36,7 @@ def read(reader, path):
         raise ValueError(f"its SPACE must be LPS or RAS, and of a mesh with points, got {space}")
     dataset.GetFieldData().RemoveArray(_FIELD)  # what is in memory is LPS
     provenance.keep(dataset, provenance.FILE_SPACE, [space])
-    return _turned(dataset, space)
+    return _mirrored(dataset, space)
 
 
 def back(dataset, writer):
@@ -46,7 +44,7 @@ def back(dataset, writer):
     space = _known("".join(provenance.kept(dataset, provenance.FILE_SPACE)[:1]))
     if not space or not isinstance(dataset, vtkPointSet):
         return dataset
-    mesh, text = _turned(dataset, space), f"{_FIELD}={space}"
+    mesh, text = _mirrored(dataset, space), f"{_FIELD}={space}"
     if hasattr(writer, "AddComment"):  # .ply
         writer.AddComment(text)
     elif hasattr(writer, "SetHeader"):  # .vtk and .stl
@@ -81,7 +79,7 @@ def _known(space):
     return space.upper()
 
 
-def _turned(mesh, space):
+def _mirrored(mesh, space):
     """A mesh between LPS and another frame."""
     signs = frames.signs(space)
     turned = mesh.NewInstance()

@@ -165,7 +165,7 @@ def _values(header, file, path, shape):
             raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
         rest = [shape[0] // len(names), *shape[1:]]
     for name in names:
-        data = volumes.beside(path, name)
+        data = volumes.named_file(path, name)
         with data.open("rb") as each:
             slabs.append(_read_values(each, data, dtype, rest, encoding, is_text, skip))
     return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)

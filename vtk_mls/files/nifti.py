@@ -98,7 +98,7 @@ def read(path):
         shape, dtype = _shape(path, header), _dtype(header)
         data, start = path, int(header["vox_offset"])
         if _is_pair(header, path):
-            data, used = volumes.beside(path, path.with_suffix(".img").name), 0
+            data, used = volumes.named_file(path, path.with_suffix(".img").name), 0
             file = stack.enter_context(data.open("rb"))
         volumes.skip(file, start - used)
         room = data.stat().st_size - (start if encoding == "raw" else 0)

@@ -298,7 +298,7 @@ def _values(fields, file, path, sizes):
     name = fields["data file"]
     if name.split()[0] == "LIST" or "%" in name:
         raise ValueError("its values are in several files; give one file")
-    data = volumes.beside(path, name)
+    data = volumes.named_file(path, name)
     with data.open("rb") as file:
         return _read_values(file, data, dtype, shape, encoding, lines, skip)
 

@@ -1,24 +1,24 @@
-"""Tables of points in text, one in a line: of places, or of pairs p and q.
+"""Tables of points in text, one in a line: of positions, or of pairs p and q.
 
 Cells are separated by commas or, in lines without one, by blanks. A first line without a number is
 a header. What follows a # is skipped, in lines without quotation marks. What the columns are is
 said by the names in a header, in any order and letters of any case:
 
     px py pz qx qy qz           control points
-    Points:0 .. Displacement:0  those that ParaView has written, q - p; without it, places
+    Points:0 .. Displacement:0  those that ParaView has written, q - p; without it, positions
     r a s  or  l p s            3D Slicer's table of control points, which so says its frame
-    x y z                       places, also those of ITK and ANTs (x,y,z,t,label,comment)
+    x y z                       positions, also those of ITK and ANTs (x,y,z,t,label,comment)
 
 with `weight`, `label` or `name`, `description` or `comment`, and `defined` (0: not placed) beside
 them, and others that do not matter. Without a header, or with names that are none of these, all
 lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight
-    x,y,z                       places
+    x,y,z                       positions
     label,...                   either of them after a label that is no number
     name,active,x,y,z,u,v,w     BigWarp's landmarks, with `true` or `false` as the second
 
-BigWarp's first place is in the moving image, the second in the target, and the moving image is
+BigWarp's first position is in the moving image, the second in the target, and the moving image is
 what it deforms: p is the first, q the second. Lines that are not active do not count.
 """
 
@@ -34,7 +34,7 @@ import numpy as np
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 
-_AXES = {  # names of the columns with places: what file says them, and its frame
+_AXES = {  # names of the columns with positions: what file says them, and its frame
     ("px", "py", "pz"): "",
     ("points0", "points1", "points2"): "",
     ("r", "a", "s"): "RAS",
@@ -44,8 +44,8 @@ _AXES = {  # names of the columns with places: what file says them, and its fram
 _PARTNERS = ("qx", "qy", "qz")
 _OFFSETS = ("displacement0", "displacement1", "displacement2")
 _BOOLEANS, _NOT = ("true", "false"), ("0", "", "false", "False")
-_HANDLES = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
-_PLACES = "numbers x,y,z, as many in each line"
+_PAIRS = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
+_POSITIONS = "numbers x,y,z, as many in each line"
 _LANDMARKS = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
 
 
@@ -57,7 +57,7 @@ class _Layout:
     ----------
     width : int
         Numbers of cells in each line.
-    place : (x, y, z)
+    position : (x, y, z)
     partner : (x, y, z) or None
         Of q, or, if `is_offset`, q - p.
     weight, label, description, defined, active : int or None
@@ -67,7 +67,7 @@ class _Layout:
     """
 
     width: int
-    place: tuple
+    position: tuple
     partner: tuple | None = None
     is_offset: bool = False
     weight: int | None = None
@@ -76,7 +76,7 @@ class _Layout:
     defined: int | None = None
     active: int | None = None
     frame: str = ""
-    expected: str = _HANDLES
+    expected: str = _PAIRS
 
 
 def read(path):
@@ -97,11 +97,11 @@ def read(path):
         Naming the file and the line.
     """
     table = _Table(path)
-    places, partners, weights, labels, descriptions = [], [], [], [], []
+    positions, partners, weights, labels, descriptions = [], [], [], [], []
     layout = None
     for layout, number, row in table.rows():
-        place, partner = table.pair(layout, number, row)
-        places.append(place)
+        position, partner = table.pair(layout, number, row)
+        positions.append(position)
         if layout.partner:
             partners.append(partner)
         if layout.weight is not None:
@@ -115,7 +115,7 @@ def read(path):
         raise ValueError(f"`{path}` has a weight that is not a positive number")
     return Landmarks(
         path,
-        np.array(places, dtype=np.float64),
+        np.array(positions, dtype=np.float64),
         layout.frame,
         labels,
         descriptions,
@@ -125,29 +125,29 @@ def read(path):
 
 
 def check_is_told(path):
-    """Raise if a table is of three numbers in a line, and no header says that they are places."""
+    """Raise if a table is of three numbers in a line, with no header that calls them positions."""
     for layout, number, row in _Table(path).rows():
-        if layout.expected is not _PLACES:
+        if layout.expected is not _POSITIONS:
             return
         raise ValueError(
-            f"`{path}`, line {number}: expected {_HANDLES}, got {shortened(','.join(row))}"
+            f"`{path}`, line {number}: expected {_PAIRS}, got {shortened(','.join(row))}"
         )
 
 
-def write_handles(file, handles):
+def write_pairs(file, pairs):
     """Write control points.
 
     Parameters
     ----------
     file : text file
-    handles : Handles
+    pairs : Pairs
     """
     write_row = _row_writer(file)
-    has_labels, has_weights = any(handles.labels), handles.weights is not None
+    has_labels, has_weights = any(pairs.labels), pairs.weights is not None
     names = ["px", "py", "pz", *_PARTNERS]
     write_row(["label"] * has_labels + names + ["weight"] * has_weights)
-    columns = [handles.rest, handles.deformed] + [np.c_[handles.weights]] * has_weights
-    for label, numbers in zip(handles.labels, np.hstack(columns).tolist()):
+    columns = [pairs.rest, pairs.deformed] + [np.c_[pairs.weights]] * has_weights
+    for label, numbers in zip(pairs.labels, np.hstack(columns).tolist()):
         write_row([label] * has_labels + numbers)
 
 
@@ -168,19 +168,19 @@ def write(file, landmarks):
     write_row = _row_writer(file)
     write_row(["x", "y", "z", "t", "label", "comment"])
     for i in np.flatnonzero(landmarks.is_placed).tolist():
-        place = landmarks.places[i].tolist()
-        write_row([*place, 0, landmarks.labels[i], landmarks.descriptions[i]])
+        position = landmarks.positions[i].tolist()
+        write_row([*position, 0, landmarks.labels[i], landmarks.descriptions[i]])
     return int((~landmarks.is_placed).sum())
 
 
-def rewrite(path, file, places, space):
-    """Write a table again, with other places.
+def rewrite(path, file, positions, space):
+    """Write a table again, with other positions.
 
     Parameters
     ----------
     path : path
     file : text file
-    places : (n, 3) float64, LPS
+    positions : (n, 3) float64, LPS
         Of pairs the first ones. NaN for points that have none any more: they are marked as such in
         the tables of BigWarp (as points that are still to be set) and 3D Slicer, and left out of
         others.
@@ -193,7 +193,7 @@ def rewrite(path, file, places, space):
         How many are left out.
     """
     table, left_out = _Table(path), 0
-    write_cells, places = _row_writer(file), iter(places)
+    write_cells, positions = _row_writer(file), iter(positions)
 
     def write_row(row):
         if table.has_commas:
@@ -208,16 +208,16 @@ def rewrite(path, file, places, space):
             continue
         if factors is None:
             factors = signs(layout.frame or space)
-        if _put(layout, row, next(places) * factors):
+        if _put(layout, row, next(positions) * factors):
             write_row(row)
         else:
             left_out += 1
     return left_out
 
 
-def _put(layout, row, place):
-    """Put a row at another place, NaN for none; False if it cannot say that it has none."""
-    is_placed = np.isfinite(place).all()
+def _put(layout, row, position):
+    """Put a row at another position, NaN for none; False if it cannot say that it has none."""
+    is_placed = np.isfinite(position).all()
     if not is_placed and layout.active is None and layout.defined is None:
         return False
     if layout.defined is not None:
@@ -225,12 +225,12 @@ def _put(layout, row, place):
     if layout.active is not None and not is_placed:
         row[layout.active] = "false"
     if is_placed:
-        cells = map(repr, place.tolist())
+        cells = map(repr, position.tolist())
     elif layout.active is not None:
         cells = 3 * ["Infinity"]
     else:
         return True
-    for column, cell in zip(layout.place, cells):
+    for column, cell in zip(layout.position, cells):
         row[column] = cell
     return True
 
@@ -288,7 +288,7 @@ class _Table:
         nowhere = 3 * (math.nan,)
         if layout.defined is not None and row[layout.defined].strip() in _NOT:
             return nowhere, nowhere
-        p = self.numbers(layout, number, row, layout.place)
+        p = self.numbers(layout, number, row, layout.position)
         q = layout.partner and self.numbers(layout, number, row, layout.partner)
         activity = "true" if layout.active is None else row[layout.active].strip().lower()
         if activity not in _BOOLEANS:
@@ -300,7 +300,7 @@ class _Table:
                 f"`{self._path}` has a coordinate that is not a finite number in line {number}"
             )
         if layout.is_offset:
-            q = [start + way for start, way in zip(p, q)]
+            q = [start + offset for start, offset in zip(p, q)]
         return p if is_finite else nowhere, q if is_active else nowhere
 
     def _cells(self):
@@ -328,10 +328,10 @@ class _Table:
             return next((column[name] for name in choices if name in column), None)
 
         groups = (*_AXES, _PARTNERS, _OFFSETS)
-        place = next((group for group in _AXES if columns(group)), None)
-        for group in groups if place is None else (_PARTNERS, _OFFSETS):
+        position = next((group for group in _AXES if columns(group)), None)
+        for group in groups if position is None else (_PARTNERS, _OFFSETS):
             found = sum(name in column for name in group)
-            if found == 2 or (found == 1 and place):
+            if found == 2 or (found == 1 and position):
                 self._doubt = (
                     f"`{self._path}`, line {number}: expected columns {', '.join(group)}, got "
                     + shortened(",".join(header))
@@ -339,19 +339,19 @@ class _Table:
         twice = sorted({name for group in groups for name in group if names.count(name) > 1})
         if twice:
             self._doubt = f"`{self._path}`, line {number}: several columns are {', '.join(twice)}"
-        if place is None or self._doubt:
+        if position is None or self._doubt:
             return None
         return _Layout(
             len(header),
-            columns(place),
+            columns(position),
             columns(_PARTNERS) or columns(_OFFSETS),
             is_offset=columns(_PARTNERS) is None and columns(_OFFSETS) is not None,
             weight=first("weight"),
             label=first("label", "name"),
             description=first("description", "comment"),
             defined=first("defined"),
-            frame=_AXES[place],
-            expected=f"{len(header)} cells as in the header, with numbers in {', '.join(place)}",
+            frame=_AXES[position],
+            expected=f"{len(header)} cells as in the header, with numbers in {', '.join(position)}",
         )
 
     def _unnamed(self, number, row):
@@ -374,7 +374,7 @@ class _Table:
             tuple(range(start + 3, start + 6)) if count > 3 else None,
             weight=width - 1 if count == 7 else None,
             label=0 if start else None,
-            expected=_PLACES if count == 3 else _HANDLES,
+            expected=_POSITIONS if count == 3 else _PAIRS,
         )
 
     def _wrong(self, number, layout, row):

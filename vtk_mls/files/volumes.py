@@ -122,7 +122,7 @@ def write_values(file, values):
         file.write(data[start : start + _PIECE])
 
 
-def beside(path, name):
+def named_file(path, name):
     """The file that a header names.
 
     Parameters
@@ -146,8 +146,8 @@ def beside(path, name):
 
 def check_within(name):
     """Raise ValueError if a file that a header names is not in the header's folder."""
-    ways = PurePosixPath(name), PureWindowsPath(name)
-    if any(way.is_absolute() or way.drive or ".." in way.parts for way in ways):
+    paths = PurePosixPath(name), PureWindowsPath(name)
+    if any(path.is_absolute() or path.drive or ".." in path.parts for path in paths):
         raise ValueError(f"its data file `{name:.80}` is not in its own folder")
 
 

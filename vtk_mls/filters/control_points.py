@@ -48,7 +48,7 @@ class MLSControlPoints(HandleLists, Algorithm):
         """p, q, weights and labels of the files."""
         space = property_tables.SPACE.checked(self)
         try:
-            return control_point_files.read_handles(
+            return control_point_files.read_pairs(
                 self.GetFileName(), self.GetDeformedFileName(), space
             )
         except OSError as error:

@@ -6,6 +6,7 @@ and before ParaView 5.12 the panel would list their properties in alphabetical o
 
 from __future__ import annotations
 
+from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.handle_panel import HANDLES, draggable
 from vtk_mls.paraview.property_xml import element, elements, visibility
@@ -138,7 +139,7 @@ IMAGE_READER = [
         "Hints",
         xml(
             "ReaderFactory",
-            extensions="nii nii.gz nrrd nhdr seg.nrrd mha mhd",
+            extensions=formats.extensions(formats.MEDICAL),
             file_description="MLS Image Reader: medical images in LPS",
         ),
     ),

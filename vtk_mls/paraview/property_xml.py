@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import singledispatch
 
-from vtk_mls.files import control_point_files
+from vtk_mls.files import formats
 from vtk_mls.filters import properties
 from vtk_mls.paraview.xml import (
     arrays_of,
@@ -84,7 +84,7 @@ def _(each: properties.Text, domain=""):
 
 @element.register
 def _(each: properties.FileName, domain=""):
-    extensions = " ".join(suffix[1:] for suffix in control_point_files.FORMATS)
+    extensions = formats.extensions(formats.POINTS)
     chooser = xml("FileChooser", extensions=extensions, file_description="Handles")
     files = xml("FileListDomain", name="files")
     return vector("String", each.name, "", each.help, files, _hints(each, chooser))

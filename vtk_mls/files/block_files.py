@@ -1,0 +1,91 @@
+"""Several blocks as files: .vtm, .vtpc and .vtkhdf."""
+
+from __future__ import annotations
+
+import base64
+from xml.sax.saxutils import quoteattr
+
+from vtkmodules.vtkCommonCore import vtkIndent, vtkVersion
+from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
+    vtkMultiBlockDataSet,
+    vtkPartitionedDataSetCollection,
+)
+from vtkmodules.vtkIOXML import vtkXMLDataSetWriter, vtkXMLMultiBlockDataWriter
+
+from vtk_mls.files import vtk_io
+
+PIECES = {  # formats with everything, by the class of a dataset
+    "vtkImageData": ".vti",
+    "vtkPolyData": ".vtp",
+    "vtkStructuredGrid": ".vts",
+    "vtkUnstructuredGrid": ".vtu",
+}
+_NAME = vtkCompositeDataSet.NAME()
+_HDF_END = slice(40, 48)  # where VTK's HDF5 files say how long they are
+
+
+def write_blocks(data, path):
+    """Write a .vtm file and a folder with its blocks."""
+    if not isinstance(data, vtkMultiBlockDataSet):
+        from vtkmodules.vtkFiltersCore import vtkConvertToMultiBlockDataSet
+
+        data = _converted(vtkConvertToMultiBlockDataSet(), data)
+    vtk_io.write(vtkXMLMultiBlockDataWriter(), data, path)
+
+
+def write_partitions(data, path):
+    """Write a .vtpc file and a folder with its partitions.
+
+    VTK's own writer ends the process when the disk is full.
+    """
+    if not isinstance(data, vtkPartitionedDataSetCollection):
+        from vtkmodules.vtkFiltersCore import vtkConvertToPartitionedDataSetCollection
+
+        data = _converted(vtkConvertToPartitionedDataSetCollection(), data)
+    path.with_suffix("").mkdir(exist_ok=True)
+    lines = []
+    for number in range(data.GetNumberOfPartitionedDataSets()):
+        named = data.HasMetaData(number) and data.GetMetaData(number).Has(_NAME)
+        name = data.GetMetaData(number).Get(_NAME) if named else ""
+        lines.append(f'<Partitions index="{number}" name={quoteattr(name)}>')
+        for part in range(data.GetNumberOfPartitions(number)):
+            dataset = data.GetPartition(number, part)
+            if dataset is not None:
+                suffix = PIECES.get(dataset.GetClassName())
+                if suffix is None:
+                    raise ValueError(f"`{path}` cannot hold a {dataset.GetClassName()}")
+                file = f"{path.stem}/{path.stem}_{number}_{part}{suffix}"
+                vtk_io.write(vtkXMLDataSetWriter(), dataset, path.parent / file)
+                lines.append(f'  <DataSet index="{part}" file={quoteattr(file)}/>')
+        lines.append("</Partitions>")
+    if data.GetDataAssembly() is not None:
+        tree = base64.b64encode(data.GetDataAssembly().SerializeToXML(vtkIndent()).encode())
+        lines.append(f'<DataAssembly encoding="base64">{tree.decode()}</DataAssembly>')
+    kind = "vtkPartitionedDataSetCollection"
+    path.write_text(
+        f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian">\n'
+        f"<{kind}>\n" + "\n".join(lines) + f"\n</{kind}>\n</VTKFile>\n",
+        encoding="utf-8",
+    )
+
+
+def _converted(algorithm, data):
+    algorithm.SetInputDataObject(data)
+    algorithm.Update()
+    return algorithm.GetOutputDataObject(0)
+
+
+def write_hdf(data, path):
+    """Write a .vtkhdf file, which VTK can from 9.4 on."""
+    try:
+        from vtkmodules.vtkIOHDF import vtkHDFWriter
+    except ImportError:
+        raise ValueError(
+            f"`{path}` cannot be written by VTK {vtkVersion.GetVTKVersion()}, only from 9.4 on; "
+            "write .vtu, .vtp or .vtm instead"
+        ) from None
+    vtk_io.write(vtkHDFWriter(), data, path)
+    with path.open("rb") as file:
+        start = file.read(_HDF_END.stop)
+    vtk_io.check_size(path, int.from_bytes(start[_HDF_END], "little"))

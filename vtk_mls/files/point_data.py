@@ -1,0 +1,26 @@
+"""Control points as polydata."""
+
+from __future__ import annotations
+
+from vtk_mls import arguments, arrays
+from vtk_mls.files import provenance
+from vtk_mls.files.landmarks import Landmarks
+
+_DISPLACEMENT, _WEIGHT, _LABEL = "Displacement", "Weight", "Label"
+
+
+def landmarks(path, polydata, is_alone):
+    """The points of polydata, in its frame; they must have partners if it `is_alone`."""
+    data, partners = polydata.GetPointData(), None
+    weight = _WEIGHT if data.HasArray(_WEIGHT) else None
+    if is_alone or data.HasArray(_DISPLACEMENT):
+        points, partners, weights = arrays.control_points(polydata, _DISPLACEMENT, weight)
+        arguments.points("deformed", partners)
+    else:
+        points = arrays.to_numpy(polydata.GetPoints().GetData()).astype(float)
+        weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
+    arguments.points("rest", points)
+    is_lps = bool(provenance.kept(polydata, provenance.FILE_SPACE))
+    frame = "LPS" if is_lps else "".join(provenance.kept(polydata, provenance.SPACE))
+    labels = arrays.texts(data, _LABEL)
+    return Landmarks(path, points, frame, labels, partners=partners, weights=weights)
