@@ -12,8 +12,8 @@
 inline vec moved(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
 #if CUTS
-  float4 drift = map->cuts.drift;
-  d = vec_select(d, (vec){-drift.x, -drift.y, -drift.z}, fit->pivot.d2 >= UNREACHABLE);
+  vec still = vec_scale((real)(-1), drift_of(&map->cuts));
+  d = vec_select(d, still, fit->pivot.d2 >= UNREACHABLE);
 #endif
   return d;
 }

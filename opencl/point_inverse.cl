@@ -10,8 +10,7 @@ KERNEL void point_inverse(MAP_PARAMETERS, const long points_count,
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first), way = load_points(ways, points_count, first);
 #if CUTS
-  float4 drift = map.cuts.drift;  // to x itself
-  way = vec_select(way, (vec){drift.x, drift.y, drift.z}, is_blocked(&map, x, way));
+  way = vec_select(way, drift_of(&map.cuts), is_blocked(&map, x, way));  // to x itself
 #endif
   real rest = newton(&map, x, &way);
   rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, way));

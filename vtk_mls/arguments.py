@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vtk_mls.cuts import HalfPlane, Plane, Surface
+from vtk_mls import cuts as shapes
 from vtk_mls.grid import Grid
 from vtk_mls.reals import real, shown
 
@@ -77,11 +77,13 @@ def cut_shapes(value):
     """A tuple of cuts, of one or several; none for None."""
     if value is None:
         return ()
-    is_one = isinstance(value, (Plane, HalfPlane, Surface)) or not isinstance(value, Iterable)
+    is_one = isinstance(value, shapes.Cut) or not isinstance(value, Iterable)
     cuts = (value,) if is_one else tuple(value)
     for cut in cuts:
-        if not isinstance(cut, (Plane, HalfPlane, Surface)):
-            raise TypeError(f"`cuts` must be Plane, HalfPlane or Surface, got {shown(cut)}")
+        if not isinstance(cut, shapes.Cut):
+            *most, last = shapes.SHAPES
+            names = f"{', '.join(most)} or {last}"
+            raise TypeError(f"`cuts` must be {names}, got {shown(cut)}")
     return cuts
 
 
@@ -96,12 +98,7 @@ def check_reach(cuts, regions):
     """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
     for control_points in (region.control_points for region in regions):
         for cut in cuts:
-            if isinstance(cut, Plane):
-                distance = abs(cut.height(control_points.centre)) / control_points.scale
-            else:
-                places = cut.points if isinstance(cut, Surface) else cut.point
-                distance = np.abs(control_points.local(places)).max()
-            if not distance <= FARTHEST:
+            if not cut.farthest(control_points) <= FARTHEST:
                 raise ValueError(
                     f"`cuts` must be within {FARTHEST:g} times the extent of the control points, "
                     f"{control_points.scale:g}, got {shown(cut)}"

@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 import numpy as np
 
 from vtk_mls import arguments, kinds, vector_fields
-from vtk_mls.cuts import Plane
+from vtk_mls.cuts import Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.fitting import fitted_grid
 from vtk_mls.grid import Grid
@@ -198,7 +198,7 @@ class Deformation:
     @property
     def obstacles(self):
         """The cuts that one can go round."""
-        return [cut for cut in self.cuts if not isinstance(cut, Plane)]
+        return [cut for cut in self.cuts if isinstance(cut, Obstacle)]
 
     @_quiet
     def backward(self, points, progress=None):

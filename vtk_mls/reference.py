@@ -14,13 +14,14 @@ import numpy as np
 
 from vtk_mls import guesses, sampling
 from vtk_mls.linear_algebra import finite, unit
+from vtk_mls.regions import ON_PLANE
 from vtk_mls.weights import WeightedPoints
 
 NAME = "reference (numpy, float64)"
 
 # The search for the inverse: evaluations, smallest part of a step, distances in local units.
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
-_EXACT, _FOUND, _ON_PLANE = 1e-12, 1e-5, 1e-6
+_EXACT, _FOUND = 1e-12, 1e-5
 _SAMPLES = 1 << 12  # of the map, where points begin that do not find their place otherwise
 _STARTS = 4  # so many of them, one after the other, ...
 _WORTH = 0.05  # ... while they find at least this share of what is lost
@@ -104,7 +105,7 @@ def _newton(deformation, region, x, trial):
         trial = v + share[:, None] * way
     cut_off = _is_blocked(deformation, x, v)
     for plane, side in zip(deformation.planes, region.sides):
-        cut_off |= side * plane.height(v) < -_ON_PLANE * _size_of(region.control_points, x)
+        cut_off |= side * plane.height(v) < -ON_PLANE * _size_of(region.control_points, x)
     return v, np.where(cut_off, np.inf, left)
 
 

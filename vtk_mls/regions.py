@@ -11,6 +11,8 @@ import numpy as np
 from vtk_mls.control_points import ControlPoints
 
 _MOST_PLANES = 6
+# What is nearer to a plane than this share of its size is on both sides, to rounding.
+ON_PLANE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,12 +49,12 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     rows = np.atleast_2d(np.asarray(arguments, np.float32))
     padded = np.resize(rows, (-(-len(rows) // 16) * 16, rows.shape[1]))
     text = _KERNEL.format(inputs=rows.shape[1], outputs=outputs, body=body)
-    text = "\n".join([device.source(name) for name in ("types.cl", *files)] + [text])
-    options = [f"-D{name}={value}" for name, value in {"LANES": lanes, **constants}.items()]
+    macros = tuple({"LANES": lanes, **constants}.items())
+    text = "\n".join([device.source(name, macros) for name in ("types.cl", *files)] + [text])
     context, queue = device.context(chosen), device.queue(chosen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a compiler's praise of itself
-        kernel = cl.Program(context, text).build(options=["-w", *options]).call
+        kernel = cl.Program(context, text).build(options=["-w"]).call
     copied = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     tables, planes = (
         cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(each, np.float32))

@@ -8,7 +8,9 @@ import pytest
 from conftest import DEVICES, random_rotation
 from kernel_functions import call
 
+from vtk_mls import Deformation, HalfPlane, Surface
 from vtk_mls.engine import device
+from vtk_mls.engine.cut_tables import cut_tables
 from vtk_mls.kinds.polynomials import monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]
@@ -274,7 +276,12 @@ def test_affine_transforms(of, rng):
     np.testing.assert_allclose(got, x.astype(float) @ columns[:3] + columns[3], atol=3e-6)
 
 
-CUTS = {"CUTS": 1, "HALF_PLANES": 1, "SURFACES": 1, "TWICE_ALPHA": 2}
+EACH_SHAPE = Deformation(
+    [(0, 0, 0)],
+    [(0, 0, 1)],
+    cuts=[HalfPlane((0, 0, 0), (1, 0, 0), (0, 1, 0)), Surface.polygon(np.eye(3))],
+)
+CUTS = {"TWICE_ALPHA": 2, **dict(cut_tables(EACH_SHAPE, EACH_SHAPE.regions[0])[0])}
 CUT_FILES = ["powers.cl", "cuts.cl"]
 V_AND_Q = "vec v = {a[0], a[1], a[2]}, q = {a[3], a[4], a[5]};"
 SHARES = np.linspace(0, 1, 201)
@@ -289,10 +296,10 @@ def half_plane(rng):
 def test_a_detour_round_a_half_plane_is_the_shortest(of, rng):
     table = half_plane(rng)
     x = rng.uniform(-1, 1, (COUNT, 6))
-    body = f"""{V_AND_Q} frame_t b = frame_of(table, q), f = frame_of(table, v);
-    r[0] = sqrt(half_plane_path2(f, b)); vec at = half_plane_bend(table, f, b);
+    body = f"""{V_AND_Q} frame_t b = half_plane_place(table, q), f = half_plane_place(table, v);
+    vec at; r[0] = sqrt(half_plane_detour(table, f, b, &at));
     r[1] = at.x; r[2] = at.y; r[3] = at.z;
-    r[4] = select((real)(0), (real)(1), half_plane_blocks(f, b) != 0);"""
+    r[4] = select((real)(0), (real)(1), half_plane_blocks(table, f, b) != 0);"""
     got = of(CUT_FILES, body, x, 5, table=table, **CUTS).astype(float)
     v, q = x[:, :3], x[:, 3:]
     point, normal, inward, along = table.reshape(4, 3)

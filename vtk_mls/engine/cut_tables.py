@@ -1,73 +1,76 @@
-"""Cuts as the kernels read them: float32 tables in the local frame of a region."""
+"""Cuts as the kernels read them: build constants, and tables in the local frame of a region."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from vtk_mls.cuts import HalfPlane, Surface
+from vtk_mls.engine.kernel_arguments import members, not_empty, record
+from vtk_mls.regions import ON_PLANE
 
-# Tables in the order of CUT_PARAMETERS in opencl/cuts.cl.
-BEFORE_SURFACES = ("planes", "index_planes", "sides", "half_planes", "frames")
-SURFACES = ("surfaces", "triangles", "edges")
-
-
-@dataclass(frozen=True)
-class CutTables:
-    """Build constants and tables of some cuts."""
-
-    constants: list
-    tables: dict
-    surface_count: int
+# A full cut: its normal and the height of the origin, in the local frame and by index of the grid
+# of the launch; 1 or -1 for the side of the region.
+PLANE = np.dtype([("plane", "f4", 4), ("index_plane", "f4", 4), ("side", "f4")])
 
 
-def cut_tables(deformation, region, grid=None) -> CutTables:
-    """The cuts of `deformation` in the local frame of `region`; planes also by index of `grid`."""
+def cut_tables(deformation, region, grid=None):
+    """Build constants of the cuts of `deformation`; their numbers, then their tables.
+
+    All in the local frame of `region`; planes also by index of `grid`.
+    """
     control_points = region.control_points
-    half_planes = [cut for cut in deformation.cuts if isinstance(cut, HalfPlane)]
-    surfaces = [cut for cut in deformation.cuts if isinstance(cut, Surface)]
-    planes, index_planes = [], []
-    for plane in deformation.planes:
-        planes.append([*plane.normal, plane.height(control_points.centre) / control_points.scale])
+    numbers = record(
+        {
+            "damping": np.float32(deformation.nu / (2 * deformation.alpha)),
+            "nu": np.float32(deformation.nu),
+            "drift": np.float32(control_points.mean_displacement / control_points.scale),
+            "plane_count": np.int32(len(deformation.planes)),
+        }
+    )
+    shapes = {}
+    for cut in deformation.obstacles:
+        shapes.setdefault(type(cut), []).append(cut)
+    shapes = dict(sorted(shapes.items(), key=lambda item: item[0].kernel))
+    constants = [
+        ("CUTS", 1),
+        ("ON_PLANE", f"{ON_PLANE}f"),
+        ("PLANE", members(PLANE)),
+        ("CUT_NUMBERS", members(numbers.dtype)),
+        ("SHAPE_FILES", " ".join(f"cut_{shape.kernel}.cl" for shape in shapes)),
+        ("SHAPES(X)", " ".join(f"X({shape.kernel})" for shape in shapes)),
+    ]
+    for shape, cuts in shapes.items():
+        constants += shape.constants(len(cuts)).items()
+    tables = [_shape_table(cuts, control_points) for cuts in shapes.values()]
+    planes = _plane_table(deformation.planes, region, grid)
+    return constants, numbers, [not_empty(table) for table in (planes, *tables)]
+
+
+def _plane_table(planes, region, grid):
+    """The full cuts: (planes,) PLANE."""
+    control_points = region.control_points
+    table = np.zeros(len(planes), PLANE)
+    table["side"] = region.sides
+    for row, plane in zip(table, planes):
+        height = plane.height(control_points.centre) / control_points.scale
+        row["plane"] = [*plane.normal, height]
         if grid is not None:
-            by_index = plane.normal @ grid.index_to_world
-            index_planes.append([*by_index, plane.height(grid.origin)])
-    frames = np.array(
-        [np.stack(half.frame(control_points.deformed), axis=1) for half in half_planes]
-    )
-    frames = (
-        frames.reshape(len(half_planes), len(control_points), 3).swapaxes(0, 1)
-        / control_points.scale
-    )
-    radius = np.hypot(frames[..., :1], frames[..., 1:2])
-    ranges, triangles, edges = [], [], []
-    for surface in surfaces:
-        start = len(triangles), len(edges)
-        corners = np.sort(surface.triangles, axis=1)
-        triangles.extend(control_points.local(surface.points[corners]).reshape(-1, 9))
-        edges.extend(control_points.local(surface.boundary).reshape(-1, 6))
-        ranges.append([start[0], len(triangles), start[1], len(edges)])
-    tables = {
-        "planes": _table(planes),
-        "index_planes": _table(index_planes),
-        "sides": _table(region.sides),
-        "half_planes": _table(
-            [
-                [*control_points.local(half.point), *half.normal, *half.inward, *half.along]
-                for half in half_planes
-            ]
-        ),
-        "frames": _table(np.concatenate([frames, radius], axis=2)),
-        "surfaces": _table(ranges, np.int32),
-        "triangles": _table(triangles),
-        "edges": _table(edges),
-    }
-    constants = [("HALF_PLANES", len(half_planes)), ("SURFACES", int(bool(surfaces)))]
-    return CutTables(constants, tables, len(surfaces))
+            row["index_plane"] = [*plane.normal @ grid.index_to_world, plane.height(grid.origin)]
+    return table
 
 
-def _table(rows, dtype=np.float32):
-    """A buffer's content; OpenCL has no empty ones."""
-    table = np.ascontiguousarray(rows, dtype=dtype).ravel()
-    return table if table.size else np.zeros(1, dtype)
+def _shape_table(cuts, control_points):
+    """Cuts of one shape, as `record_of` in cuts.cl finds them.
+
+    Their number, where each record begins, and the records; ints are there by their bits.
+    """
+    records = [_packed(cut.record(control_points)) for cut in cuts]
+    starts = np.cumsum([1 + len(cuts), *map(len, records)])[:-1]
+    return np.concatenate([_packed([[len(cuts)], starts]), *records])
+
+
+def _packed(arrays):
+    """Arrays of floats or ints one behind the other, float32 with the bits of int32."""
+    arrays = [np.asarray(array).ravel() for array in arrays]
+    return np.concatenate(
+        [a.astype(np.int32 if a.dtype.kind in "iu" else np.float32).view("f4") for a in arrays]
+    )

@@ -13,7 +13,7 @@ import pyopencl as cl
 from vtk_mls import sampling
 from vtk_mls.engine import device as devices
 from vtk_mls.engine import kernel_arguments
-from vtk_mls.engine.cut_tables import BEFORE_SURFACES, SURFACES, cut_tables
+from vtk_mls.engine.cut_tables import cut_tables
 from vtk_mls.engine.inverse import InverseSearch
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
@@ -381,17 +381,9 @@ class Engine:
             ]
         arguments = [numbers, *self._uploaded[control_points]]
         if deformation.cuts:
-            packed = cut_tables(deformation, region, grid)
-            constants += [("CUTS", 1), *packed.constants]
-            arguments += [
-                np.float32(deformation.nu / (2 * alpha)),
-                np.float32(deformation.nu),
-                kernel_arguments.float4(control_points.mean_displacement / control_points.scale),
-                np.int32(len(deformation.planes)),
-                *(self.constant(packed.tables[name]) for name in BEFORE_SURFACES),
-                np.int32(packed.surface_count),
-                *(self.constant(packed.tables[name]) for name in SURFACES),
-            ]
+            extra, numbers, tables = cut_tables(deformation, region, grid)
+            constants += extra
+            arguments += [numbers, *map(self.constant, tables)]
         return tuple(constants), arguments
 
     def _sums(self, double):

@@ -137,7 +137,8 @@ def _kernels():
     """What tells the text of all kernels, and of the test, from others."""
     here, package = Path(__file__), Path(__file__).parents[1]
     files = [*sorted(resource("opencl").glob("*.cl")), here.with_name("self_test.py")]
-    files += [here.with_name("kernel_arguments.py"), *sorted(package.glob("kinds/*.py"))]
+    files += [here.with_name(name) for name in ("kernel_arguments.py", "cut_tables.py")]
+    files += [*sorted(package.glob("kinds/*.py")), *sorted(package.glob("cuts/*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 

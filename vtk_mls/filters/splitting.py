@@ -50,7 +50,7 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
-from vtk_mls import Aborted, HalfPlane, Plane, arrays
+from vtk_mls import Aborted, arrays
 from vtk_mls.filters.orientation import TETRAHEDRA
 
 _MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
@@ -249,12 +249,12 @@ def _heights(grid, cut, tolerance):
     """
     places, (corners, starts) = _places(grid), _corners(grid)
     near = np.ones(len(places), bool)
-    if not isinstance(cut, (Plane, HalfPlane)):
+    lowest, highest = cut.bounds
+    if np.isfinite([lowest, highest]).all():
         touching = np.ones(len(starts) - 1, bool)
         for axis in range(3):
             low, high = _range(places[:, axis], corners, starts)
-            bounds = cut.points[:, axis]
-            touching &= (low <= bounds.max()) & (high >= bounds.min())
+            touching &= (low <= highest[axis]) & (high >= lowest[axis])
         near = np.zeros(len(places), bool)
         near[corners[np.repeat(touching, np.diff(starts))]] = True
     height = np.full(len(places), np.inf)
@@ -268,14 +268,9 @@ def _heights(grid, cut, tolerance):
 
 def _height_function(cut):
     """The signed distance from a cut as a function of places (n, 3)."""
-    if isinstance(cut, Plane):
-        return cut.height
-    if isinstance(cut, HalfPlane):
-        return Plane(cut.point, cut.normal).height
-    centre = cut.points.mean(axis=0)
-    size, axes = np.linalg.svd(cut.points - centre, full_matrices=False)[1:]
-    if size[2] <= 1e-9 * size[0]:
-        return Plane(centre, axes[2]).height
+    plane = cut.plane
+    if plane is not None:
+        return plane.height
     oriented, distance = vtkPolyDataNormals(), vtkImplicitPolyDataDistance()
     oriented.SetInputData(_surface(cut))
     oriented.SplittingOff()
@@ -500,7 +495,7 @@ def _cell_array(corners, starts, chosen):
 
 
 def _surface(cut):
-    """The triangles of a `Surface` as vtkPolyData."""
+    """The triangles of a cut as vtkPolyData."""
     polydata, points = vtkPolyData(), vtkPoints()
     points.SetData(arrays.from_numpy(cut.points, VTK_DOUBLE))
     polydata.SetPoints(points)

@@ -1,16 +1,9 @@
-"""Cuts: surfaces across which control points have less influence, or none (section 4).
+"""The cut along triangles.
 
-A cut answers, for places v and control points q, whether the straight way between them is blocked,
-and where the detour bends. The detour b is the way v - b - q over the point b of the cut's boundary
-for which it is shortest.
-
-`HalfPlane`: b lies on the edge line, and the detour is the shortest path there is (unfold the two
-sides around the edge).
-
-`Surface`: b lies on a boundary edge. For a flat surface of any outline that is the shortest path
-too. For a curved one the two straight legs may pass through the surface: the detour is then too
-short, by as much as the surface bulges between the legs (a hemispherical cup seen from its axis:
-sqrt(2) r instead of pi r / 2 from rim to pole). It is chosen because it is continuous, has no
+The detour bends on a boundary edge. For a flat surface of any outline that is the shortest path
+there is. For a curved one the two straight legs may pass through the surface: the detour is then
+too short, by as much as the surface bulges between the legs (a hemispherical cup seen from its
+axis: sqrt(2) r instead of pi r / 2 from rim to pole). It is chosen because it is continuous, has no
 search over paths, and is exact where it matters: at grazing, and far from the surface.
 
 Blocked means an odd number of crossings. Where a way begins to be blocked it touches the boundary,
@@ -24,117 +17,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vtk_mls.reals import real, shown
+from vtk_mls.cuts.cut import Obstacle, freeze
+from vtk_mls.cuts.plane import Plane
+from vtk_mls.linear_algebra import unit
+from vtk_mls.reals import real
 
-_ASIDE = np.array([0.5377, 0.2863, 0.7930])  # no direction that surfaces have by design
-
-
-@dataclass(frozen=True, eq=False)
-class Plane:
-    """A cut through everything: its two sides do not see each other.
-
-    Parameters
-    ----------
-    point, normal : (3,) array_like, world coordinates
-        Points on the plane itself belong to the side of `normal`.
-    """
-
-    point: np.ndarray
-    normal: np.ndarray
-
-    def __post_init__(self):
-        _set(self, point=_vector("point", self.point), normal=_direction("normal", self.normal))
-
-    def height(self, x):
-        """Signed distance (...) of places `x` (..., 3) from the plane, world units."""
-        return (x - self.point) @ self.normal
-
-    def void_distance(self, v, g):
-        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
-        side = np.where(self.height(v) < 0, -1, 1)
-        return side * self.height(g)
-
-    def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
-        return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
+# No direction that surfaces have by design: a segment through an edge counts as moved along it.
+_ASIDE = np.array([0.5377, 0.2863, 0.7930])
 
 
 @dataclass(frozen=True, eq=False)
-class HalfPlane:
-    """A cut with an edge: {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
-
-    Parameters
-    ----------
-    point : (3,) array_like, world coordinates
-        A point of the edge, which runs along normal x inward.
-    normal : (3,) array_like
-        Normal of the cut.
-    inward : (3,) array_like
-        Direction from the edge into the cut; its part along `normal` does not count.
-    """
-
-    point: np.ndarray
-    normal: np.ndarray
-    inward: np.ndarray
-    along: np.ndarray = field(init=False, repr=False)
-
-    def __post_init__(self):
-        normal, inward = _direction("normal", self.normal), _direction("inward", self.inward)
-        across = inward - (inward @ normal) * normal
-        if np.linalg.norm(across) < 1e-6:
-            raise ValueError(
-                f"`inward` must not be parallel to `normal`, got {self.inward} and {self.normal}"
-            )
-        inward = across / np.linalg.norm(across)
-        _set(
-            self,
-            point=_vector("point", self.point),
-            normal=normal,
-            inward=inward,
-            along=np.cross(normal, inward),
-        )
-
-    def frame(self, x):
-        """Height over the cut, depth from the edge and place along it, (...) each."""
-        offset = x - self.point
-        return offset @ self.normal, offset @ self.inward, offset @ self.along
-
-    def blocks(self, v, q):
-        """Whether the cut is between `v` and `q` (..., 3)."""
-        (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
-        return ((s < 0) != (t < 0)) & (h * np.abs(t) + g * np.abs(s) > 0)
-
-    def bend(self, v, q):
-        """Where the detour from `v` to `q` bends (..., 3)."""
-        (s, h, a), (t, g, b) = self.frame(v), self.frame(q)
-        r_v, r_q = np.hypot(s, h), np.hypot(t, g)
-        total = r_v + r_q
-        share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
-        return self.point + (a + (b - a) * share)[..., None] * self.along
-
-    def void_distance(self, v, g):
-        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
-        (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
-        to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
-        # from the edge to the segment, seen along the edge
-        square = (t - s) ** 2 + (e - h) ** 2
-        share = -(s * (t - s) + h * (e - h)) / np.where(square > 0, square, 1)
-        share = np.clip(share, 0, 1)
-        to_edge = np.hypot(s + (t - s) * share, h + (e - h) * share)
-        reach = np.minimum(to_cut, to_edge)
-        return np.where(self.blocks(v, g), -reach, reach)
-
-    def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
-        t, e, _ = self.frame(g)
-        beside = e > 0
-        t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
-        out = _unit(t[:, None] * self.normal + e[:, None] * self.inward)
-        return np.where(self.blocks(v, g)[:, None], -out, out)
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(Obstacle):
     """A cut along triangles; open or closed, flat or curved.
 
     Parameters
@@ -176,7 +69,9 @@ class Surface:
             )
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, count = np.unique(edges, axis=0, return_counts=True)
-        _set(self, points=points, triangles=triangles, boundary=points[edges[count % 2 == 1]])
+        freeze(self, points=points, triangles=triangles, boundary=points[edges[count % 2 == 1]])
+
+    kernel = "surface"
 
     @classmethod
     def polygon(cls, outline):
@@ -198,7 +93,6 @@ class Surface:
         return odd
 
     def bend(self, v, q):
-        """Where the detour from `v` to `q` bends (..., 3); NaN for a closed surface."""
         v, q = np.broadcast_arrays(v, q)
         best, shortest = np.full(v.shape, np.nan), np.full(v.shape[:-1], np.inf)
         for a, b in self.boundary:
@@ -210,7 +104,6 @@ class Surface:
         return best
 
     def void_distance(self, v, g):
-        """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous off the cut."""
         reach = np.full(len(v), np.inf)
         for triangle in self.points[self.triangles]:
             reach = np.minimum(reach, _from_triangle(g, *triangle)[0])
@@ -219,13 +112,35 @@ class Surface:
         return np.where(self.blocks(v, g), -reach, reach)
 
     def away(self, v, g):
-        """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
         for triangle in self.points[self.triangles]:
             distance, direction = _from_triangle(g, *triangle)
             out = np.where((distance < nearest)[:, None], direction, out)
             nearest = np.minimum(nearest, distance)
         return np.where(self.blocks(v, g)[:, None], -out, out)
+
+    def spanning(self):
+        return self.points
+
+    def record(self, control_points):
+        """Numbers of triangles and of edges, corners of the triangles, ends of the edges."""
+        corners = self.points[np.sort(self.triangles, axis=1)]
+        numbers = np.array([len(corners), len(self.boundary)])
+        return [numbers, control_points.local(corners), control_points.local(self.boundary)]
+
+    @classmethod
+    def constants(cls, count):
+        return {"ASIDE": f"(float3)({', '.join(f'{x}f' for x in _ASIDE)})"}
+
+    @property
+    def plane(self):
+        centre = self.points.mean(axis=0)
+        size, axes = np.linalg.svd(self.points - centre, full_matrices=False)[1:]
+        return Plane(centre, axes[2]) if size[2] <= 1e-9 * size[0] else None
+
+    @property
+    def bounds(self):
+        return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
 
 def _crosses(v, q, a, b, c):
@@ -260,7 +175,7 @@ def _bend_on_edge(v, q, a, b):
 
 def _from_triangle(x, a, b, c):
     """Distances (m,) of places `x` (m, 3) from a triangle, and the unit vectors away from it."""
-    normal = _unit(np.cross(b - a, c - a))
+    normal = unit(np.cross(b - a, c - a))
     inside = np.ones(len(x), bool)
     distance, offset = np.full(len(x), np.inf), np.zeros_like(x)
     for start, end in ((a, b), (b, c), (c, a)):
@@ -274,13 +189,8 @@ def _from_triangle(x, a, b, c):
     above = np.where(height < 0, -1, 1)[:, None] * normal
     return (
         np.where(inside, np.abs(height), distance),
-        np.where(inside[:, None], above, _unit(offset)),
+        np.where(inside[:, None], above, unit(offset)),
     )
-
-
-def _unit(vectors):
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 def _distance_of_segments(v, g, a, b):
@@ -295,25 +205,3 @@ def _distance_of_segments(v, g, a, b):
     s = np.clip(np.where(dd1 > 0, (e * t - c) / np.where(dd1 > 0, dd1, 1), 0), 0, 1)
     t = np.clip((e * s + f) / dd2, 0, 1)
     return np.linalg.norm(r + s[:, None] * d1 - t[:, None] * d2, axis=1)
-
-
-def _vector(name, value):
-    vector = real(name, value, "three numbers")
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {shown(value)}")
-    return vector
-
-
-def _direction(name, value):
-    vector = _vector(name, value)
-    largest = np.abs(vector).max()
-    if largest == 0:
-        raise ValueError(f"`{name}` must not be zero, got {shown(value)}")
-    vector = vector / largest  # its square may be 0 or infinite
-    return vector / np.linalg.norm(vector)
-
-
-def _set(cut, **values):
-    for name, value in values.items():
-        value.flags.writeable = False
-        object.__setattr__(cut, name, value)

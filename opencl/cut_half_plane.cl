@@ -1,0 +1,57 @@
+// Half-planes, vtk_mls/cuts/half_plane.py. The detour bends on the edge line.
+//
+// A record: point of the edge, normal, inward, along, then the frame of each control point.
+
+#ifndef HALF_PLANES
+#error "HALF_PLANES is missing: how many there are"
+#endif
+#define HALF_PLANE_SIZE 12
+#define FRAME_SIZE 4
+
+// A place in the frame of a half-plane: height, depth, place along the edge, distance to it.
+typedef struct { real s, h, l, r; } frame_t;
+typedef frame_t half_plane_place_t;
+typedef struct { frame_t frame[HALF_PLANES]; } half_plane_view_t;
+
+inline int half_plane_count(__global const float *table) { return HALF_PLANES; }
+
+inline frame_t half_plane_place(__global const float *cut, vec x) {
+  vec offset = vec_sub(x, load3(cut));
+  real s = dot3(offset, load3(cut + 3)), h = dot3(offset, load3(cut + 6));
+  return (frame_t){s, h, dot3(offset, load3(cut + 9)), sqrt(fma(s, s, h * h))};
+}
+
+inline half_plane_view_t half_plane_view(__global const float *table, vec v) {
+  half_plane_view_t view;
+  for (int i = 0; i < HALF_PLANES; ++i) view.frame[i] = half_plane_place(record_of(table, i), v);
+  return view;
+}
+
+inline frame_t half_plane_seen(const half_plane_view_t *view, int i) { return view->frame[i]; }
+
+inline frame_t half_plane_control_point(__global const float *cut, int k, vec q) {
+  __global const float *frame = cut + HALF_PLANE_SIZE + (long)k * FRAME_SIZE;
+  return (frame_t){frame[0], frame[1], frame[2], frame[3]};
+}
+
+inline integer half_plane_blocks(__global const float *cut, frame_t a, frame_t b) {
+  integer apart = (a.s < 0) != (b.s < 0);
+  if (!ANY(apart)) return apart;
+  return apart & (fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0);
+}
+
+inline real half_plane_detour(__global const float *cut, frame_t a, frame_t b, vec *bend) {
+  real radius = a.r + b.r, along = a.l - b.l;
+  real l = fma(b.l - a.l, a.r / most(radius, 1e-30f), a.l);
+  *bend = vec_madd(l, load3(cut + 9), load3(cut));
+  return fma(radius, radius, along * along);
+}
+
+inline real half_plane_void_distance(__global const float *cut, frame_t a, frame_t b) {
+  real to_cut = select(b.r, fabs(b.s), b.h > 0);
+  real ds = b.s - a.s, dh = b.h - a.h;
+  real share = clamp01(-fma(a.s, ds, a.h * dh) / most(fma(ds, ds, dh * dh), 1e-30f));
+  real s = fma(ds, share, a.s), h = fma(dh, share, a.h);
+  real reach = least(to_cut, sqrt(fma(s, s, h * h)));
+  return select(reach, -reach, half_plane_blocks(cut, a, b));
+}

@@ -1,0 +1,105 @@
+"""The cut with a straight edge.
+
+The detour bends on the edge line, and is the shortest path there is: unfold the two sides around
+the edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vtk_mls.cuts.cut import Obstacle, direction, freeze, vector
+from vtk_mls.cuts.plane import Plane
+from vtk_mls.linear_algebra import unit
+
+
+@dataclass(frozen=True, eq=False)
+class HalfPlane(Obstacle):
+    """A cut with an edge: {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
+
+    Parameters
+    ----------
+    point : (3,) array_like, world coordinates
+        A point of the edge, which runs along normal x inward.
+    normal : (3,) array_like
+        Normal of the cut.
+    inward : (3,) array_like
+        Direction from the edge into the cut; its part along `normal` does not count.
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+    inward: np.ndarray
+    along: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self):
+        normal, inward = direction("normal", self.normal), direction("inward", self.inward)
+        across = inward - (inward @ normal) * normal
+        if np.linalg.norm(across) < 1e-6:
+            raise ValueError(
+                f"`inward` must not be parallel to `normal`, got {self.inward} and {self.normal}"
+            )
+        inward = across / np.linalg.norm(across)
+        freeze(
+            self,
+            point=vector("point", self.point),
+            normal=normal,
+            inward=inward,
+            along=np.cross(normal, inward),
+        )
+
+    kernel = "half_plane"
+
+    def frame(self, x):
+        """Height over the cut, depth from the edge and place along it, (...) each."""
+        offset = x - self.point
+        return offset @ self.normal, offset @ self.inward, offset @ self.along
+
+    def blocks(self, v, q):
+        (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
+        return ((s < 0) != (t < 0)) & (h * np.abs(t) + g * np.abs(s) > 0)
+
+    def bend(self, v, q):
+        (s, h, a), (t, g, b) = self.frame(v), self.frame(q)
+        r_v, r_q = np.hypot(s, h), np.hypot(t, g)
+        total = r_v + r_q
+        share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
+        return self.point + (a + (b - a) * share)[..., None] * self.along
+
+    def void_distance(self, v, g):
+        (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
+        to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
+        # from the edge to the segment, seen along the edge
+        square = (t - s) ** 2 + (e - h) ** 2
+        share = -(s * (t - s) + h * (e - h)) / np.where(square > 0, square, 1)
+        share = np.clip(share, 0, 1)
+        to_edge = np.hypot(s + (t - s) * share, h + (e - h) * share)
+        reach = np.minimum(to_cut, to_edge)
+        return np.where(self.blocks(v, g), -reach, reach)
+
+    def away(self, v, g):
+        t, e, _ = self.frame(g)
+        beside = e > 0
+        t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
+        out = unit(t[:, None] * self.normal + e[:, None] * self.inward)
+        return np.where(self.blocks(v, g)[:, None], -out, out)
+
+    def spanning(self):
+        return self.point[None]
+
+    def record(self, control_points):
+        """The half-plane, then each control point: its frame, and its distance from the edge."""
+        place = control_points.local(self.point)
+        frames = np.stack(self.frame(control_points.deformed), axis=1) / control_points.scale
+        radius = np.hypot(frames[:, :1], frames[:, 1:2])
+        return [place, self.normal, self.inward, self.along, np.hstack([frames, radius])]
+
+    @classmethod
+    def constants(cls, count):
+        return {"HALF_PLANES": count}
+
+    @property
+    def plane(self):
+        return Plane(self.point, self.normal)
