@@ -50,7 +50,7 @@ class Cropped(VTKPythonAlgorithmBase):
         output = vtkImageData.GetData(outInfo)
         whole = ImageGeometry.of_image(make_image(**self.place))
         part = whole.part(extent)
-        part.place(output)
+        part.apply_to(output)
         grids = part.grid_within(whole), arrays.cell_grid(part.grid_within(whole))
         data = output.GetPointData(), output.GetCellData()
         for attributes, name, grid in zip(data, ("values", "cells"), grids):

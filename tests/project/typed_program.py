@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import assert_type
 
-import vtk_mls
 from vtk_mls import Deformation, DisplacementField, Grid, HalfPlane, Plane, Surface
 
 Float64 = npt.NDArray[np.float64]

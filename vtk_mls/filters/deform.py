@@ -322,7 +322,7 @@ class MLSDeform(DeformingFilter):
         self._check_reach(deformation, whole_source.grid.corners())
         whole = self._output_geometry(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
-        target.place(output)
+        target.apply_to(output)
         if target.is_empty:
             return []
         grids = source.grid_within(whole_source), target.grid_within(whole)

@@ -117,7 +117,7 @@ class MLSDisplacementField(DeformingFilter):
             whole = self._sampled_lattice(self._boxes(lambda: dataset))
         self._check_reach(deformation, whole.grid.corners())
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
-        target.place(output)
+        target.apply_to(output)
         if target.is_empty:
             return 1
         grid = target.grid_within(whole)
