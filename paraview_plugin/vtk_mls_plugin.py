@@ -34,7 +34,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
 
 from vtk_mls import filters, io
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.files import formats
+from vtk_mls.files import control_point_files
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.paraview import frame_check, handle_widget
 from vtk_mls.paraview.image_axes import along_world
@@ -77,7 +77,7 @@ def file_name(name, text):
             "Hints",
             xml(
                 "FileChooser",
-                extensions=formats.extensions(formats.POINTS),
+                extensions=" ".join(suffix[1:] for suffix in control_point_files.FORMATS),
                 file_description="Handles",
             ),
             shown_when("Mode", "file"),
@@ -589,7 +589,7 @@ READER = [
         "Hints",
         xml(
             "ReaderFactory",
-            extensions=formats.extensions(formats.MEDICAL),
+            extensions="nii nii.gz nrrd nhdr seg.nrrd mha mhd",
             file_description="MLS Image Reader: medical images in LPS",
         ),
     ),

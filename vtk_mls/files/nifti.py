@@ -7,7 +7,8 @@ at the origin and x to the left. Written are both, but no qform if axes are not 
 Values are those after the scaling, which counts if its slope is a number other than 0.
 
 Components: colours (RGB24, RGBA32), and the fifth dimension. Displacements (intent 1006) are
-vectors in RAS and turn, as in ITK; those of another intent stay as they are, also as in ITK.
+vectors in RAS and are taken to LPS, as in ITK; those of another intent stay as they are, also as in
+ITK.
 
 Labels are integers with the intent 1002 (label) or 1003 (name of an anatomical structure).
 """

@@ -7,9 +7,9 @@ space that they came from.
 
 Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
 3-gradient, 3-normal) are rotated with the space if there is a `measurement frame`, which alone
-says what their numbers mean. They are written in LPS with the identity as theirs: then ITK, which does not
-look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours, lists
-and other kinds never are; a measurement frame that they have (it belongs to the gradients of
+says what their numbers mean. They are written in LPS with the identity as theirs: then ITK, which
+does not look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours,
+lists and other kinds never are; a measurement frame that they have (it belongs to the gradients of
 diffusion weighted images) is kept.
 
 Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
