@@ -13,14 +13,13 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, arrays
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import extents, warping
 from vtk_mls.filters.algorithm import (
     ask_for_all,
     ask_for_extent,
     ask_within_the_whole,
-    in_turn,
     numbers,
 )
 from vtk_mls.filters.deforming import DeformingFilter
@@ -281,22 +280,15 @@ class MLSDeform(DeformingFilter):
             if not target.is_empty:
                 more = extents.GRADIENT_REACH if self._gradient_array else 0
                 deformation = self._updated_deformation(asked)
-                extent = extents.needed_extent(
-                    deformation,
-                    source,
-                    target,
-                    whole,
-                    self._interpolation,
-                    self._void_values,
-                    more,
-                )
+                sampling = self._sampling(source.grid, target.grid_within(whole))
+                extent = extents.needed_extent(deformation, source, sampling, more)
                 ask_for_extent(info, extent)
 
     def RequestData(self, request, inInfo, outInfo):
         data = vtkDataSet.GetData(inInfo[0])
         self._check(data)
         deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
-        in_turn(deform(data, inInfo, outInfo), self._progress())
+        self._run(deform(data, inInfo, outInfo))
         return 1
 
     def _deform_mesh(self, mesh, inInfo, outInfo):
@@ -325,9 +317,13 @@ class MLSDeform(DeformingFilter):
         target.apply_to(output)
         if target.is_empty:
             return []
-        grids = source.grid_within(whole_source), target.grid_within(whole)
-        tasks = Resampling(self, deformation, image, output, *grids).tasks()
-        return tasks + self._jacobian_tasks(deformation, output, grids[1])
+        sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
+        tasks = Resampling(self, deformation, image, output, sampling).tasks()
+        return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+
+    def _sampling(self, source, target):
+        """How images are sampled on the grid `source` for the points of another."""
+        return Sampling(source, target, self._interpolation, self._background, self._void_values)
 
     def _whole_input(self, source, info):
         """All of the image of which the input is a part."""
