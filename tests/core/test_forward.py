@@ -96,7 +96,7 @@ class TestManyPoints:
         d = deformation(rest, deformed, ("rigid", 1), device)
         x = rng.uniform(0, EXTENT, (70_000, 3)).astype(np.float32)
         whole, steps = d.forward_field(x), []
-        monkeypatch.setattr(engine.on(dispatch.choose(device)), "memory", 4 * 64 * 4096)
+        monkeypatch.setattr(engine.on(dispatch.choose(device)).memory, "limit", 4 * 64 * 4096)
         slabs = d.forward_field(x, progress=steps.append)
         assert len(steps) > 10
         assert steps == [*sorted(steps[:-1]), 1]

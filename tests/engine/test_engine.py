@@ -14,7 +14,7 @@ from conftest import (
 )
 from drivers import check_kernels
 
-from vtk_mls import Deformation, Grid, HalfPlane
+from vtk_mls import Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.engine import device, dispatch, engine
 
 pytestmark = pytest.mark.skipif(
@@ -126,7 +126,7 @@ def test_small_memory_gives_the_same_in_slabs(key, kind_and_degree, rng, monkeyp
     whole = d.displacement_field(grid.dimensions, spacing=grid.spacing).displacement
     resampled = d.resample([image], grid)[0]
     steps = []
-    monkeypatch.setattr(engine.on(dispatch.choose(key)), "memory", 4 * 12 * 2048)
+    monkeypatch.setattr(engine.on(dispatch.choose(key)).memory, "limit", 4 * 12 * 2048)
     slabs = d.displacement_field(
         grid.dimensions, spacing=grid.spacing, progress=steps.append
     ).displacement
@@ -143,18 +143,20 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     d = deformation(rest, deformed, ("rigid", 1), key)
     grid = Grid((24, 22, 60), spacing=(11, 12, 4))
     image = rng.normal(size=(*grid.shape, 2))
-    whole = d.resample([image], grid, interpolation="cubic")[0]
-    monkeypatch.setattr(chosen, "_in_place", False)
-    monkeypatch.setattr(chosen, "memory", image.nbytes)
-    np.testing.assert_array_equal(d.resample([image], grid, interpolation="cubic")[0], whole)
+    whole = d.resample([image], Sampling(grid, interpolation="cubic"))[0]
+    monkeypatch.setattr(chosen.memory, "in_place", False)
+    monkeypatch.setattr(chosen.memory, "limit", image.nbytes)
+    np.testing.assert_array_equal(
+        d.resample([image], Sampling(grid, interpolation="cubic"))[0], whole
+    )
 
 
 def test_a_source_that_cannot_fit_is_refused(key, rng, monkeypatch):
     chosen = engine.on(dispatch.choose(key))
     d = deformation(*random_handles(rng, 5), ("rigid", 1), key)
     grid = Grid((50, 50, 4))
-    monkeypatch.setattr(chosen, "_in_place", False)
-    monkeypatch.setattr(chosen, "memory", 1000)
+    monkeypatch.setattr(chosen.memory, "in_place", False)
+    monkeypatch.setattr(chosen.memory, "limit", 1000)
     with pytest.raises(device.DeviceError, match="do not fit the memory"):
         d.resample([np.zeros(grid.shape)], grid)
 

@@ -135,7 +135,7 @@ deform.GradientArray = "RTData"
 value = vtk_mls.Deformation(REST, APART, cuts=[surface])
 expected = value.corrected_gradient(volume, lattice)
 np.testing.assert_allclose(array(data(deform), "Gradient"), expected, atol=1e-3)
-expected = value.jacobian_field(lattice.dimensions, lattice.origin, lattice.spacing)
+expected = value.jacobian_field(lattice)
 for proxy in filters:
     result = array(data(proxy), "Jacobian").reshape(*lattice.shape, 3, 3)
     np.testing.assert_allclose(result, expected.swapaxes(-1, -2), atol=1e-4)

@@ -22,6 +22,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.announcements import heard_by
 from vtk_mls.arrays import ImageGeometry
+from vtk_mls.progress import whole
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -127,17 +128,19 @@ class Algorithm(VTKPythonAlgorithmBase):
             for number in range(self.GetNumberOfInputConnections(port))
         )
 
-    def _progress(self):
-        """Callback for `progress` that reports to VTK."""
+    def _run(self, tasks):
+        """Call functions of a Progress, which is reported to VTK."""
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
 
         def report(fraction):
             if self.GetProgressText():
                 self.SetProgressText(None)
-            self.UpdateProgress(fraction)
+            if fraction < 1:  # VTK itself says that the whole is done
+                self.UpdateProgress(fraction)
             return check_abort()
 
-        return report
+        with whole(report) as progress:
+            in_turn(tasks, progress)
 
     def _show(self, sentence):
         """Show beside the progress bar what is done just now."""
@@ -195,9 +198,10 @@ class Algorithm(VTKPythonAlgorithmBase):
 
 
 def in_turn(tasks, progress):
-    """Call functions of a callback for `progress`, each with its share of the one given."""
-    for number, task in enumerate(tasks):
-        task(lambda fraction, number=number: progress((number + fraction) / len(tasks)))
+    """Call functions of a Progress, each with its part of the one given."""
+    for task, part in zip(tasks, progress.divided(*[1] * len(tasks))):
+        part.report(0)
+        task(part)
 
 
 def inputs(in_info, port):

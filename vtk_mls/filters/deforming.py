@@ -246,7 +246,9 @@ class DeformingFilter(HandleLists, Algorithm):
             if deformation.cuts:
                 void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
                 void = void.reshape(grid.shape)
-            jacobian = deformation.jacobian_field(grid, progress=progress)
+            mapping, adding = progress.divided(3, 1)
+            jacobian = deformation.jacobian_field(grid, mapping)
+            adding.report(0)
             gradients.add_jacobian(
                 output,
                 jacobian,

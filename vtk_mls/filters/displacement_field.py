@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cutting, extents, gathering, gradients, property_tables
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn
+from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
 
@@ -101,7 +101,7 @@ class MLSDisplacementField(DeformingFilter):
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
             tasks += self._jacobian_tasks(deformation, output, grid)
-        in_turn(tasks, self._progress())
+        self._run(tasks)
         return 1
 
     def _fill_backward(self, output, deformation, grid, progress):
@@ -117,14 +117,15 @@ class MLSDisplacementField(DeformingFilter):
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
-        for start in range(0, grid.size, _CHUNK):
+        starts = range(0, grid.size, _CHUNK)
+        for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
             part = slice(start, min(start + _CHUNK, grid.size))
             x = grid.points(part.start, part.stop)
-            share = (part.stop - part.start) / grid.size
-            field = deformation.forward_field(x, _share(progress, start / grid.size, share))
+            searching, mapping = chunk.divided(2, 1)
+            field = deformation.forward_field(x, searching)
             displacement[part], found[part] = field.displacement, field.found
             if with_jacobian:
-                jacobian[part] = _inverse_jacobian(deformation, x, field)
+                jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, "ForwardDisplacement", displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         lost = np.array([np.count_nonzero(~found)], np.int64)
@@ -198,14 +199,9 @@ def _add_field(output, name, displacement):
     output.GetPointData().SetActiveVectors(name)
 
 
-def _share(progress, start, share):
-    """A callback for a part of the work, from the fraction `start` on."""
-    return lambda fraction: progress(start + share * fraction)
-
-
-def _inverse_jacobian(deformation, x, field):
+def _inverse_jacobian(deformation, x, field, progress):
     """dF_i/dx_j (n, 3, 3) at the points x (n, 3), 0 where F has no value or no derivative."""
-    jacobian = deformation.jacobian(x + field.displacement)
+    jacobian = deformation.jacobian(x + field.displacement, progress)
     usable = field.found & (np.linalg.det(jacobian) != 0)
     inverse = np.zeros_like(jacobian)
     inverse[usable] = np.linalg.inv(jacobian[usable])
