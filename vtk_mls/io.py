@@ -39,7 +39,7 @@ from vtk_mls.files import (
 )
 from vtk_mls.files.landmarks import Landmarks, handles
 from vtk_mls.files.replacing import check_replaceable, replacing
-from vtk_mls.filters.cutting import surfaces
+from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 
 _WEIGHT = "Weight"

@@ -16,13 +16,9 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import extents, property_tables, warping
-from vtk_mls.filters.algorithm import (
-    ask_for_all,
-    ask_for_extent,
-    ask_within_the_whole,
-)
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
 from vtk_mls.filters.resampling import Resampling
 
 

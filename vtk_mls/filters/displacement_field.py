@@ -11,10 +11,10 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, extents, gathering, gradients, property_tables
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent
+from vtk_mls.filters import extents, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, ask_for_extent
 
 # Points whose forward images are looked for at once.
 _CHUNK = 1 << 20
@@ -72,7 +72,7 @@ class MLSDisplacementField(DeformingFilter):
             ask_for_extent(info, extents.first_cell(geometry))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
-            gathering.ask_for_share(info)
+            parallel.ask_for_share(info)
         else:
             ask_for_all(info)
         return super().RequestUpdateExtent(request, inInfo, outInfo)
@@ -109,7 +109,7 @@ class MLSDisplacementField(DeformingFilter):
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
-            cutting.add_void(output.GetPointData(), field.void_distance)
+            void_arrays.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
@@ -146,10 +146,10 @@ class MLSDisplacementField(DeformingFilter):
             return
 
         def box():
-            return _box(self._update_input(0, time=state[-1], ask=gathering.ask_for_share))
+            return _box(self._update_input(0, time=state[-1], ask=parallel.ask_for_share))
 
         try:
-            boxes = gathering.made_on_all(box)
+            boxes = parallel.made_on_all(box)
         except ValueError as error:
             boxes = error
         self._known_boxes = state, boxes
@@ -168,7 +168,7 @@ class MLSDisplacementField(DeformingFilter):
 
         A block is not: processes can have different numbers of them.
         """
-        return gathering.is_parallel() and not self.is_among_blocks()
+        return parallel.is_parallel() and not self.is_among_blocks()
 
     def _sampled_lattice(self, boxes):
         """SampleDimensions points over all boxes."""
