@@ -21,7 +21,7 @@ from vtk_mls.files.blocks import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.files.vtk_io import failures_named
-from vtk_mls.filters.cutting import surfaces
+from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 
 _PathLike = str | PathLike[str]

@@ -8,7 +8,7 @@ from paraview import servermanager, simple
 from scene import array, control_points, data, grid, wavelet
 
 import vtk_mls
-from vtk_mls.filters import cutting
+from vtk_mls.filters import void_arrays
 
 # One handle on each side, pulled apart.
 REST = np.array([(-4.0, 0.0, 3.0), (4.0, 0.0, 3.0), (-4.0, 0.0, -6.0), (4.0, 0.0, -6.0)])
@@ -61,7 +61,7 @@ hidden = cells_of_surface(deform)  # must not crash
 deform.HideVoid = 0
 shown = cells_of_surface(deform)
 # Before VTK 9.3 no cells can be hidden.
-assert shown < hidden or (shown == hidden and not cutting.CAN_HIDE_CELLS)
+assert shown < hidden or (shown == hidden and not void_arrays.CAN_HIDE_CELLS)
 face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosurfaces=[0.0])
 assert data(face).GetNumberOfCells() > 50
 simple.Delete(face)

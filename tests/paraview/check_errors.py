@@ -47,4 +47,4 @@ for proxy in (deform, field):
         "Displacement",
         filters=[proxy],
     )
-check(deform, "Interpolation", "sharp", "`interpolation`", "sharp", filters=[deform])
+check(deform, "Interpolation", "sharp", "`Interpolation`", "sharp", filters=[deform])

@@ -8,15 +8,11 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, gathering, gradients
-from vtk_mls.filters.algorithm import (
-    Algorithm,
-    ask_for_all,
-    inputs,
-    numbers,
-    requested_extent,
-)
+from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
+from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.handle_lists import HandleLists
+from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, requested_extent
 from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
@@ -24,6 +20,7 @@ _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the handles
 
 
+@with_properties(property_tables.DEFORMING)
 class DeformingFilter(HandleLists, Algorithm):
     """Base of the filters with control points and an image as output.
 
@@ -35,7 +32,7 @@ class DeformingFilter(HandleLists, Algorithm):
     without any, nothing moves.
 
     Input port 2 may take the surfaces of cuts, from any number of polydata (see
-    `cutting.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
+    `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
     vertices do not count. The numbers of the deformed material are those on each side of the cut,
     and where it has opened there is nothing: with cuts, the output's point array "Void" is 1 there,
     and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
@@ -43,53 +40,12 @@ class DeformingFilter(HandleLists, Algorithm):
 
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.
-
-    Properties
-    ----------
-    RestPoints, DeformedPoints, Weights
-        Control points of the filter's own, see `HandleLists`; unused where input port 1 is
-        connected. Those that rest on the cut of CutType belong to neither of its sides and do not
-        count: they would hold it shut, and a lattice has some on a cut through its middle.
-    Blend : float
-        Which part of the way from p to q the control points go: 1 all of it, 0 none, and then the
-        deformation is exactly the identity.
-    Kind, Alpha, Degree, Device
-        Those of `vtk_mls.Deformation`; Device "" for automatic choice.
-    Nu : float, > 1
-        How fast the influence of control points behind a cut fades with the detour round it.
-    CutType : {"none", "plane", "half-plane"}
-        One more cut: everything apart along the plane through CutOrigin with CutNormal; or only
-        its half in the direction CutInward from CutOrigin on.
-    CutOrigin, CutNormal, CutInward : (x, y, z), world coordinates
-    Cuts : values of `vtk_mls`
-        Further cuts (Plane, HalfPlane, Surface), by AddCut.
-    GenerateJacobian : bool
-        Whether to make the point array "Jacobian": (I + J_D)^T of Eq. 29, row by row, so that
-        component 3 i + j is dG_j/dv_i.
-    GenerateJacobianDeterminant : bool
-        Whether to make the point array "JacobianDeterminant" of G, and a count in the field data
-        (of each piece, if the output is made in pieces): "FoldedVoxels", points of an image where
-        it is not above 0, without the void; or "InvertedCells" of a vtkUnstructuredGrid, cells
-        whose volume has changed its sign.
     """
 
     def __init__(self, output_type="vtkImageData"):
         super().__init__(
             nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
-        self._blend = 1.0
-        self._kind = "rigid"
-        self._alpha = 1.0
-        self._degree = 2
-        self._device = ""
-        self._nu = 2.0
-        self._cut_type = "none"
-        self._cut_origin = (0.0, 0.0, 0.0)
-        self._cut_normal = (1.0, 0.0, 0.0)
-        self._cut_inward = (0.0, 0.0, 1.0)
-        self._cuts = ()
-        self._generates_jacobian = False
-        self._generates_determinant = False
         self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
         self._known_cuts = None  # what they were made of, and cuts
         self._known = None  # what the inputs and properties were, and the deformation
@@ -106,88 +62,6 @@ class DeformingFilter(HandleLists, Algorithm):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
         self.SetInputDataObject(*port_and_data)
 
-    def SetBlend(self, blend):
-        """Part of the way from p to q."""
-        self._set("_blend", blend)
-
-    def GetBlend(self):
-        return self._blend
-
-    def SetKind(self, kind):
-        """One of `vtk_mls.KINDS`."""
-        self._set("_kind", kind)
-
-    def GetKind(self):
-        return self._kind
-
-    def SetAlpha(self, alpha):
-        """How local control points are, above 0."""
-        self._set("_alpha", alpha)
-
-    def GetAlpha(self):
-        return self._alpha
-
-    def SetDegree(self, degree):
-        """1, 2 or 3, of the polynomial kind."""
-        self._set("_degree", degree)
-
-    def GetDegree(self):
-        return self._degree
-
-    def SetDevice(self, device):
-        """As `device` of `vtk_mls.Deformation`; "" for automatic choice."""
-        self._set("_device", device or "")
-
-    def GetDevice(self):
-        return self._device
-
-    def SetNu(self, nu):
-        """Damping exponent of cuts, above 1 (Eq. 28)."""
-        self._set("_nu", nu)
-
-    def GetNu(self):
-        return self._nu
-
-    def SetCutType(self, kind):
-        """ "none", "plane" or "half-plane"."""
-        self._set("_cut_type", kind)
-
-    def GetCutType(self):
-        return self._cut_type
-
-    def SetCutOrigin(self, *origin):
-        """A point of the plane, or of the edge of the half-plane; world coordinates."""
-        self._set("_cut_origin", numbers(origin))
-
-    def GetCutOrigin(self):
-        return self._cut_origin
-
-    def SetCutNormal(self, *normal):
-        """Normal of the plane or half-plane, of any length."""
-        self._set("_cut_normal", numbers(normal))
-
-    def GetCutNormal(self):
-        return self._cut_normal
-
-    def SetCutInward(self, *inward):
-        """Direction from the edge into the half-plane; its part along the normal does not count."""
-        self._set("_cut_inward", numbers(inward))
-
-    def GetCutInward(self):
-        return self._cut_inward
-
-    def AddCut(self, cut):
-        """A `vtk_mls.Plane`, `HalfPlane` or `Surface`, beside the other cuts."""
-        self._set("_cuts", (*self._cuts, cut))
-
-    def ClearCuts(self):
-        """Remove what AddCut has added."""
-        self._set("_cuts", ())
-
-    def GetCuts(self):
-        """What AddCut has added."""
-        return self._cuts
-
     def DisconnectControlPoints(self):
         """Remove the input from port 1: the filter's own handles count again."""
         self.RemoveAllInputConnections(1)
@@ -196,26 +70,13 @@ class DeformingFilter(HandleLists, Algorithm):
         """Remove all inputs from port 2."""
         self.RemoveAllInputConnections(2)
 
-    def SetGenerateJacobian(self, wanted):
-        """Whether to make the point array "Jacobian"."""
-        self._set("_generates_jacobian", bool(wanted))
-
-    def GetGenerateJacobian(self):
-        return self._generates_jacobian
-
-    def SetGenerateJacobianDeterminant(self, wanted):
-        """Whether to make "JacobianDeterminant" and "FoldedVoxels"."""
-        self._set("_generates_determinant", bool(wanted))
-
-    def GetGenerateJacobianDeterminant(self):
-        return self._generates_determinant
-
     def _has_cuts(self):
         """Whether there is something to cut along."""
-        return self._cut_type != "none" or self._cuts or self.GetNumberOfInputConnections(2) > 0
+        has_own = self.GetCutType() != "none" or self.GetCuts()
+        return has_own or self.GetNumberOfInputConnections(2) > 0
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        if gathering.is_parallel():
+        if parallel.is_parallel():
             self._collect(outInfo.GetInformationObject(0))
         for information in inInfo[1:]:
             for number in range(information.GetNumberOfInformationObjects()):
@@ -250,7 +111,7 @@ class DeformingFilter(HandleLists, Algorithm):
             return [self._update_input(*each, state[-1]) for each in connections]
 
         try:
-            data = dict(zip(connections, gathering.polydata_on_all(update)))
+            data = dict(zip(connections, parallel.polydata_on_all(update)))
         except ValueError as error:
             data = error
         self._collected = state, data
@@ -264,7 +125,7 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _control_data(self, make_inputs):
         """Lists of what is on ports 1 and 2, here or on all processes."""
-        if not gathering.is_parallel() or self._collected is None:
+        if not parallel.is_parallel() or self._collected is None:
             return [make_inputs(port) for port in (1, 2)]
         data = self._collected[1]
         if isinstance(data, ValueError):
@@ -273,7 +134,7 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _updated_deformation(self, info=None):
         """The deformation before data have been asked for."""
-        if gathering.is_parallel():
+        if parallel.is_parallel():
             self._collect(info)
 
         def updated(port):
@@ -291,21 +152,21 @@ class DeformingFilter(HandleLists, Algorithm):
         names = self._handle_arrays(*handles) if handles else ()
         cuts = self._all_cuts(surfaces)
         data = _stamps(handles)
-        state = (data, names or self._handle_lists(), self._blend, cuts, self._nu)
-        state += (self._kind, self._alpha, self._degree, self._device)
+        state = (data, names or self._handle_lists(), self.GetBlend(), cuts)
+        state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
         if self._known is None or self._known[0] != state:
             points = arrays.control_points(*handles, *names) if handles else self._own_handles()
             rest, deformed, weights = points
             deformation = Deformation(
                 rest,
                 self._blended(rest, deformed),
-                kind=self._kind,
-                alpha=self._alpha,
-                degree=self._degree,
+                kind=self.GetKind(),
+                alpha=self.GetAlpha(),
+                degree=self.GetDegree(),
                 weights=weights,
                 cuts=cuts,
-                nu=self._nu,
-                device=self._device or None,
+                nu=self.GetNu(),
+                device=self.GetDevice() or None,
             )
             self._known = state, deformation
         return self._known[1]
@@ -313,15 +174,16 @@ class DeformingFilter(HandleLists, Algorithm):
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
         own = self._own_cut()
-        state = own, self._cuts, _stamps(surfaces)
+        state = own, self.GetCuts(), _stamps(surfaces)
         if self._known_cuts is None or self._known_cuts[0] != state:
-            found = [cut for each in surfaces for cut in cutting.surfaces(each)]
-            self._known_cuts = state, (*cutting.own_cuts(*own), *self._cuts, *found)
+            found = [cut for each in surfaces for cut in cut_inputs.surfaces(each)]
+            self._known_cuts = state, (*cut_inputs.own_cuts(*own), *self.GetCuts(), *found)
         return self._known_cuts[1]
 
     def _own_cut(self):
         """What describes the cut of CutType."""
-        return self._cut_type, self._cut_origin, self._cut_normal, self._cut_inward
+        kind = property_tables.CUT_TYPE.checked(self)
+        return kind, self.GetCutOrigin(), self.GetCutNormal(), self.GetCutInward()
 
     def _handle_arrays(self, polydata):
         """Names of the arrays with q - p and, or None, with weights."""
@@ -340,7 +202,7 @@ class DeformingFilter(HandleLists, Algorithm):
                 "when they were laid over it; update the input, then lay or set them anew"
             )
         held = np.zeros(len(rest), bool)
-        for cut in cutting.own_cuts(*self._own_cut()):
+        for cut in cut_inputs.own_cuts(*self._own_cut()):
             held |= (rest == deformed).all(axis=1) & _is_on(cut, rest)
         if held.all():
             return _ANCHOR, _ANCHOR, None
@@ -365,11 +227,11 @@ class DeformingFilter(HandleLists, Algorithm):
     def _blended(self, rest, deformed):
         """q, or where it is on its way from p."""
         try:
-            blend = float(real("Blend", self._blend))
+            blend = float(real("Blend", self.GetBlend()))
         except TypeError:
             blend = np.nan
         if not np.isfinite(blend):
-            raise ValueError(f"`Blend` must be a finite number, got {shown(self._blend)}")
+            raise ValueError(f"`Blend` must be a finite number, got {shown(self.GetBlend())}")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _jacobian_tasks(self, deformation, output, grid):
@@ -384,10 +246,18 @@ class DeformingFilter(HandleLists, Algorithm):
             jacobian = deformation.jacobian_field(grid, mapping)
             adding.report(0)
             gradients.add_jacobian(
-                output, jacobian, void, self._generates_jacobian, self._generates_determinant
+                output,
+                jacobian,
+                void,
+                self.GetGenerateJacobian(),
+                self.GetGenerateJacobianDeterminant(),
             )
 
-        return [add] if self._generates_jacobian or self._generates_determinant else []
+        return [add] if self._makes_jacobian() else []
+
+    def _makes_jacobian(self):
+        """Whether an array of the Jacobian is wanted."""
+        return self.GetGenerateJacobian() or self.GetGenerateJacobianDeterminant()
 
     def _array_name(self, index, polydata):
         """Name that SetInputArrayToProcess gave, or of the attribute that it asked for."""

@@ -11,15 +11,16 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, extents, gathering, gradients
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, numbers
+from vtk_mls.filters import extents, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
-from vtk_mls.reals import shown
+from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, ask_for_extent
 
 # Points whose forward images are looked for at once.
 _CHUNK = 1 << 20
 
 
+@with_properties(property_tables.DISPLACEMENT_FIELD)
 class MLSDisplacementField(DeformingFilter):
     """Makes an image with the displacement G(v) - v of each of its points v.
 
@@ -43,37 +44,11 @@ class MLSDisplacementField(DeformingFilter):
     to date in RequestInformation, for its bounds. On several processes each takes its piece of it,
     and the bounds are those of all pieces. (A block of composite data has the bounds that it has on
     the process.)
-
-    Properties
-    ----------
-    Kind, Alpha, Degree, Device, Nu, CutType, CutOrigin, CutNormal, CutInward, GenerateJacobian,
-    GenerateJacobianDeterminant
-        See `DeformingFilter`.
-    SampleDimensions : (nx, ny, nz)
-        Numbers of points where the input is not an image.
-    Inverse : bool
-        Whether the map is F, not G.
     """
 
     def __init__(self):
         super().__init__()
-        self._sample_dimensions = (32, 32, 32)
-        self._is_inverse = False
         self._known_boxes = None  # what port 0 was when processes shared their boxes, and these
-
-    def SetSampleDimensions(self, *dimensions):
-        """Numbers of points (nx, ny, nz) over the bounds of an input that is not an image."""
-        self._set("_sample_dimensions", numbers(dimensions))
-
-    def GetSampleDimensions(self):
-        return self._sample_dimensions
-
-    def SetInverse(self, wanted):
-        """Whether the field says where the material of its points goes, not where it came from."""
-        self._set("_is_inverse", bool(wanted))
-
-    def GetInverse(self):
-        return self._is_inverse
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
@@ -97,7 +72,7 @@ class MLSDisplacementField(DeformingFilter):
             ask_for_extent(info, extents.first_cell(geometry))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
-            gathering.ask_for_share(info)
+            parallel.ask_for_share(info)
         else:
             ask_for_all(info)
         return super().RequestUpdateExtent(request, inInfo, outInfo)
@@ -121,7 +96,7 @@ class MLSDisplacementField(DeformingFilter):
         if target.is_empty:
             return 1
         grid = target.grid_within(whole)
-        if self._is_inverse:
+        if self.GetInverse():
             tasks = [partial(self._fill_forward, output, deformation, grid)]
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
@@ -134,11 +109,11 @@ class MLSDisplacementField(DeformingFilter):
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
-            cutting.add_void(output.GetPointData(), field.void_distance)
+            void_arrays.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
-        with_jacobian = self._generates_jacobian or self._generates_determinant
+        with_jacobian = self._makes_jacobian()
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
@@ -160,8 +135,8 @@ class MLSDisplacementField(DeformingFilter):
                 output,
                 jacobian.reshape(*grid.shape, 3, 3),
                 np.zeros(grid.shape, bool),
-                self._generates_jacobian,
-                self._generates_determinant,
+                self.GetGenerateJacobian(),
+                self.GetGenerateJacobianDeterminant(),
             )
 
     def _share_boxes(self, info=None):
@@ -171,10 +146,10 @@ class MLSDisplacementField(DeformingFilter):
             return
 
         def box():
-            return _box(self._update_input(0, time=state[-1], ask=gathering.ask_for_share))
+            return _box(self._update_input(0, time=state[-1], ask=parallel.ask_for_share))
 
         try:
-            boxes = gathering.made_on_all(box)
+            boxes = parallel.made_on_all(box)
         except ValueError as error:
             boxes = error
         self._known_boxes = state, boxes
@@ -193,7 +168,7 @@ class MLSDisplacementField(DeformingFilter):
 
         A block is not: processes can have different numbers of them.
         """
-        return gathering.is_parallel() and not self.is_among_blocks()
+        return parallel.is_parallel() and not self.is_among_blocks()
 
     def _sampled_lattice(self, boxes):
         """SampleDimensions points over all boxes."""
@@ -202,13 +177,7 @@ class MLSDisplacementField(DeformingFilter):
             raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
         low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
         size = high - low
-        try:
-            wanted = Grid(self._sample_dimensions).dimensions
-        except (TypeError, ValueError):
-            raise ValueError(
-                "`SampleDimensions` must be three positive integers (nx, ny, nz), "
-                f"got {shown(self._sample_dimensions)}"
-            ) from None
+        wanted = property_tables.SAMPLE_DIMENSIONS.checked(self)
         dimensions = np.where(size > 0, wanted, 1)
         steps = np.maximum(dimensions - 1, 1)
         spacing = np.where(size > 0, size / steps, 1.0)

@@ -9,96 +9,16 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtk_mls import arrays
 from vtk_mls.reals import real, shown
 
-_ORIGIN = (0.0, 0.0, 0.0)
-
 
 class HandleLists:
-    """Properties of an algorithm that has control points of its own.
+    """What is asked of an algorithm that has control points of its own, by properties.
 
-    Each list can be set as a whole, or, as ParaView does it, by its length and single elements.
-
-    Properties
-    ----------
-    RestPoints, DeformedPoints : (x, y, z) each, world coordinates
-        p, and q where they were dragged to. Without DeformedPoints, q = p.
-    Weights : floats, > 0
-        A factor for each control point; none if all count alike.
+    These are RestPoints, DeformedPoints and Weights.
     """
-
-    def __init__(self, **keywords):
-        super().__init__(**keywords)
-        self._rest_points = []
-        self._deformed_points = []
-        self._weights = []
-
-    def SetRestPoints(self, points):
-        """All p: (n, 3) array_like, world coordinates."""
-        self._set("_rest_points", _rows(points))
-
-    def GetRestPoints(self):
-        return tuple(self._rest_points)
-
-    def SetNumberOfRestPoints(self, count):
-        """Keep the first `count` p; new ones are (0, 0, 0)."""
-        self._resize(self._rest_points, count, _ORIGIN)
-
-    def GetNumberOfRestPoints(self):
-        return len(self._rest_points)
-
-    def SetRestPoint(self, index, x, y, z):
-        """One p; those missing before it are (0, 0, 0)."""
-        self._replace(self._rest_points, index, (x, y, z), _ORIGIN)
-
-    def SetDeformedPoints(self, points):
-        """All q: (n, 3) array_like, world coordinates."""
-        self._set("_deformed_points", _rows(points))
-
-    def GetDeformedPoints(self):
-        return tuple(self._deformed_points)
-
-    def SetNumberOfDeformedPoints(self, count):
-        """Keep the first `count` q; new ones are (0, 0, 0)."""
-        self._resize(self._deformed_points, count, _ORIGIN)
-
-    def GetNumberOfDeformedPoints(self):
-        return len(self._deformed_points)
-
-    def SetDeformedPoint(self, index, x, y, z):
-        """One q; those missing before it are (0, 0, 0)."""
-        self._replace(self._deformed_points, index, (x, y, z), _ORIGIN)
-
-    def SetWeights(self, weights):
-        """All factors: (n,) array_like."""
-        self._set("_weights", list(weights))
-
-    def GetWeights(self):
-        return tuple(self._weights)
-
-    def SetNumberOfWeights(self, count):
-        """Keep the first `count` factors; new ones are 1."""
-        self._resize(self._weights, count, 1.0)
-
-    def GetNumberOfWeights(self):
-        return len(self._weights)
-
-    def SetWeight(self, index, weight):
-        """One factor; those missing before it are 1."""
-        self._replace(self._weights, index, weight, 1.0)
-
-    def _resize(self, values, count, new):
-        if count != len(values):
-            values[:] = values[:count] + [new] * (count - len(values))
-            self.Modified()
-
-    def _replace(self, values, index, value, new):
-        self._resize(values, max(index + 1, len(values)), new)
-        if values[index] != value:
-            values[index] = value
-            self.Modified()
 
     def _handle_lists(self):
         """The lists as one value that can be compared."""
-        return tuple(self._rest_points), tuple(self._deformed_points), tuple(self._weights)
+        return self.GetRestPoints(), self.GetDeformedPoints(), self.GetWeights()
 
     def _handles(self, rest=None, deformed=None, weights=None):
         """p, q and weights.
@@ -121,10 +41,10 @@ class HandleLists:
             If the lists differ in length, or what they hold is not numbers.
         """
         if rest is None:
-            rest = numbers_of("RestPoints", self._rest_points, (3,))
+            rest = numbers_of("RestPoints", self.GetRestPoints(), (3,))
         listed = {
-            "DeformedPoints": numbers_of("DeformedPoints", self._deformed_points, (3,)),
-            "Weights": numbers_of("Weights", self._weights, ()),
+            "DeformedPoints": numbers_of("DeformedPoints", self.GetDeformedPoints(), (3,)),
+            "Weights": numbers_of("Weights", self.GetWeights(), ()),
         }
         for name, values in listed.items():
             if len(values) not in (0, len(rest)):
@@ -173,8 +93,3 @@ def numbers_of(name, values, row):
     except (TypeError, ValueError):
         expected = "rows of three numbers" if row else "numbers"
         raise ValueError(f"`{name}` must be {expected}, got {shown(values)}") from None
-
-
-def _rows(points):
-    points = points.tolist() if isinstance(points, np.ndarray) else points
-    return [tuple(point) for point in points]

@@ -7,7 +7,7 @@ from functools import partial
 
 from vtk_mls import arrays
 from vtk_mls.files import provenance
-from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.extents import of_cells
 
@@ -106,18 +106,18 @@ class Resampling:
 
     def _mark_points(self, progress):
         void_distance = self.deformation.void_distance_field(self.target, progress)
-        cutting.add_void(self.output.GetPointData(), void_distance)
+        void_arrays.add_void(self.output.GetPointData(), void_distance)
         if self.wanted.GetHideVoid():
-            cutting.hide(self.output.GetPointData(), void_distance < 0)
+            void_arrays.hide(self.output.GetPointData(), void_distance < 0)
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()
         void = self.deformation.void_field(arrays.cell_grid(self.target), progress)
         arrays.add(data, "Void", void.ravel())
-        if self.wanted.GetHideVoid() and cutting.CAN_HIDE_CELLS:
+        if self.wanted.GetHideVoid() and void_arrays.CAN_HIDE_CELLS:
             points = arrays.to_numpy(self.output.GetPointData().GetArray("Void")).view(bool)
-            void |= cutting.touched(points.reshape(self.target.shape))
-            cutting.hide(data, void)
+            void |= void_arrays.touched(points.reshape(self.target.shape))
+            void_arrays.hide(data, void)
 
     def _add_gradient(self, scalars, progress):
         """Add "Gradient" of point scalars."""

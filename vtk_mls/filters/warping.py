@@ -18,7 +18,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import arrays
-from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
@@ -156,7 +156,7 @@ class Warp:
         if self.keeps_whole:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn)
-            cutting.hide(cells, torn)
+            void_arrays.hide(cells, torn)
         places = self.before + field.displacement
         set_places(self.output, places, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)

@@ -1,0 +1,127 @@
+"""Properties of the filters: methods from tables."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from vtk_mls import Deformation, Plane, Sampling, filters
+from vtk_mls.filters import properties
+
+FILTERS = [getattr(filters, name) for name in filters.__all__]
+EACH = [
+    pytest.param(cls, p, id=f"{cls.__name__}-{p.name}") for cls in FILTERS for p in cls.PROPERTIES
+]
+# Another value than the default, as a user gives it.
+OTHER = {
+    properties.ArrayName: "a",
+    properties.ArrayNames: ("a", "b"),
+    properties.Cuts: (Plane((0, 0, 0), (1, 0, 0)),),
+    properties.Factors: (1.0, 2.0),
+    properties.FileName: "a.csv",
+    properties.Flag: lambda default: not default,
+    properties.Choice: "another",
+    properties.Places: ((1.0, 2.0, 3.0),),
+    properties.Slider: lambda default: default + 1,
+    properties.Number: lambda default: default + 1,
+    properties.Text: "cpu",
+    properties.Vector: lambda default: tuple(range(len(default))),
+    properties.Dimensions: (1, 2, 3),
+}
+
+
+def other(each):
+    value = OTHER[type(each)]
+    return value(each.default) if callable(value) else value
+
+
+@pytest.mark.parametrize(("cls", "each"), EACH)
+def test_set_then_get(cls, each):
+    algorithm = cls()
+    get = getattr(algorithm, f"Get{each.name}")
+    assert get() == each.default
+    before = algorithm.GetMTime()
+    each.assign(algorithm, other(each))
+    assert get() == other(each) != each.default
+    changed = algorithm.GetMTime()
+    assert changed > before
+    each.assign(algorithm, get())
+    if not isinstance(each, properties.Items):  # cleared, then added again
+        assert algorithm.GetMTime() == changed
+    assert getattr(cls(), f"Get{each.name}")() == each.default  # not shared by all filters
+
+
+@pytest.mark.parametrize(("cls", "each"), EACH)
+def test_methods_look_written_by_hand(cls, each):
+    for name in each.methods():
+        method = getattr(cls, name)
+        assert inspect.isfunction(method)
+        assert (method.__name__, method.__qualname__.rpartition(".")[2]) == (name, name)
+        assert inspect.getdoc(method).endswith(".")
+        assert "{" not in method.__doc__
+        assert inspect.signature(method).parameters["self"]
+    setter = next(name for name in each.methods() if name.startswith(("Set", "Add")))
+    assert " ".join(each.help.split()) in " ".join(getattr(cls, setter).__doc__.split())
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_tables_are_whole(cls):
+    names = [each.name for each in cls.PROPERTIES]
+    assert len(set(names)) == len(names)
+    for base in cls.__mro__[1:]:
+        assert {*getattr(base, "PROPERTIES", ())} <= {*cls.PROPERTIES}
+    for each in cls.PROPERTIES:
+        if isinstance(each, properties.Choice):
+            assert each.default in each.choices
+        condition = each.shown_when or each.hidden_when
+        assert condition is None or condition[0] in {*names, "ControlPoints"}
+
+
+def test_defaults_are_those_of_the_core():
+    table = {each.name: each.default for each in filters.MLSDeform.PROPERTIES}
+    for name in ("kind", "alpha", "degree", "nu"):
+        assert table[name.capitalize()] == getattr(Deformation, name)
+    for name, attribute in (
+        ("Interpolation", "interpolation"),
+        ("Background", "background"),
+        ("VoidValues", "void_values"),
+    ):
+        assert table[name] == getattr(Sampling, attribute)
+
+
+@pytest.mark.parametrize("given", [(1, 2, 3), ((1, 2, 3),), ([1, 2, 3],), (np.array([1, 2, 3]),)])
+def test_vectors_one_by_one_or_as_a_sequence(given):
+    deform = filters.MLSDeform()
+    deform.SetOutputSpacing(*given)
+    assert deform.GetOutputSpacing() == (1, 2, 3)
+
+
+def test_lists_by_elements():
+    handles = filters.MLSControlPoints()
+    handles.SetRestPoint(1, 1.0, 2.0, 3.0)
+    assert handles.GetRestPoints() == ((0, 0, 0), (1, 2, 3))
+    handles.SetNumberOfRestPoints(1)
+    handles.SetWeight(2, 4.0)
+    assert (handles.GetRestPoints(), handles.GetWeights()) == (((0, 0, 0),), (1, 1, 4))
+    assert (handles.GetNumberOfRestPoints(), handles.GetNumberOfWeights()) == (1, 3)
+    handles.SetDeformedPoints(np.eye(3))
+    assert handles.GetDeformedPoints() == ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def test_names_are_listed_once():
+    deform = filters.MLSDeform()
+    for name in ("a", "b", "a"):
+        deform.AddLabelArray(name)
+    assert deform.GetLabelArrays() == ("a", "b")
+    deform.ClearLabelArrays()
+    assert deform.GetLabelArrays() == ()
+
+
+def test_a_method_of_the_class_is_kept():
+    class Own(filters.MLSDeform):
+        def SetKind(self, kind):
+            super().SetKind(kind.lower())
+
+    own = Own()
+    own.SetKind("AFFINE")
+    assert own.GetKind() == "affine"

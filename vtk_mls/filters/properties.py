@@ -1,0 +1,402 @@
+"""Properties of filters: what each is called, what it can be, and the methods that come from it.
+
+A table of them stands in `property_tables` for each filter. From it come the methods of the filter,
+the panel and the proxies of ParaView, options of the command line and docs/properties.md: a name, a
+default, choices and a help text are written once. Nothing here needs VTK.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import KW_ONLY, dataclass
+
+from vtk_mls.grid import Grid
+from vtk_mls.reals import shown
+
+
+@dataclass(frozen=True)
+class Property:
+    """What users and programs are told of a property.
+
+    Attributes
+    ----------
+    name : str
+        In CamelCase: the methods are Set<name> and Get<name>.
+    default : object
+        Of the filter; it must not change a list.
+    help : str
+        For every user: ParaView's tooltip and the help of the command, too.
+    more : str
+        For those who write programs.
+    unit : str
+        Unit or frame of numbers.
+    is_advanced : bool
+        Whether ParaView shows it only among advanced properties.
+    shown_when, hidden_when : (str, value), optional
+        ParaView shows it only while another property has a value or has not; None is that of an
+        input which is not connected.
+    """
+
+    name: str
+    default: object
+    help: str
+    _: KW_ONLY
+    more: str = ""
+    unit: str = ""
+    is_advanced: bool = False
+    shown_when: tuple | None = None
+    hidden_when: tuple | None = None
+
+    @property
+    def attribute(self):
+        """Where an algorithm keeps the value; without the underscore an option of the command."""
+        return f"_{self.option}"
+
+    @property
+    def option(self):
+        """The name in snake_case."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", self.name).lower()
+
+    @property
+    def singular(self):
+        """The name of one element of a list."""
+        return self.name.removesuffix("s")
+
+    @property
+    def initial(self):
+        """The value of a new algorithm."""
+        return self.default
+
+    @property
+    def values(self):
+        """What it can be, in a few words."""
+        raise NotImplementedError
+
+    @property
+    def expected(self):
+        """What it can be, and what it is by itself: a sentence."""
+        value = f"{self.values}, {self.unit}" if self.unit else self.values
+        default = f'"{self.default}"' if isinstance(self.default, str) else self.default
+        return f"{value[0].upper()}{value[1:]}; default: {'none' if default == () else default}."
+
+    def methods(self):
+        """Functions of an algorithm by their names.
+
+        In their docstrings {0} is the property; those without get the help.
+        """
+        raise NotImplementedError
+
+    def assign(self, algorithm, value):
+        """Set it."""
+        getattr(algorithm, f"Set{self.name}")(value)
+
+    def _pair(self, set_value):
+        """The two methods that most properties have."""
+        attribute = self.attribute
+
+        def get_value(self):
+            """The value: see `Set{0.name}`."""
+            return getattr(self, attribute)
+
+        return {f"Set{self.name}": set_value, f"Get{self.name}": get_value}
+
+
+class Number(Property):
+    """A number: an integer if its default is one."""
+
+    @property
+    def values(self):
+        return "an integer" if isinstance(self.default, int) else "a number"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, value):
+            self._set(attribute, value)
+
+        return self._pair(set_value)
+
+
+@dataclass(frozen=True)
+class Slider(Number):
+    """A number with a usual range, for a slider; what is possible is said in the help."""
+
+    _: KW_ONLY
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Vector(Property):
+    """Some numbers, given one by one or as a sequence: integers if the default has integers."""
+
+    _: KW_ONLY
+    labels: tuple = ("x", "y", "z")
+
+    @property
+    def values(self):
+        return f"({', '.join(self.labels)})"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, *values):
+            self._set(attribute, tuple(values[0]) if len(values) == 1 else values)
+
+        return self._pair(set_value)
+
+
+class Dimensions(Vector):
+    """Numbers of points."""
+
+    def checked(self, algorithm):
+        """The value, three positive integers; an error otherwise."""
+        dimensions = getattr(algorithm, self.attribute)
+        try:
+            return Grid(dimensions).dimensions
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"`{self.name}` must be three positive integers (nx, ny, nz), "
+                f"got {shown(dimensions)}"
+            ) from None
+
+
+@dataclass(frozen=True)
+class Choice(Property):
+    """One of some words."""
+
+    _: KW_ONLY
+    choices: tuple
+
+    @property
+    def values(self):
+        return "one of " + ", ".join(f'"{each}"' for each in self.choices)
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, choice):
+            self._set(attribute, choice)
+
+        return self._pair(set_value)
+
+    def checked(self, algorithm):
+        """The value; an error if it is not one of the choices."""
+        choice = getattr(algorithm, self.attribute)
+        if choice not in self.choices:
+            listed = ", ".join(self.choices)
+            raise ValueError(f"`{self.name}` must be one of {listed}, got {shown(choice)}")
+        return choice
+
+
+class Flag(Property):
+    """On or off."""
+
+    @property
+    def values(self):
+        return "True or False"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, wanted):
+            self._set(attribute, bool(wanted))
+
+        return self._pair(set_value)
+
+
+class Text(Property):
+    """A text; None is "", too."""
+
+    @property
+    def values(self):
+        return "a text"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, text):
+            self._set(attribute, text or "")
+
+        return self._pair(set_value)
+
+
+class FileName(Text):
+    """The path of a file with control points."""
+
+    @property
+    def values(self):
+        return "the path of a file"
+
+
+class ArrayName(Text):
+    """The name of point scalars of the input, "" for none."""
+
+    @property
+    def values(self):
+        return "a name"
+
+
+class Items(Property):
+    """A tuple to which elements are added one by one."""
+
+    def assign(self, algorithm, value):
+        getattr(algorithm, f"Clear{self.name}")()
+        for each in value:
+            getattr(algorithm, f"Add{self.singular}")(each)
+
+    def _with_adder(self, add):
+        """The methods."""
+        attribute = self.attribute
+
+        def clear(self):
+            """Remove all {0.name}."""
+            self._set(attribute, ())
+
+        def get_all(self):
+            """A tuple: see `Add{0.singular}`."""
+            return getattr(self, attribute)
+
+        return {
+            f"Add{self.singular}": add,
+            f"Clear{self.name}": clear,
+            f"Get{self.name}": get_all,
+        }
+
+
+@dataclass(frozen=True)
+class ArrayNames(Items):
+    """Names of point and cell arrays of the input, each once; `components` 0 is any number."""
+
+    _: KW_ONLY
+    components: int = 0
+
+    @property
+    def values(self):
+        return "names"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def add_name(self, name):
+            names = getattr(self, attribute)
+            if name not in names:
+                self._set(attribute, (*names, name))
+
+        return self._with_adder(add_name)
+
+
+class Cuts(Items):
+    """Values of `vtk_mls` that say where to cut."""
+
+    @property
+    def values(self):
+        return "each a `vtk_mls.Plane`, `HalfPlane` or `Surface`"
+
+    def methods(self):
+        attribute = self.attribute
+
+        def add_cut(self, cut):
+            self._set(attribute, (*getattr(self, attribute), cut))
+
+        return self._with_adder(add_cut)
+
+
+class Rows(Property):
+    """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
+
+    columns = ()  # of an element
+    new = None  # what an element is that has not been set
+
+    @property
+    def initial(self):
+        return list(self.default)
+
+    def methods(self):
+        attribute, new = self.attribute, self.new
+        as_list, set_one = self._as_list, self._set_one()
+
+        def set_all(self, values):
+            self._set(attribute, as_list(values))
+
+        def get_all(self):
+            """A tuple: see `Set{0.name}`."""
+            return tuple(getattr(self, attribute))
+
+        def set_count(self, count):
+            """Keep the first `count` of {0.name}; new ones are {0.new}."""
+            resize(self, getattr(self, attribute), count, new)
+
+        def get_count(self):
+            """How many {0.name} there are."""
+            return len(getattr(self, attribute))
+
+        return {
+            f"Set{self.name}": set_all,
+            f"Get{self.name}": get_all,
+            f"SetNumberOf{self.name}": set_count,
+            f"GetNumberOf{self.name}": get_count,
+            f"Set{self.singular}": set_one,
+        }
+
+
+class Places(Rows):
+    """Positions."""
+
+    columns = ("x", "y", "z")
+    new = (0.0, 0.0, 0.0)
+
+    @property
+    def values(self):
+        return "(n, 3) array_like"
+
+    @staticmethod
+    def _as_list(values):
+        rows = values.tolist() if hasattr(values, "tolist") else values
+        return [tuple(row) for row in rows]
+
+    def _set_one(self):
+        attribute, new = self.attribute, self.new
+
+        def set_one(self, index, x, y, z):
+            """One of {0.name}; those missing before it are {0.new}."""
+            replace(self, getattr(self, attribute), index, (x, y, z), new)
+
+        return set_one
+
+
+class Factors(Rows):
+    """Positive numbers."""
+
+    columns = ("weight",)
+    new = 1.0
+
+    @property
+    def values(self):
+        return "(n,) array_like"
+
+    _as_list = staticmethod(list)
+
+    def _set_one(self):
+        attribute, new = self.attribute, self.new
+
+        def set_one(self, index, weight):
+            """One of {0.name}; those missing before it are {0.new}."""
+            replace(self, getattr(self, attribute), index, weight, new)
+
+        return set_one
+
+
+def resize(algorithm, values, count, new):
+    """Make a list of an algorithm longer by elements `new`, or shorter."""
+    if count != len(values):
+        values[:] = values[:count] + [new] * (count - len(values))
+        algorithm.Modified()
+
+
+def replace(algorithm, values, index, value, new):
+    """Set one element of a list of an algorithm; those missing before it are `new`."""
+    resize(algorithm, values, max(index + 1, len(values)), new)
+    if values[index] != value:
+        values[index] = value
+        algorithm.Modified()

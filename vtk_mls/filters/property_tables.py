@@ -1,0 +1,371 @@
+"""The properties of the filters: one table for each, in the order of ParaView's panels."""
+
+from __future__ import annotations
+
+from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
+from vtk_mls.filters.properties import (
+    ArrayName,
+    ArrayNames,
+    Choice,
+    Cuts,
+    Dimensions,
+    Factors,
+    FileName,
+    Flag,
+    Number,
+    Places,
+    Slider,
+    Text,
+    Vector,
+)
+
+# The fit.
+MAP = (
+    Choice(
+        "Kind",
+        Deformation.kind,
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
+        most freely.""",
+        choices=KINDS,
+    ),
+    Slider(
+        "Degree",
+        Deformation.degree,
+        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
+        low=1,
+        high=3,
+        shown_when=("Kind", "polynomial"),
+    ),
+    Slider(
+        "Alpha",
+        Deformation.alpha,
+        """How local the influence of a control point is: its weight at distance r is
+        1 / r^(2 alpha). Must be greater than 0.""",
+        low=0.1,
+        high=4,
+    ),
+    Slider(
+        "Blend",
+        1.0,
+        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
+        was.""",
+        more="So do control points on input port 1.",
+        low=0,
+        high=1,
+    ),
+)
+
+# A cut by properties.
+CUT_TYPE = Choice(
+    "CutType",
+    "none",
+    """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+    half-plane has an edge through its origin, and begins there.""",
+    choices=("none", "plane", "half-plane"),
+)
+_HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
+CUT_ORIGIN = Vector(
+    "CutOrigin",
+    (0.0, 0.0, 0.0),
+    "A point of the plane, or of the edge of the half-plane.",
+    **_HAS_CUT,
+)
+CUT_NORMAL = Vector(
+    "CutNormal",
+    (1.0, 0.0, 0.0),
+    "Normal of the plane or half-plane.",
+    more="Its length does not count.",
+    **_HAS_CUT,
+)
+CUT_INWARD = Vector(
+    "CutInward",
+    (0.0, 0.0, 1.0),
+    """Direction in which the half-plane extends from its edge; the edge is at a right angle to
+    it and to the normal.""",
+    more="Its part along the normal does not count.",
+    unit="world coordinates",
+    shown_when=("CutType", "half-plane"),
+)
+
+# All cuts.
+CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
+NU = Slider(
+    "Nu",
+    Deformation.nu,
+    """How fast the influence of control points behind a cut fades with the length of the way
+    round it. Must be greater than 1.""",
+    more="The damping exponent of Eq. 28.",
+    low=1.1,
+    high=8,
+    is_advanced=True,
+)
+
+# Control points of a filter's own.
+HANDLES = (
+    Places(
+        "DeformedPoints",
+        (),
+        """Positions q to which the handles are dragged, with the mouse in the view or here.
+        Those that are not dragged hold the material where it is.""",
+        more="Without any, q = p. Unused where input port 1 is connected.",
+        unit="world coordinates",
+    ),
+    Places(
+        "RestPoints",
+        (),
+        """Positions p of the handles in the undeformed space, one for each of those dragged;
+        to begin with a lattice over the bounds of the input.""",
+        more="""That lattice is ParaView's: without it there are none, and nothing moves. Those that
+        rest on the cut of CutType belong to neither of its sides and do not count: they would hold
+        it shut. Unused where input port 1 is connected.""",
+        unit="world coordinates",
+    ),
+    Factors(
+        "Weights",
+        (),
+        "A positive factor for each handle; empty: all count alike.",
+        is_advanced=True,
+        shown_when=("ControlPoints", None),
+    ),
+)
+
+INTERPOLATION = Choice(
+    "Interpolation",
+    Sampling.interpolation,
+    "How values between the points of the input are made.",
+    choices=INTERPOLATIONS,
+)
+LABEL_ARRAYS = ArrayNames(
+    "LabelArrays",
+    (),
+    """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
+    the interpolation is.""",
+    more="""So are those that the input itself names in its field data LabelArrays, as the images of
+    segmentations do that `vtk_mls.io` reads.""",
+)
+BACKGROUND = Number(
+    "Background",
+    Sampling.background,
+    "Value where the deformed image has no material.",
+    more="""That is outside of the input and, unless values are continued there, in the void; in the
+    array vtkGhostType it is 0.""",
+)
+
+# Where the output's points are.
+_GIVEN = {"shown_when": ("OutputGrid", "given")}
+OUTPUT_GRID = Choice(
+    "OutputGrid",
+    "input",
+    """Grid of the output: that of the input; fitted, with the input's spacing but large enough
+    for the deformed volume; or given by dimensions, spacing and origin.""",
+    more="""For "fitted" control points and cuts are updated in RequestInformation; "given" has the
+    directions of the input.""",
+    choices=("input", "fitted", "given"),
+)
+GIVEN_GRID = (
+    Vector(
+        "OutputDimensions",
+        (64, 64, 64),
+        "Number of points of the output in each direction.",
+        labels=("nx", "ny", "nz"),
+        **_GIVEN,
+    ),
+    Vector(
+        "OutputSpacing",
+        (1.0, 1.0, 1.0),
+        "Distance of the output's points in each direction.",
+        unit="world units",
+        **_GIVEN,
+    ),
+    Vector(
+        "OutputOrigin",
+        (0.0, 0.0, 0.0),
+        "Position of the output's first point.",
+        unit="world coordinates",
+        **_GIVEN,
+    ),
+)
+
+# What a cut has torn.
+VOID_VALUES_CHOICE = Choice(
+    "VoidValues",
+    Sampling.void_values,
+    """What arrays hold in the void: the background; or continued, as if the material of each
+    side went on behind the face of the cut. Turn HideVoid off, contour or slice that and clip
+    the result by VoidDistance at 0: it ends at the face without steps.""",
+    choices=VOID_VALUES,
+)
+VOID = (
+    Flag(
+        "HideVoid",
+        True,
+        """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
+        clip or contour by VoidDistance at 0, which gives a smooth face.""",
+    ),
+    Flag(
+        "SplitCells",
+        True,
+        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells that
+        are torn are kept, marked in the cell array Void, and hidden.""",
+    ),
+    VOID_VALUES_CHOICE,
+)
+
+GRADIENT_ARRAY = ArrayName(
+    "GradientArray",
+    "",
+    """Point scalars whose gradient in the deformed volume is wanted, as the point array
+    Gradient, for shading: it follows the deformation exactly.""",
+    more="""Three floats, per world unit: J_G^T (grad f)(G(v)), and across the face on the face of
+    the void unless values are continued behind it.""",
+)
+GRADIENT_VECTOR_ARRAYS = ArrayNames(
+    "GradientVectorArrays",
+    (),
+    """Arrays of the input that are gradients; they are turned with the material. So are the
+    active normals, without being named.""",
+    components=3,
+)
+PUSH_FORWARD_ARRAYS = ArrayNames(
+    "PushForwardArrays",
+    (),
+    "Arrays of vectors that move with the material, as velocities do.",
+    components=3,
+)
+VECTORS = (
+    GRADIENT_ARRAY,
+    GRADIENT_VECTOR_ARRAYS,
+    Flag("NormalizeGradient", False, "Whether gradients get length 1."),
+    PUSH_FORWARD_ARRAYS,
+)
+
+JACOBIAN = (
+    Flag(
+        "GenerateJacobian",
+        False,
+        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the place that the material now at v
+        came from. It turns gradients of the input into those of the output.""",
+        more="It is (I + J_D)^T of Eq. 29, row by row.",
+    ),
+    Flag(
+        "GenerateJacobianDeterminant",
+        False,
+        """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
+        folded, and the field array FoldedVoxels with the number of such points.""",
+        more="""The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells,
+        with the number of cells whose volume has changed its sign. If the output is made in pieces,
+        they are numbers of each piece.""",
+    ),
+)
+
+DEVICE = Text(
+    "Device",
+    "",
+    """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device as
+    in 0:1; reference for the slow float64 specification in numpy.""",
+    is_advanced=True,
+)
+
+INVERSE = Flag(
+    "Inverse",
+    False,
+    """Whether to make the displacement to where the material goes, which moves points, instead
+    of the one to where it came from, which resamples images.""",
+)
+SAMPLE_DIMENSIONS = Dimensions(
+    "SampleDimensions",
+    (32, 32, 32),
+    "Number of points in each direction where the input is not an image.",
+    labels=("nx", "ny", "nz"),
+)
+
+# What both filters ask of the deformation.
+_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *HANDLES)
+DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
+# MLSDeform
+SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
+DEFORM = (*_SHARED, *SAMPLING, *VOID, *VECTORS, *JACOBIAN, DEVICE)
+# MLSDisplacementField
+DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, *JACOBIAN, DEVICE)
+
+# MLSControlPoints
+MODE = Choice(
+    "Mode",
+    "points",
+    """points: the rest positions are listed; lattice: they fill a box regularly; file: they are
+    read from one.""",
+    choices=("points", "lattice", "file"),
+)
+_FILE = {"shown_when": ("Mode", "file")}
+SPACE = Choice(
+    "Space",
+    "lps",
+    """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
+    patient's left, y to the back, z to the head), as from MLS Image Reader.""",
+    choices=("lps", "ras"),
+    **_FILE,
+)
+FILES = (
+    FileName(
+        "FileName",
+        "",
+        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
+        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
+        list of deformed positions goes first, if it is not empty.""",
+        **_FILE,
+    ),
+    FileName(
+        "DeformedFileName",
+        "",
+        """File with the places q that control points were moved to, such as markups; or none. They
+        find their p by their labels, or else by their order.""",
+        **_FILE,
+    ),
+    SPACE,
+)
+LISTS = (
+    Places(
+        "DeformedPoints",
+        (),
+        """Positions q to which the control points are dragged, with the mouse in the view or
+        here, one for each; none: they stay at rest.""",
+        more="They count in every mode.",
+        unit="world coordinates",
+    ),
+    Places(
+        "RestPoints",
+        (),
+        "Positions p of the control points in the undeformed space.",
+        unit="world coordinates",
+    ),
+)
+_LATTICE = {"shown_when": ("Mode", "lattice")}
+LATTICE_DIMENSIONS = Dimensions(
+    "LatticeDimensions",
+    (3, 3, 3),
+    "Number of control points in each direction of the lattice.",
+    more="A single one lies in the middle.",
+    labels=("nx", "ny", "nz"),
+    **_LATTICE,
+)
+LATTICE = (
+    LATTICE_DIMENSIONS,
+    Vector(
+        "Bounds",
+        (-1.0, 1.0, -1.0, 1.0, -1.0, 1.0),
+        "Box of the lattice: xmin, xmax, ymin, ymax, zmin, zmax.",
+        labels=("xmin", "xmax", "ymin", "ymax", "zmin", "zmax"),
+        unit="world coordinates",
+        **_LATTICE,
+    ),
+)
+WEIGHTS = Factors(
+    "Weights",
+    (),
+    "A positive factor for each control point; empty: all count alike.",
+    more="They count in every mode.",
+    is_advanced=True,
+)
+CONTROL_POINTS = (MODE, *FILES, *LISTS, *LATTICE, WEIGHTS)
