@@ -11,6 +11,7 @@ from conftest import (
     random_handles,
     random_rotation,
 )
+from pairwise import paired
 
 from vtk_mls import (
     VOID_VALUES,
@@ -212,13 +213,22 @@ def test_a_closed_surface_has_no_detour():
 # The map
 
 
-def test_interpolates_with_cuts(cuts, kind_and_degree, device, rng):
+EVERY_SHAPE = paired(
+    shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, device=["reference", *DEVICES]
+)
+
+
+@EVERY_SHAPE
+def test_interpolates_with_cuts(shape, kind_and_degree, device, rng):
+    cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 25)
     d = deformation(rest, deformed, kind_and_degree, device, cuts=cuts)
     np.testing.assert_allclose(d.backward(deformed), rest, rtol=0, atol=2e-4)
 
 
-def test_is_the_identity_where_nothing_moved(cuts, kind_and_degree, device, rng):
+@EVERY_SHAPE
+def test_is_the_identity_where_nothing_moved(shape, kind_and_degree, device, rng):
+    cuts = SHAPES[shape]
     _, deformed = random_handles(rng, 25)
     d = deformation(deformed, deformed, kind_and_degree, device, cuts=cuts)
     v = rng.uniform(0, EXTENT, (300, 3))
@@ -234,11 +244,14 @@ def test_a_cut_far_outside_changes_nothing(kind_and_degree, device, rng):
     np.testing.assert_allclose(other.backward(v), one, rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize(("alpha", "nu"), [(1, 2), (1.6, 2), (1, 3), (2, 1.5)])
-def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha, nu, rng):
-    cuts = SHAPES[shape]
+@paired(
+    shape=SHAPES,
+    kind_and_degree=KINDS_AND_DEGREES,
+    alpha_and_nu=[(1, 2), (1.6, 2), (1, 3), (2, 1.5)],
+)
+def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha_and_nu, rng):
+    cuts, (alpha, nu) = SHAPES[shape], alpha_and_nu
     rest, deformed = random_handles(rng, 30)
     v = rng.uniform(0, EXTENT, (800, 3))
     expected, got = (

@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+from conftest import (
+    DEVICES,
+    HARD_SETS,
+    KINDS_AND_DEGREES,
+    deformation,
+    random_handles,
+    random_rotation,
+)
+from pairwise import paired
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine import device, dispatch, engine
@@ -55,11 +63,11 @@ def needed(d, source, target, reach):
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("lanes", ["vectors", "scalars"])
-def test_a_part_is_the_whole_to_the_bit(key, lanes, kind_and_degree, cuts, grid, rng, monkeypatch):
+@paired(kind_and_degree=KINDS_AND_DEGREES, cuts=CUTS, lanes=["vectors", "scalars"])
+def test_a_part_is_the_whole_to_the_bit(key, kind_and_degree, cuts, lanes, grid, rng, monkeypatch):
     if lanes == "scalars":
         monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
-    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=cuts)
+    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=CUTS[cuts])
     check(d, grid)
 
 

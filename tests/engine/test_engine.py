@@ -6,6 +6,7 @@ from conftest import (
     DEVICES,
     EXTENT,
     HARD_SETS,
+    KINDS_AND_DEGREES,
     OTHER_DEVICES,
     TOLERANCE,
     deformation,
@@ -13,6 +14,7 @@ from conftest import (
     random_handles,
 )
 from drivers import check_kernels
+from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.engine import device, dispatch, engine
@@ -33,8 +35,7 @@ def voxels(difference, points):
     return np.linalg.norm(difference, axis=-1) / size * EXTENT
 
 
-@pytest.mark.parametrize("alpha", [0.5, 1, 1.3, 1.5, 2, 3])
-@pytest.mark.parametrize("count", [15, 200])
+@paired(kind_and_degree=KINDS_AND_DEGREES, count=[15, 200], alpha=[0.5, 1, 1.3, 1.5, 2, 3])
 def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
     rest, deformed = random_handles(rng, count)
     v = places(rng, deformed, 2000)
@@ -46,9 +47,7 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
     assert error.max() <= largest
 
 
-@pytest.mark.parametrize("size", [2, 3, 4])
-@pytest.mark.parametrize("width", [1, 10])
-@pytest.mark.parametrize("alpha", [1, 1.5, 2, 3])
+@paired(kind_and_degree=KINDS_AND_DEGREES, alpha=[1, 1.5, 2, 3], width=[1, 10], size=[2, 3, 4])
 def test_clusters_that_outweigh_all_others(key, kind_and_degree, alpha, width, size, rng):
     """Near a few control points the others decide twist and slopes across, and weigh little."""
     middles = rng.uniform(20, EXTENT - 20, (60 // size, 1, 3))
@@ -67,8 +66,9 @@ def test_clusters_that_outweigh_all_others(key, kind_and_degree, alpha, width, s
     assert np.percentile(error, 99) <= (1e-2 if kind_and_degree == ("polynomial", 3) else 1e-3)
 
 
-def test_backward_on_hard_sets(key, hard_set, kind_and_degree, rng):
-    name, rest, deformed = hard_set
+@pytest.mark.parametrize("name", HARD_SETS)
+def test_backward_on_hard_sets(key, name, kind_and_degree, rng):
+    rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 300)
     v = v[:400] if name == "ten thousand" else v
     expected = deformation(rest, deformed, kind_and_degree).backward(v)
@@ -82,8 +82,11 @@ def test_backward_on_hard_sets(key, hard_set, kind_and_degree, rng):
         assert error.max() <= 40 * p99
 
 
-@pytest.mark.parametrize("name", [n for n in HARD_SETS if n not in ("reflection", "ten thousand")])
-@pytest.mark.parametrize("alpha", [1, 1.7, 2])
+@paired(
+    kind_and_degree=KINDS_AND_DEGREES,
+    name=[name for name in HARD_SETS if name not in ("reflection", "ten thousand")],
+    alpha=[1, 1.7, 2],
+)
 def test_jacobian(key, kind_and_degree, name, alpha, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 200)
