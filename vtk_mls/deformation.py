@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls import arguments, vector_fields
 from vtk_mls.control_points import KINDS
-from vtk_mls.cuts import Plane
+from vtk_mls.cuts import HalfPlane, Plane, Surface
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
-from vtk_mls.progress import whole
+from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
 from vtk_mls.sampling import Sampling
@@ -21,11 +24,16 @@ from vtk_mls.sampling import Sampling
 _SLAB = 1 << 20
 
 
-def _quiet(question):
+Cut = Plane | HalfPlane | Surface
+Arguments = ParamSpec("Arguments")
+Answer = TypeVar("Answer")
+
+
+def _quiet(question: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
     """A method whose answers may be NaN or infinite, without numpy's warnings of that."""
 
     @functools.wraps(question)
-    def asked(*arguments, **keywords):
+    def asked(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Answer:
         with np.errstate(all="ignore"):
             return question(*arguments, **keywords)
 
@@ -47,12 +55,12 @@ class DisplacementField:
         Where the points are.
     """
 
-    displacement: np.ndarray
+    displacement: NDArray[np.float32]
     grid: Grid
-    void_distance: np.ndarray | None = None
+    void_distance: NDArray[np.float32] | None = None
 
     @property
-    def void(self):
+    def void(self) -> NDArray[np.bool_]:
         """(nz, ny, nx) bool: where the deformation has opened a void."""
         if self.void_distance is None:
             return np.zeros(self.grid.shape, bool)
@@ -72,8 +80,8 @@ class ForwardField:
         False where there is no inverse: the map folds, or what is at x was pushed through a cut.
     """
 
-    displacement: np.ndarray
-    found: np.ndarray
+    displacement: NDArray[np.float32]
+    found: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -129,19 +137,35 @@ class Deformation:
     points; results of `backward` carry the full digits of `points`.
     """
 
-    rest: np.ndarray
-    deformed: np.ndarray
+    rest: NDArray[np.float64]
+    deformed: NDArray[np.float64]
     kind: str = "rigid"
     _: KW_ONLY
     alpha: float = 1.0
     degree: int = 2
-    weights: np.ndarray | None = None
-    cuts: tuple = ()
+    weights: NDArray[np.float64] = None
+    cuts: tuple[Cut, ...] = ()
     nu: float = 2.0
     device: str | None = None
     regions: tuple[Region, ...] = field(init=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            rest: ArrayLike,
+            deformed: ArrayLike,
+            kind: str = ...,
+            *,
+            alpha: float = ...,
+            degree: int = ...,
+            weights: ArrayLike | None = ...,
+            cuts: Cut | Iterable[Cut] | None = ...,
+            nu: float = ...,
+            device: str | None = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         rest = arguments.control_points("rest", self.rest)
         deformed = arguments.control_points("deformed", self.deformed)
         if len(rest) == 0:
@@ -180,7 +204,7 @@ class Deformation:
             object.__setattr__(self, name, value)
         arguments.check_reach(cuts, self.regions)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         degree = f", degree={self.degree}" if self.kind == "polynomial" else ""
         return (
             f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
@@ -188,17 +212,17 @@ class Deformation:
         )
 
     @property
-    def planes(self):
+    def planes(self) -> list[Plane]:
         """The full cuts, which make the regions."""
         return [cut for cut in self.cuts if isinstance(cut, Plane)]
 
     @property
-    def obstacles(self):
+    def obstacles(self) -> list[Cut]:
         """The cuts that one can go round."""
         return [cut for cut in self.cuts if not isinstance(cut, Plane)]
 
     @_quiet
-    def backward(self, points, progress=None):
+    def backward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
 
         Parameters
@@ -220,7 +244,7 @@ class Deformation:
             return self._engine.backward(self, points, progress)
 
     @_quiet
-    def forward(self, points, progress=None):
+    def forward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """Where the material at `points` goes: the true inverse of `backward`.
 
         `forward_field` gives the same as displacements, for less time and memory.
@@ -251,7 +275,7 @@ class Deformation:
             return v
 
     @_quiet
-    def forward_field(self, points, progress=None):
+    def forward_field(self, points: ArrayLike, progress: ProgressLike = None) -> ForwardField:
         """Displacements of the material at `points`, with those marked that have no inverse.
 
         G(v) = x is solved by Newton's method with the analytic Jacobian. Backtracking keeps each
@@ -284,7 +308,7 @@ class Deformation:
             return ForwardField(displacement, found)
 
     @_quiet
-    def jacobian(self, points, progress=None):
+    def jacobian(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
         At a control point it is the linear part of the map fitted there.
@@ -304,7 +328,9 @@ class Deformation:
             return self._engine.jacobian(self, points, progress)
 
     @_quiet
-    def void_distance(self, points, progress=None):
+    def void_distance(
+        self, points: ArrayLike, progress: ProgressLike = None
+    ) -> NDArray[np.float64]:
         """How far `points` are from being void.
 
         Below 0 where the segment from a point v to its origin G(v) crosses a cut, so that nothing
@@ -328,14 +354,19 @@ class Deformation:
             distances = [cut.void_distance(points, origins) for cut in measuring.over(self.cuts)]
             return np.min(distances, axis=0) if distances else np.full(len(points), np.inf)
 
-    def void(self, points, progress=None):
+    def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
         return self.void_distance(points, progress) < 0
 
     @_quiet
     def displacement_field(
-        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
-    ):
+        self,
+        dimensions: ArrayLike | Grid,
+        origin: ArrayLike = (0, 0, 0),
+        spacing: ArrayLike = (1, 1, 1),
+        direction: ArrayLike | None = None,
+        progress: ProgressLike = None,
+    ) -> DisplacementField:
         """The displacement map G(v) - v on a grid (section 4 of the paper).
 
         Parameters
@@ -357,7 +388,7 @@ class Deformation:
             return DisplacementField(displacement, grid, void_distance)
 
     @_quiet
-    def void_distance_field(self, grid, progress=None):
+    def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """`void_distance` on a grid, for the memory of the result alone.
 
         Parameters
@@ -378,7 +409,7 @@ class Deformation:
             return void_distance
 
     @_quiet
-    def void_field(self, grid, progress=None):
+    def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`void` on a grid, (nz, ny, nx) bool, as `void_distance_field`."""
         void = np.zeros(arguments.grid("grid", grid).shape, bool)
         with whole(progress) as progress:
@@ -399,7 +430,7 @@ class Deformation:
             yield slice(low, high), self._engine.displacement_field(self, slab, part)[1]
 
     @_quiet
-    def jacobian_field(self, grid, progress=None):
+    def jacobian_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """dG_i/dv_j at the points of a grid, in closed form.
 
         Parameters
@@ -418,7 +449,9 @@ class Deformation:
             return self._engine.jacobian_field(self, grid, progress).swapaxes(-1, -2)
 
     @_quiet
-    def resample(self, arrays, sampling, progress=None):
+    def resample(
+        self, arrays: Sequence[ArrayLike], sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> list[NDArray[Any]]:
         """Deform what `arrays` hold on a grid.
 
         Parameters
@@ -453,7 +486,9 @@ class Deformation:
             return self._engine.resample(self, arrays, sampling, progress)
 
     @_quiet
-    def source_bounds(self, sampling, progress=None):
+    def source_bounds(
+        self, sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Which part of the source the points of the target take their material from.
 
         Parameters
@@ -474,7 +509,13 @@ class Deformation:
             return low.astype(np.float64), high.astype(np.float64)
 
     @_quiet
-    def resample_gradients(self, vectors, sampling, normalise=False, progress=None):
+    def resample_gradients(
+        self,
+        vectors: ArrayLike,
+        sampling: Sampling | Grid,
+        normalise: bool = False,
+        progress: ProgressLike = None,
+    ) -> NDArray[np.float32]:
         """Deform covariant vectors, as gradients and normals are: J_G^T n(G(v)), Eq. 29.
 
         Parameters
@@ -498,7 +539,9 @@ class Deformation:
             return self._resampled_gradients(vectors, sampling, normalise, progress)[0]
 
     @_quiet
-    def resample_vectors(self, vectors, sampling, progress=None):
+    def resample_vectors(
+        self, vectors: ArrayLike, sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> NDArray[np.float32]:
         """Deform contravariant vectors, as velocities are: J_G^-1 w(G(v)).
 
         Parameters
@@ -524,7 +567,13 @@ class Deformation:
             return vector_fields.contravariant(moved, jacobian)
 
     @_quiet
-    def corrected_gradient(self, array, sampling, normalise=False, progress=None):
+    def corrected_gradient(
+        self,
+        array: ArrayLike,
+        sampling: Sampling | Grid,
+        normalise: bool = False,
+        progress: ProgressLike = None,
+    ) -> NDArray[np.float32]:
         """Gradient of the deformed `array`: J_G^T (grad f)(G(v)) with the analytic Jacobian.
 
         It follows the deformation exactly, unlike differences of the resampled array. On the
@@ -582,7 +631,7 @@ class Deformation:
         return self._engine.resample_gradients(self, vectors, sampling, normalise, progress)
 
     @_quiet
-    def fitted_grid(self, source, progress=None):
+    def fitted_grid(self, source: Grid, progress: ProgressLike = None) -> Grid:
         """The grid in line with `source` that holds all of the deformed volume.
 
         Parameters

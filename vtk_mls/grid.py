@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.progress import SILENT, Progress
 from vtk_mls.reals import real, shown
@@ -44,13 +46,23 @@ class Grid:
     """
 
     dimensions: tuple[int, int, int]
-    origin: np.ndarray = (0.0, 0.0, 0.0)
-    spacing: np.ndarray = (1.0, 1.0, 1.0)
-    direction: np.ndarray | None = None
+    origin: NDArray[np.float64] = (0.0, 0.0, 0.0)
+    spacing: NDArray[np.float64] = (1.0, 1.0, 1.0)
+    direction: NDArray[np.float64] = None
     whole: Grid = field(init=False, repr=False)
     first: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            dimensions: ArrayLike,
+            origin: ArrayLike = ...,
+            spacing: ArrayLike = ...,
+            direction: ArrayLike | None = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         wanted = real("dimensions", self.dimensions, "three positive integers (nx, ny, nz)")
         if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
             raise ValueError(
@@ -77,7 +89,7 @@ class Grid:
                 f"got {self.spacing.tolist()} and {self.direction.tolist()}"
             )
 
-    def part(self, first, dimensions) -> Grid:
+    def part(self, first: ArrayLike, dimensions: ArrayLike) -> Grid:
         """The `dimensions` points from the index `first` on, which stay part of this grid.
 
         Points are placed, and values at the border are found, as in the whole: what is computed
@@ -106,25 +118,25 @@ class Grid:
         return int(np.prod(self.dimensions, dtype=np.int64))
 
     @property
-    def index_to_world(self) -> np.ndarray:
+    def index_to_world(self) -> NDArray[np.float64]:
         """(3, 3) matrix whose columns are the steps between neighbours in the world."""
         return self.direction * self.spacing
 
-    def at(self, index) -> np.ndarray:
+    def at(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions (m, 3) of the continuous indices `index` (m, 3) = (i, j, k)."""
         return self.origin + np.asarray(index, dtype=np.float64) @ self.index_to_world.T
 
-    def index_of(self, points) -> np.ndarray:
+    def index_of(self, points: ArrayLike) -> NDArray[np.float64]:
         """Continuous indices (m, 3) = (i, j, k) of the world positions `points` (m, 3)."""
         return (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(
             self.index_to_world
         ).T
 
-    def covers(self, index) -> np.ndarray:
+    def covers(self, index: ArrayLike) -> NDArray[np.bool_]:
         """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""
         return ((index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)).all(axis=1)
 
-    def index_transform(self, other: Grid) -> tuple[np.ndarray, np.ndarray]:
+    def index_transform(self, other: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Matrix (3, 3) and offset (3,) from indices of this grid to those of `other`.
 
         Grids whose points coincide, as far as both reach, get exact integers.
@@ -133,16 +145,16 @@ class Grid:
         offset = other.index_of(self.origin[None])[0]
         return _snapped(matrix), _snapped(offset)
 
-    def indices(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+    def indices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""
         flat = np.arange(start, self.size if stop is None else stop)
         return np.stack(np.unravel_index(flat, self.shape)[::-1], axis=1)
 
-    def points(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+    def points(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """World positions (m, 3) of the points `start` to `stop`, x fastest."""
         return self.whole.at(self.indices(start, stop) + self.first)
 
-    def corners(self) -> np.ndarray:
+    def corners(self) -> NDArray[np.float64]:
         """World positions (8, 3) of the corners."""
         last = np.array(self.dimensions) - 1
         return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))

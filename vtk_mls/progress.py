@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import accumulate
+from typing import TypeVar
+
+Step = TypeVar("Step")
 
 
 class Aborted(RuntimeError):
@@ -22,10 +26,12 @@ class Progress:
     their own gives each a Progress of those that `divided` makes.
     """
 
-    def __init__(self, report=None, begin=0.0, end=1.0):
+    def __init__(
+        self, report: Callable[[float], None] | None = None, begin: float = 0.0, end: float = 1.0
+    ):
         self._report, self._begin, self._end = report, begin, end
 
-    def report(self, fraction):
+    def report(self, fraction: float) -> None:
         """Say that a `fraction` of this part is done, below 1.
 
         Raises
@@ -35,26 +41,30 @@ class Progress:
         if self._report is not None:
             self._report(self._at(fraction))
 
-    def over(self, steps):
+    def over(self, steps: Sequence[Step]) -> Iterator[Step]:
         """The items of the sequence `steps`, one after the other, each as long as the others."""
         for number, step in enumerate(steps):
             self.report(number / len(steps))
             yield step
 
-    def divided(self, *shares):
+    def divided(self, *shares: float) -> list[Progress]:
         """A Progress for each of some parts, one after the other, as long as `shares` say."""
         ends = [self._at(done / sum(shares)) for done in accumulate(shares)]
         return [
             Progress(self._report, begin, end) for begin, end in zip([self._begin, *ends], ends)
         ]
 
-    def _at(self, fraction):
+    def _at(self, fraction: float) -> float:
         """The fraction of the whole at a `fraction` of this part."""
         return min(self._begin + (self._end - self._begin) * fraction, self._end)
 
 
+# What a question takes: a callback that stops the work by a true answer, or a part of a work.
+ProgressLike = Callable[[float], object] | Progress | None
+
+
 @contextmanager
-def whole(progress):
+def whole(progress: ProgressLike) -> Iterator[Progress]:
     """The Progress of a question, by its argument `progress`.
 
     A callback hears of the end; a Progress does not, for it is a part of a work that goes on.

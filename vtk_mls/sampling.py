@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from vtk_mls import arguments
 from vtk_mls.grid import Grid
@@ -42,12 +43,23 @@ class Sampling:
     """
 
     source: Grid
-    target: Grid | None = None
+    target: Grid = None
     interpolation: str | tuple[str, ...] = "linear"
     background: float = 0.0
     void_values: str = "background"
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            source: Grid,
+            target: Grid | None = ...,
+            interpolation: str | Iterable[str] = ...,
+            background: float = ...,
+            void_values: str = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         arguments.grid("source", self.source)
         target = self.source if self.target is None else arguments.grid("target", self.target)
         one = isinstance(self.interpolation, str) or not isinstance(self.interpolation, Iterable)
@@ -66,7 +78,7 @@ class Sampling:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def of(cls, value) -> Sampling:
+    def of(cls, value: Sampling | Grid) -> Sampling:
         """`value`, or for a Grid what is sampled on it and wanted there again."""
         if isinstance(value, Sampling):
             return value
