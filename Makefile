@@ -1,6 +1,9 @@
 # make demo     deform a real volume in four ways: .vti files and a picture in demo-output/
-# make test     check style and run all tests
+# make check    what one runs all day: style, and the tests of core, engine, filters and project
+# make test     that, and files, commands, and the newest ParaView that is found here
+# make matrix   all tests, in every ParaView, which it makes first
 # make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
+# make mutation put faults in, one at a time, and see whether a test finds each (LEVEL=check or test)
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make bench    measure against other programs (LARGE=1: also 256^3)
@@ -12,10 +15,12 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo test drivers fuzz accuracy bench lint clean
+.PHONY: demo check test matrix mutation drivers fuzz accuracy bench lint clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
+LEVEL ?= check
+CHECKED := tests/core tests/engine tests/filters tests/project
 # tests that start whole programs, or have the mouse
 ALONE := tests/paraview
 PY := .venv/bin/python
@@ -24,17 +29,27 @@ demo: .venv/demo-$(OPENCL).stamp
 	@bash .ci/drivers
 	@$(PY) -m vtk_mls demo demo-output
 
-test: .venv/test-$(OPENCL).stamp .venv-slicer/made.stamp
+check: lint
+	$(PY) -m pytest --numprocesses auto -m "not long and not matrix" $(CHECKED)
+
+test: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh
-	$(PY) -m ruff check .
-	$(PY) -m ruff format --check .
+	$(PY) -m pytest --numprocesses auto -m "not matrix" --ignore $(ALONE)
+	$(PY) -m pytest -m "not matrix" $(ALONE)
+
+matrix: lint .venv-slicer/made.stamp
+	@bash .ci/drivers
+	@bash tests/paraview/install.sh trixie forky
 	$(PY) -m pytest --numprocesses auto --ignore $(ALONE)
-	$(PY) -m pytest $(ALONE)
+	$(PY) -m pytest --numprocesses 2 --dist loadgroup $(ALONE)
 
 lint: .venv/test-$(OPENCL).stamp
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+
+mutation: .venv/test-$(OPENCL).stamp
+	@$(PY) tests/mutation/run.py --level $(LEVEL)
 
 drivers:
 	@PYTHON=$(PYTHON) bash tests/drivers/run.sh

@@ -19,7 +19,7 @@ deformed = np.array(
     [(9.5, 12, 12), (13, 12, 14), (28, 12, 20), (36, 12, 20), (51, 12, 14), (54.5, 12, 12)]
 )
 bend = vtk_mls.Deformation(rest, deformed, kind="rigid")
-(bent,) = bend.resample([volume], grid, interpolation="linear")
+(bent,) = bend.resample([volume], vtk_mls.Sampling(grid, interpolation="linear"))
 
 
 def show(title, array):

@@ -4,18 +4,14 @@ from importlib import import_module
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
-    from vtk_mls.arguments import VOID_VALUES
     from vtk_mls.cuts import HalfPlane, Plane, Surface
-    from vtk_mls.deformation import (
-        Aborted,
-        Deformation,
-        DisplacementField,
-        ForwardField,
-    )
+    from vtk_mls.deformation import Deformation, DisplacementField, ForwardField
     from vtk_mls.engine.device import DeviceError
     from vtk_mls.grid import Grid
+    from vtk_mls.interpolation import INTERPOLATIONS
     from vtk_mls.kinds import KINDS
-    from vtk_mls.sampling import INTERPOLATIONS
+    from vtk_mls.progress import Aborted
+    from vtk_mls.sampling import VOID_VALUES, Sampling
 
 __all__ = [
     "INTERPOLATIONS",
@@ -29,6 +25,7 @@ __all__ = [
     "Grid",
     "HalfPlane",
     "Plane",
+    "Sampling",
     "Surface",
 ]
 __version__ = "0.1.0"
@@ -36,10 +33,10 @@ __version__ = "0.1.0"
 # Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
 # numpy is loaded.
 _MODULES = {
-    "INTERPOLATIONS": "sampling",
+    "INTERPOLATIONS": "interpolation",
     "KINDS": "kinds",
-    "VOID_VALUES": "arguments",
-    "Aborted": "deformation",
+    "VOID_VALUES": "sampling",
+    "Aborted": "progress",
     "Deformation": "deformation",
     "DeviceError": "engine.device",
     "DisplacementField": "deformation",
@@ -47,6 +44,7 @@ _MODULES = {
     "Grid": "grid",
     "HalfPlane": "cuts",
     "Plane": "cuts",
+    "Sampling": "sampling",
     "Surface": "cuts",
 }
 

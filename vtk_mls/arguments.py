@@ -13,8 +13,6 @@ from vtk_mls import cuts as shapes
 from vtk_mls.grid import Grid
 from vtk_mls.reals import real, shown
 
-# What the void that a cut opens can hold: nothing, or material as if each side went on.
-VOID_VALUES = ("background", "continued")
 # Coordinates of control points, in world units: float32 ends at 3.4e38.
 LARGEST = 1e37
 # Distances of cuts, as a share of the extent of control points.
@@ -126,8 +124,3 @@ def grid(name, value):
     if not isinstance(value, Grid):
         raise TypeError(f"`{name}` must be a Grid, got {shown(value)}")
     return value
-
-
-def continues(void_values):
-    """Whether `void_values` asks for values that go on in the void."""
-    return choice("void_values", void_values, VOID_VALUES) == "continued"

@@ -74,7 +74,7 @@ class ImageGeometry:
         info.Set(vtkDataObject.SPACING(), self.spacing, 3)
         info.Set(vtkDataObject.DIRECTION(), self.direction, 9)
 
-    def place(self, image):
+    def apply_to(self, image):
         """Give a vtkImageData this extent, origin, spacing and direction."""
         image.SetExtent(self.extent)
         image.SetOrigin(self.origin)
@@ -82,7 +82,7 @@ class ImageGeometry:
         image.SetDirectionMatrix(self.direction)
 
     def part(self, extent):
-        """The lattice cut to another extent."""
+        """This, cut to another extent."""
         return ImageGeometry(tuple(extent), self.origin, self.spacing, self.direction)
 
     def holds(self, extent):
@@ -92,7 +92,7 @@ class ImageGeometry:
         return bool(inside.all())
 
     def grid_within(self, whole):
-        """The points as a part of the `Grid` of a lattice that holds them."""
+        """The points as a part of the `Grid` of a whole that holds them."""
         first, last, start = (
             np.array(ends) for ends in (self.extent[::2], self.extent[1::2], whole.extent[::2])
         )
@@ -370,12 +370,14 @@ def control_points(polydata, displacement, weight=None):
             "`ControlPoints` has no points; a deformation needs at least one control point"
         )
     rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
-    moved = _handle_values(polydata, displacement, 3).astype(np.float64)
-    weights = None if weight is None else _handle_values(polydata, weight, 1).astype(np.float64)
+    moved = _control_point_values(polydata, displacement, 3).astype(np.float64)
+    weights = (
+        None if weight is None else _control_point_values(polydata, weight, 1).astype(np.float64)
+    )
     return rest, rest + moved, weights
 
 
-def _handle_values(polydata, name, components):
+def _control_point_values(polydata, name, components):
     data = polydata.GetPointData()
     array = data.GetArray(name)
     if array is None:

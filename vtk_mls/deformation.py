@@ -3,36 +3,39 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import KW_ONLY, dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls import arguments, kinds, vector_fields
-from vtk_mls.cuts import Obstacle, Plane
+from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.fitting import fitted_grid
-from vtk_mls.grid import Grid
+from vtk_mls.grid import Grid, fitted_grid
+from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided
-from vtk_mls.sampling import INTERPOLATIONS
+from vtk_mls.sampling import Sampling
 
-# Points of a grid whose displacements are in memory though only openings are wanted.
+# Points of a grid whose displacements are in memory though only void distances are wanted.
 _SLAB = 1 << 20
 
 
-def _quiet(question):
+Arguments = ParamSpec("Arguments")
+Answer = TypeVar("Answer")
+
+
+def _quiet(question: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
     """A method whose answers may be NaN or infinite, without numpy's warnings of that."""
 
     @functools.wraps(question)
-    def asked(*arguments, **keywords):
+    def asked(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Answer:
         with np.errstate(all="ignore"):
             return question(*arguments, **keywords)
 
     return asked
-
-
-class Aborted(RuntimeError):
-    """The `progress` callback asked to stop."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +48,17 @@ class DisplacementField:
         G(v) - v at every point v of the grid.
     void_distance : (nz, ny, nx) float32, world units, or None without cuts
         Below 0 where there is nothing because a cut has opened, and continuous on each side of
-        every cut: its zero level is the face of the opening.
+        every cut: its zero level is the face of the void.
     grid : Grid
         Where the points are.
     """
 
-    displacement: np.ndarray
+    displacement: NDArray[np.float32]
     grid: Grid
-    void_distance: np.ndarray | None = None
+    void_distance: NDArray[np.float32] | None = None
 
     @property
-    def void(self):
+    def void(self) -> NDArray[np.bool_]:
         """(nz, ny, nx) bool: where the deformation has opened a void."""
         if self.void_distance is None:
             return np.zeros(self.grid.shape, bool)
@@ -64,26 +67,26 @@ class DisplacementField:
 
 @dataclass(frozen=True)
 class ForwardField:
-    """Where the material of some points goes.
+    """Where the material at some points goes.
 
     Attributes
     ----------
     displacement : (m, 3) float32, world units
-        v - x for the place v with G(v) = x. Where there is none it leads to the best place that was
-        found, or is 0; NaN for points that are not finite.
+        v - x for the point v with G(v) = x. Where there is none, v is the point with the smallest
+        residual that was found, or x; NaN for points that are not finite.
     found : (m,) bool
         False where there is no inverse: the map folds, or what is at x was pushed through a cut.
     """
 
-    displacement: np.ndarray
-    found: np.ndarray
+    displacement: NDArray[np.float32]
+    found: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Deformation:
     """A moving-least-squares deformation of space, given by control points.
 
-    The backward map G tells for each place v of the deformed space where its material came from
+    The backward map G tells for each point v of the deformed space where its material came from
     (Eq. 2 of the paper). It interpolates the control points, G(q_i) = p_i, and is the identity
     where p = q.
 
@@ -95,7 +98,7 @@ class Deformation:
         q, where they were moved to. Control points with the same q count as one, at their
         weighted mean p.
     kind : {"affine", "rigid", "similarity", "polynomial"}
-        The maps that are fitted around each place: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
+        The maps that are fitted around each point: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
         rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26).
     alpha : float, > 0
         Weights are 1 / |q_i - v|^(2 alpha): a larger alpha makes control points more local. At
@@ -132,19 +135,35 @@ class Deformation:
     points; results of `backward` carry the full digits of `points`.
     """
 
-    rest: np.ndarray
-    deformed: np.ndarray
+    rest: NDArray[np.float64]
+    deformed: NDArray[np.float64]
     kind: str = "rigid"
     _: KW_ONLY
     alpha: float = 1.0
     degree: int = 2
-    weights: np.ndarray | None = None
-    cuts: tuple = ()
+    weights: NDArray[np.float64] = None
+    cuts: tuple[Cut, ...] = ()
     nu: float = 2.0
     device: str | None = None
     regions: tuple[Region, ...] = field(init=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            rest: ArrayLike,
+            deformed: ArrayLike,
+            kind: str = ...,
+            *,
+            alpha: float = ...,
+            degree: int = ...,
+            weights: ArrayLike | None = ...,
+            cuts: Cut | Iterable[Cut] | None = ...,
+            nu: float = ...,
+            device: str | None = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         rest = arguments.control_points("rest", self.rest)
         deformed = arguments.control_points("deformed", self.deformed)
         if len(rest) == 0:
@@ -183,7 +202,7 @@ class Deformation:
             object.__setattr__(self, name, value)
         arguments.check_reach(cuts, self.regions)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
         return (
             f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
@@ -191,24 +210,24 @@ class Deformation:
         )
 
     @property
-    def planes(self):
+    def planes(self) -> list[Plane]:
         """The full cuts, which make the regions."""
         return [cut for cut in self.cuts if isinstance(cut, Plane)]
 
     @property
-    def obstacles(self):
+    def obstacles(self) -> list[Cut]:
         """The cuts that one can go round."""
         return [cut for cut in self.cuts if isinstance(cut, Obstacle)]
 
     @_quiet
-    def backward(self, points, progress=None):
+    def backward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """Where the material now at `points` came from: G(v) = l_v^-1(v), Eq. 4 and 26.
 
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates
         progress : callable, optional
-            Called with the fraction done (0 to 1) between chunks; a true answer stops the work.
+            Called with the fraction done, which grows from 0 to 1; a true answer stops the work.
 
         Returns
         -------
@@ -218,10 +237,12 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        return self._engine.backward(self, arguments.points("points", points), _checked(progress))
+        points = arguments.points("points", points)
+        with whole(progress) as progress:
+            return self._engine.backward(self, points, progress)
 
     @_quiet
-    def forward(self, points, progress=None):
+    def forward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """Where the material at `points` goes: the true inverse of `backward`.
 
         `forward_field` gives the same as displacements, for less time and memory.
@@ -245,18 +266,19 @@ class Deformation:
         ValueError, DeviceError, Aborted
         """
         points = arguments.places(points)
-        displacement, found = self._engine.forward(self, points, _checked(progress))
-        v = points + displacement.astype(np.float64)
-        v[~found] = np.nan
-        return v
+        with whole(progress) as progress:
+            displacement, found = self._engine.forward(self, points, progress)
+            v = points + displacement.astype(np.float64)
+            v[~found] = np.nan
+            return v
 
     @_quiet
-    def forward_field(self, points, progress=None):
-        """Where the material at `points` goes, as displacements, and where that is nowhere.
+    def forward_field(self, points: ArrayLike, progress: ProgressLike = None) -> ForwardField:
+        """Displacements of the material at `points`, with those marked that have no inverse.
 
-        Places are looked for by Newton's method on G with its analytic Jacobian, without leaving
-        the material's side of a cut; many at once by Broyden's method, from first guesses that
-        are interpolated between some.
+        G(v) = x is solved by Newton's method with the analytic Jacobian. Backtracking keeps each
+        step on the material's side of the cuts. Many points at once are solved for by Broyden's
+        method, from first guesses that are interpolated on a grid.
 
         Parameters
         ----------
@@ -274,16 +296,17 @@ class Deformation:
         ValueError, DeviceError, Aborted
         """
         points = arguments.places(points)
-        displacement, found = self._engine.forward(self, points, _checked(progress))
-        displacement = displacement.astype(np.float32, copy=False)
-        lost = np.flatnonzero(~found)
-        lost = lost[np.isfinite(points[lost]).all(axis=1)]
-        # too far away for the device's float32
-        displacement[lost[~np.isfinite(displacement[lost]).all(axis=1)]] = 0
-        return ForwardField(displacement, found)
+        with whole(progress) as progress:
+            displacement, found = self._engine.forward(self, points, progress)
+            displacement = displacement.astype(np.float32, copy=False)
+            lost = np.flatnonzero(~found)
+            lost = lost[np.isfinite(points[lost]).all(axis=1)]
+            # too far away for the device's float32
+            displacement[lost[~np.isfinite(displacement[lost]).all(axis=1)]] = 0
+            return ForwardField(displacement, found)
 
     @_quiet
-    def jacobian(self, points, progress=None):
+    def jacobian(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
         At a control point it is the linear part of the map fitted there.
@@ -298,14 +321,18 @@ class Deformation:
         -------
         (m, 3, 3) float64
         """
-        return self._engine.jacobian(self, arguments.points("points", points), _checked(progress))
+        points = arguments.points("points", points)
+        with whole(progress) as progress:
+            return self._engine.jacobian(self, points, progress)
 
     @_quiet
-    def void_distance(self, points, progress=None):
+    def void_distance(
+        self, points: ArrayLike, progress: ProgressLike = None
+    ) -> NDArray[np.float64]:
         """How far `points` are from being void.
 
-        Below 0 where the way from a place v to its origin G(v) crosses a cut, so that nothing is
-        at v; continuous on each side of every cut. Its zero level is the face of the opening.
+        Below 0 where the segment from a point v to its origin G(v) crosses a cut, so that nothing
+        is at v; continuous on each side of every cut. Its zero level is the face of the void.
 
         Parameters
         ----------
@@ -319,18 +346,25 @@ class Deformation:
             Infinite without cuts.
         """
         points = arguments.points("points", points)
-        origins = self._engine.backward(self, points, _checked(progress))
-        void_distances = [cut.void_distance(points, origins) for cut in self.cuts]
-        return np.min(void_distances, axis=0) if void_distances else np.full(len(points), np.inf)
+        with whole(progress) as progress:
+            mapping, measuring = progress.divided(3, 1)
+            origins = self._engine.backward(self, points, mapping)
+            distances = [cut.void_distance(points, origins) for cut in measuring.over(self.cuts)]
+            return np.min(distances, axis=0) if distances else np.full(len(points), np.inf)
 
-    def void(self, points, progress=None):
+    def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
         return self.void_distance(points, progress) < 0
 
     @_quiet
     def displacement_field(
-        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
-    ):
+        self,
+        dimensions: ArrayLike | Grid,
+        origin: ArrayLike = (0, 0, 0),
+        spacing: ArrayLike = (1, 1, 1),
+        direction: ArrayLike | None = None,
+        progress: ProgressLike = None,
+    ) -> DisplacementField:
         """The displacement map G(v) - v on a grid (section 4 of the paper).
 
         Parameters
@@ -338,96 +372,94 @@ class Deformation:
         dimensions, origin, spacing, direction
             Of the `Grid`; dimensions (nx, ny, nz). Or only the `Grid`.
         progress : callable, optional
-            As for `backward`, called between slabs.
+            As for `backward`.
 
         Returns
         -------
         DisplacementField
         """
-        grid = _grid(dimensions, origin, spacing, direction)
-        displacement, void_distance = self._engine.displacement_field(
-            self, grid, _checked(progress)
-        )
-        return DisplacementField(displacement, grid, void_distance)
+        grid = dimensions
+        if not isinstance(grid, Grid):
+            grid = Grid(dimensions, origin, spacing, direction)
+        with whole(progress) as progress:
+            displacement, void_distance = self._engine.displacement_field(self, grid, progress)
+            return DisplacementField(displacement, grid, void_distance)
 
     @_quiet
-    def void_distance_field(
-        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
-    ):
+    def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """`void_distance` on a grid, for the memory of the result alone.
 
         Parameters
         ----------
-        dimensions, origin, spacing, direction, progress
-            As for `displacement_field`.
+        grid : Grid
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
         (nz, ny, nx) float32, world units
             Infinite without cuts.
         """
-        grid = _grid(dimensions, origin, spacing, direction)
-        void_distance = np.full(grid.shape, np.inf, np.float32)
-        for part, values in self._void_distance_slabs(grid, progress):
-            void_distance[part] = values
-        return void_distance
+        void_distance = np.full(arguments.grid("grid", grid).shape, np.inf, np.float32)
+        with whole(progress) as progress:
+            for part, values in self._void_distance_slabs(grid, progress):
+                void_distance[part] = values
+            return void_distance
 
     @_quiet
-    def void_field(
-        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
-    ):
+    def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`void` on a grid, (nz, ny, nx) bool, as `void_distance_field`."""
-        grid = _grid(dimensions, origin, spacing, direction)
-        void = np.zeros(grid.shape, bool)
-        for part, values in self._void_distance_slabs(grid, progress):
-            np.less(values, 0, out=void[part])
-        return void
+        void = np.zeros(arguments.grid("grid", grid).shape, bool)
+        with whole(progress) as progress:
+            for part, values in self._void_distance_slabs(grid, progress):
+                np.less(values, 0, out=void[part])
+            return void
 
     def _void_distance_slabs(self, grid, progress):
         """Slices along z of a grid, and the void distance there, to the bit that of the whole."""
         if not self.cuts:
             return
-        report = _checked(progress)
         nx, ny, nz = grid.dimensions
         step = max(1, _SLAB // (nx * ny))
-        for low in range(0, nz, step):
+        lows = range(0, nz, step)
+        for low, part in zip(lows, progress.divided(*[1] * len(lows))):
             high = min(low + step, nz)
             slab = grid.part((0, 0, low), (nx, ny, high - low))
-            yield slice(low, high), self._engine.displacement_field(self, slab)[1]
-            if report is not None:
-                report(high / nz)
+            yield slice(low, high), self._engine.displacement_field(self, slab, part)[1]
+
+    @_quiet
+    def jacobian_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
+        """dG_i/dv_j at the points of a grid, in closed form.
+
+        Parameters
+        ----------
+        grid : Grid
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        (nz, ny, nx, 3, 3) float32
+            A view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is contiguous.
+        """
+        arguments.grid("grid", grid)
+        with whole(progress) as progress:
+            return self._engine.jacobian_field(self, grid, progress).swapaxes(-1, -2)
 
     @_quiet
     def resample(
-        self,
-        arrays,
-        source,
-        target=None,
-        interpolation="linear",
-        background=0.0,
-        void_values="background",
-        progress=None,
-    ):
+        self, arrays: Sequence[ArrayLike], sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> list[NDArray[Any]]:
         """Deform what `arrays` hold on a grid.
 
         Parameters
         ----------
         arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
-        source : Grid
-            Where the arrays' values are. Of a part of a grid it is taken that values which it
-            lacks are not needed: see `source_bounds`.
-        target : Grid, optional
-            Where values are wanted; `source` if not given.
-        interpolation : {"nearest", "linear", "cubic"} or a sequence with one per array
-        background : float
-            Value of places whose material came from outside of `source` (by more than half a
-            spacing), and of the void.
-        void_values : {"background", "continued"}
-            What is in the void: `background`; or the values that the map of each side brings
-            there, as if its material went on behind the face of the cut. Contours of these end
-            sharp where they are clipped by the opening.
+        sampling : Sampling or Grid
+            Where the values of the arrays are, and for which points they are wanted; a Grid is
+            short for `Sampling(grid)`.
         progress : callable, optional
-            As for `backward`, called between slabs.
+            As for `backward`.
 
         Returns
         -------
@@ -436,48 +468,32 @@ class Deformation:
             nearest and kept in their range. Where the map is the identity, values are the same
             to the bit.
         """
-        arguments.grid("source", source)
-        target = source if target is None else arguments.grid("target", target)
-        arrays = [np.asarray(array) for array in arrays]
+        sampling, arrays = Sampling.of(sampling), [np.asarray(array) for array in arrays]
+        shape = sampling.source.shape
         for array in arrays:
-            if array.ndim not in (3, 4) or array.shape[:3] != source.shape:
+            if array.ndim not in (3, 4) or array.shape[:3] != shape:
                 raise ValueError(
-                    f"`arrays` must have the shape of the grid, {source.shape} or "
-                    f"{(*source.shape, 'components')}, got {array.shape}"
+                    f"`arrays` must have the shape of the grid, {shape} or "
+                    f"{(*shape, 'components')}, got {array.shape}"
                 )
             if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
                 raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
-        is_one = np.isscalar(interpolation) or interpolation is None
-        methods = [interpolation] * len(arrays) if is_one else list(interpolation)
-        if (
-            len(methods) != len(arrays)
-            or not all(np.isscalar(m) for m in methods)
-            or not (set(methods) <= set(INTERPOLATIONS))
-        ):
-            raise ValueError(
-                f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each "
-                f"array, got {shown(interpolation)}"
-            )
-        return self._engine.resample(
-            self,
-            [np.ascontiguousarray(array) for array in arrays],
-            source,
-            target,
-            methods,
-            arguments.number("background", background),
-            arguments.continues(void_values),
-            _checked(progress),
-        )
+        sampling.methods(len(arrays))
+        with whole(progress) as progress:
+            arrays = [np.ascontiguousarray(array) for array in arrays]
+            return self._engine.resample(self, arrays, sampling, progress)
 
     @_quiet
-    def source_bounds(self, source, target, void_values="background", progress=None):
-        """Which part of `source` the points of `target` take their material from.
+    def source_bounds(
+        self, sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Which part of the source the points of the target take their material from.
 
         Parameters
         ----------
-        source, target : Grid
-        void_values, progress
-            As for `resample`.
+        sampling : Sampling or Grid
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
@@ -485,105 +501,77 @@ class Deformation:
             Bounds of the continuous indices in `source.whole`, without those outside of it; inf
             and -inf if all are.
         """
-        for name, grid in (("source", source), ("target", target)):
-            arguments.grid(name, grid)
-        low, high = self._engine.source_bounds(
-            self, source, target, arguments.continues(void_values), _checked(progress)
-        )
-        return low.astype(np.float64), high.astype(np.float64)
-
-    @_quiet
-    def jacobian_field(
-        self, dimensions, origin=(0, 0, 0), spacing=(1, 1, 1), direction=None, progress=None
-    ):
-        """dG_i/dv_j at the points of a grid, in closed form.
-
-        Parameters
-        ----------
-        dimensions, origin, spacing, direction, progress
-            As for `displacement_field`.
-
-        Returns
-        -------
-        (nz, ny, nx, 3, 3) float32
-            A view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is contiguous.
-        """
-        grid = _grid(dimensions, origin, spacing, direction)
-        return self._engine.jacobian_field(self, grid, _checked(progress)).swapaxes(-1, -2)
+        sampling = Sampling.of(sampling)
+        with whole(progress) as progress:
+            low, high = self._engine.source_bounds(self, sampling, progress)
+            return low.astype(np.float64), high.astype(np.float64)
 
     @_quiet
     def resample_gradients(
         self,
-        vectors,
-        source,
-        target=None,
-        interpolation="linear",
-        normalise=False,
-        void_values="background",
-        progress=None,
-    ):
-        """Deform vectors that are gradients or normals: J_G^T n(G(v)), Eq. 29.
+        vectors: ArrayLike,
+        sampling: Sampling | Grid,
+        normalise: bool = False,
+        progress: ProgressLike = None,
+    ) -> NDArray[np.float32]:
+        """Deform covariant vectors, as gradients and normals are: J_G^T n(G(v)), Eq. 29.
 
         Parameters
         ----------
         vectors : (nz, ny, nx, 3) array, world frame
-        source, target, interpolation, void_values, progress
+        sampling : Sampling or Grid
             As for `resample`.
         normalise : bool
             Whether to return unit vectors; the factor det(J_G) of Eq. 29 does not count then, and
             a gradient does not have it.
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
         (nz, ny, nx, 3) float32
             0 outside, and in the void unless values are continued there.
         """
-        return self._resampled_gradients(
-            vectors, source, target, interpolation, normalise, void_values, progress
-        )[0]
+        with whole(progress) as progress:
+            sampling = Sampling.of(sampling)
+            return self._resampled_gradients(vectors, sampling, normalise, progress)[0]
 
     @_quiet
     def resample_vectors(
-        self,
-        vectors,
-        source,
-        target=None,
-        interpolation="linear",
-        void_values="background",
-        progress=None,
-    ):
-        """Deform vectors that move with the material, as velocities do: J_G^-1 w(G(v)).
+        self, vectors: ArrayLike, sampling: Sampling | Grid, progress: ProgressLike = None
+    ) -> NDArray[np.float32]:
+        """Deform contravariant vectors, as velocities are: J_G^-1 w(G(v)).
 
         Parameters
         ----------
         vectors : (nz, ny, nx, 3) array, world frame
-        source, target, interpolation, void_values, progress
+        sampling : Sampling or Grid
             As for `resample`.
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
         (nz, ny, nx, 3) float32
             0 outside, where the map is singular, and in the void unless values are continued there.
         """
-        arguments.grid("source", source)
-        target = source if target is None else arguments.grid("target", target)
-        first, second = _halves(progress)
+        sampling = replace(Sampling.of(sampling), background=0.0)
         vectors = arguments.single("vectors", vectors)
-        (moved,) = self.resample([vectors], source, target, interpolation, 0.0, void_values, first)
-        return vector_fields.contravariant(moved, self.jacobian_field(target, progress=second))
+        with whole(progress) as progress:
+            sampled, mapped, transformed = progress.divided(2, 2, 1)
+            (moved,) = self.resample([vectors], sampling, sampled)
+            jacobian = self.jacobian_field(sampling.target, mapped)
+            transformed.report(0)
+            return vector_fields.contravariant(moved, jacobian)
 
     @_quiet
     def corrected_gradient(
         self,
-        array,
-        source,
-        target=None,
-        interpolation="linear",
-        background=0.0,
-        normalise=False,
-        void_values="background",
-        progress=None,
-    ):
+        array: ArrayLike,
+        sampling: Sampling | Grid,
+        normalise: bool = False,
+        progress: ProgressLike = None,
+    ) -> NDArray[np.float32]:
         """Gradient of the deformed `array`: J_G^T (grad f)(G(v)) with the analytic Jacobian.
 
         It follows the deformation exactly, unlike differences of the resampled array. On the
@@ -593,105 +581,73 @@ class Deformation:
         Parameters
         ----------
         array : (nz, ny, nx) array
-        source, target, interpolation, background, void_values, progress
+        sampling : Sampling or Grid
             As for `resample`.
         normalise : bool
             Whether to return unit vectors.
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
         (nz, ny, nx, 3) float32, per world unit
             0 outside, and in the void unless values are continued there.
         """
-        target = source if target is None else target
-        array = np.asarray(array)
-        if array.dtype.kind not in "biuf" or array.shape != arguments.grid("source", source).shape:
+        sampling, array = Sampling.of(sampling), np.asarray(array)
+        source = sampling.source
+        if array.dtype.kind not in "biuf" or array.shape != source.shape:
             raise ValueError(
                 f"`array` must be real numbers with the shape of the grid, {source.shape}, "
                 f"got {shown(array)}"
             )
-        slopes = vector_fields.gradient(array, source)
-        turned, void_distance = self._resampled_gradients(
-            slopes, source, target, interpolation, normalise, void_values, progress
-        )
-        if self.cuts and not arguments.continues(void_values):
-            reach = vector_fields.REACH * np.abs(source.spacing).mean()
-            near = np.nonzero((void_distance >= 0) & (void_distance < reach))
-            at_faces = vector_fields.at_faces(
-                self,
-                target.whole.at(np.stack(near[::-1], axis=1) + target.first),
-                np.asarray(array, np.float32),
-                slopes,
-                source,
-                interpolation,
-                arguments.number("background", background),
-            )
-            turned[near] = vector_fields.unit(at_faces) if normalise else at_faces
-        return turned
+        with whole(progress) as progress:
+            differences, sampled, at_faces = progress.divided(1, 4, 2)
+            slopes = vector_fields.gradient(array, source, differences)
+            result, void_distance = self._resampled_gradients(slopes, sampling, normalise, sampled)
+            if self.cuts and not sampling.continues:
+                near = vector_fields.near_faces(void_distance, source)
+                values = vector_fields.at_faces(
+                    self,
+                    sampling.target.whole.at(near + sampling.target.first),
+                    (np.asarray(array, np.float32), slopes),
+                    sampling,
+                    at_faces,
+                )
+                where = tuple(near.T[::-1])
+                result[where] = vector_fields.unit(values) if normalise else values
+            return result
 
-    def _resampled_gradients(
-        self, vectors, source, target, interpolation, normalise, void_values, progress
-    ):
+    def _resampled_gradients(self, vectors, sampling, normalise, progress):
         """What `resample_gradients` returns, and the void distance or None."""
-        arguments.grid("source", source)
-        target = source if target is None else arguments.grid("target", target)
         vectors = np.ascontiguousarray(arguments.single("vectors", vectors))
-        if vectors.shape != (*source.shape, 3):
+        if vectors.shape != (*sampling.source.shape, 3):
             raise ValueError(
-                f"`vectors` must have the shape of the grid, {(*source.shape, 3)}, "
-                f"got {vectors.shape}"
+                "`vectors` must have the shape of the grid, "
+                f"{(*sampling.source.shape, 3)}, got {vectors.shape}"
             )
-        arguments.choice("interpolation", interpolation, INTERPOLATIONS)
-        return self._engine.resample_gradients(
-            self,
-            vectors,
-            source,
-            target,
-            interpolation,
-            arguments.continues(void_values),
-            normalise,
-            _checked(progress),
-        )
+        sampling.methods(1)
+        return self._engine.resample_gradients(self, vectors, sampling, normalise, progress)
 
     @_quiet
-    def fitted_grid(self, source):
-        """The grid on the lattice of `source` that holds all of the deformed volume.
+    def fitted_grid(self, source: Grid, progress: ProgressLike = None) -> Grid:
+        """The grid in line with `source` that holds all of the deformed volume.
 
         Parameters
         ----------
         source : Grid
             Of the undeformed volume.
+        progress : callable, optional
+            As for `backward`.
 
         Returns
         -------
         Grid
             With the spacing and direction of `source`.
         """
-        return fitted_grid(self, source)
+        arguments.grid("source", source)
+        with whole(progress) as progress:
+            return fitted_grid(self, source, progress)
 
     @property
     def _engine(self):
         return engine_for(self.device)
-
-
-def _grid(dimensions, *placement):
-    return dimensions if isinstance(dimensions, Grid) else Grid(dimensions, *placement)
-
-
-def _halves(progress):
-    """Callbacks for the two halves of a work with `progress`."""
-    if progress is None:
-        return None, None
-    return (lambda f: progress(f / 2)), (lambda f: progress((1 + f) / 2))
-
-
-def _checked(progress):
-    """`progress` as the engines call it: an answer to stop becomes an exception."""
-    if progress is None:
-        return None
-
-    def report(fraction):
-        if progress(fraction):
-            raise Aborted(f"stopped at {fraction:.0%} as `progress` asked")
-
-    return report

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.progress import SILENT, Progress
 from vtk_mls.reals import real, shown
+
+# How the grid of a deformed volume is found: samples per axis, times that a side may move out by
+# half of the size, times that the box shrinks to the samples.
+_SAMPLES, _GROWTH, _SHRINKING = 48, 8, 2
+_OTHERS = ((1, 2), (0, 2), (0, 1))  # axes beside each
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points on an oriented regular lattice, x fastest.
+    """Points in oriented rows, layers and columns with equal distances, x fastest.
 
     Parameters
     ----------
@@ -38,13 +46,23 @@ class Grid:
     """
 
     dimensions: tuple[int, int, int]
-    origin: np.ndarray = (0.0, 0.0, 0.0)
-    spacing: np.ndarray = (1.0, 1.0, 1.0)
-    direction: np.ndarray | None = None
+    origin: NDArray[np.float64] = (0.0, 0.0, 0.0)
+    spacing: NDArray[np.float64] = (1.0, 1.0, 1.0)
+    direction: NDArray[np.float64] = None
     whole: Grid = field(init=False, repr=False)
     first: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            dimensions: ArrayLike,
+            origin: ArrayLike = ...,
+            spacing: ArrayLike = ...,
+            direction: ArrayLike | None = ...,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
         wanted = real("dimensions", self.dimensions, "three positive integers (nx, ny, nz)")
         if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
             raise ValueError(
@@ -71,7 +89,7 @@ class Grid:
                 f"got {self.spacing.tolist()} and {self.direction.tolist()}"
             )
 
-    def part(self, first, dimensions) -> Grid:
+    def part(self, first: ArrayLike, dimensions: ArrayLike) -> Grid:
         """The `dimensions` points from the index `first` on, which stay part of this grid.
 
         Points are placed, and values at the border are found, as in the whole: what is computed
@@ -100,39 +118,43 @@ class Grid:
         return int(np.prod(self.dimensions, dtype=np.int64))
 
     @property
-    def index_to_world(self) -> np.ndarray:
+    def index_to_world(self) -> NDArray[np.float64]:
         """(3, 3) matrix whose columns are the steps between neighbours in the world."""
         return self.direction * self.spacing
 
-    def at(self, index) -> np.ndarray:
+    def at(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions (m, 3) of the continuous indices `index` (m, 3) = (i, j, k)."""
         return self.origin + np.asarray(index, dtype=np.float64) @ self.index_to_world.T
 
-    def index_of(self, points) -> np.ndarray:
+    def index_of(self, points: ArrayLike) -> NDArray[np.float64]:
         """Continuous indices (m, 3) = (i, j, k) of the world positions `points` (m, 3)."""
         return (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(
             self.index_to_world
         ).T
 
-    def index_transform(self, other: Grid) -> tuple[np.ndarray, np.ndarray]:
+    def covers(self, index: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""
+        return ((index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)).all(axis=1)
+
+    def index_transform(self, other: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Matrix (3, 3) and offset (3,) from indices of this grid to those of `other`.
 
-        Grids on a common lattice get exact integers.
+        Grids whose points coincide, as far as both reach, get exact integers.
         """
         matrix = np.linalg.solve(other.index_to_world, self.index_to_world)
         offset = other.index_of(self.origin[None])[0]
         return _snapped(matrix), _snapped(offset)
 
-    def indices(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+    def indices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""
         flat = np.arange(start, self.size if stop is None else stop)
         return np.stack(np.unravel_index(flat, self.shape)[::-1], axis=1)
 
-    def points(self, start: int = 0, stop: int | None = None) -> np.ndarray:
+    def points(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """World positions (m, 3) of the points `start` to `stop`, x fastest."""
         return self.whole.at(self.indices(start, stop) + self.first)
 
-    def corners(self) -> np.ndarray:
+    def corners(self) -> NDArray[np.float64]:
         """World positions (8, 3) of the corners."""
         last = np.array(self.dimensions) - 1
         return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))
@@ -142,3 +164,67 @@ def _snapped(values: np.ndarray) -> np.ndarray:
     """`values` with what differs from an integer by rounding only made that integer."""
     whole = np.rint(values)
     return np.where(np.abs(values - whole) < 1e-7, whole, values)
+
+
+def fitted_grid(deformation, source: Grid, progress: Progress = SILENT) -> Grid:
+    """Smallest grid in line with `source` found to hold the deformed volume.
+
+    The backward map is sampled all over a box, inside and on its faces. The box grows on each
+    side where the volume reaches it, then shrinks to the samples with one sample step to spare.
+    Polynomials can bring copies of the volume from far away: growth stops after a few sizes.
+    """
+    size = np.array(source.dimensions, dtype=np.float64)
+    low, high = np.full(3, -0.5), size - 0.5
+    # control points say where the volume goes even if that is far
+    control_points = source.index_of(deformation.deformed[_is_inside(source, deformation.rest)])
+    low, high = _enclosed(low, high, control_points)
+    margin = 0.25 * (high - low) + 1
+    low, high = low - margin, high + margin
+    growing, shrinking = progress.divided(_GROWTH, _SHRINKING)
+    for part in growing.divided(*[1] * _GROWTH):
+        inside, axes = _sampled(deformation, source, (low, high), part)
+        step = 0.5 * (high - low)
+        faces_low, faces_high = _touched(inside)
+        if not (faces_low.any() or faces_high.any()):
+            break
+        low, high = low - step * faces_low, high + step * faces_high
+    for part in shrinking.divided(*[1] * _SHRINKING):
+        inside, axes = _sampled(deformation, source, (low, high), part)
+        if not inside.any():
+            break
+        step = (high - low) / (_SAMPLES - 1)
+        found = [axis[np.any(inside, axis=others)] for axis, others in zip(axes, _OTHERS)]
+        low = np.array([axis[0] for axis in found]) - step
+        high = np.array([axis[-1] for axis in found]) + step
+    low, high = _enclosed(low, high, control_points)
+    first, last = np.floor(low), np.ceil(high)
+    flat = size == 1  # a slice stays a slice
+    first, last = np.where(flat, 0, first), np.where(flat, 0, last)
+    return Grid(
+        (last - first + 1).astype(int), source.at(first[None])[0], source.spacing, source.direction
+    )
+
+
+def _sampled(deformation, source, box, progress):
+    """Whether G maps each sample of the index box into `source`; the samples' axes."""
+    axes = [np.linspace(low, high, _SAMPLES) for low, high in zip(*box)]
+    index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    inside = _is_inside(source, deformation.backward(source.at(index), progress))
+    return inside.reshape((_SAMPLES,) * 3), axes
+
+
+def _is_inside(source, points):
+    return source.covers(source.index_of(points))
+
+
+def _touched(inside):
+    faces = [
+        (np.take(inside, 0, axis=a).any(), np.take(inside, -1, axis=a).any()) for a in range(3)
+    ]
+    return np.array(faces).T
+
+
+def _enclosed(low, high, index):
+    if len(index) == 0:
+        return low, high
+    return np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))

@@ -1,48 +1,30 @@
-"""Lattices on which the search for the inverse of the map makes its first guesses."""
+"""Boxes and grids on which the search for the inverse of the map makes its first guesses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-# How far from the control points places are looked for, in local units: farther away the squares in
-# the kernels' float32 come near to what they take for unreachable.
+from vtk_mls.grid import Grid
+
+# Distance from the control points, in local units, up to which inverses are searched for: farther
+# away squares in the kernels' float32 come near to what they take for unreachable.
 FARTHEST = 1e10
-# Far is what of so many points is outside of a box that holds most, by that many times its size.
+# A sample of so many points; the quantiles between which most of it lies; a point is far that is
+# outside of their box by more than so many times its size.
 _SOME, _MOST, _MARGIN = 1 << 12, (0.05, 0.95), 4
+_LARGEST = np.finfo(float).max / 8  # of coordinates whose differences are finite
 
 
-@dataclass(frozen=True)
-class Lattice:
-    """Cubic cells over a box.
+def cubic_grid(box, nodes) -> Grid:
+    """A grid of about `nodes` cubic cells' corners over the `box` (2, 3), which may be flat.
 
-    Attributes
-    ----------
-    low : (3,) float64
-        The first node.
-    step : float
-    dimensions : (3,) int
-        Nodes along each axis, two at least.
+    It has two points at least along each axis.
     """
-
-    low: np.ndarray
-    step: float
-    dimensions: np.ndarray
-
-    @classmethod
-    def over(cls, bounds, nodes) -> Lattice:
-        """About `nodes` of them over the box `bounds` (2, 3), which may be flat."""
-        low, high = bounds
-        size = np.maximum(high - low, 1e-3 * ((high - low).max() or 1))
-        step = float(np.exp(np.log(size / size.max()).mean()) * size.max() / np.cbrt(nodes))
-        return cls(low, step, np.maximum(np.ceil((high - low) / step).astype(int) + 1, 2))
-
-    def points(self):
-        """The nodes (n, 3), x fastest."""
-        axes = [a + self.step * np.arange(n) for a, n in zip(self.low, self.dimensions)]
-        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
-        return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    low, high = np.clip(box, -_LARGEST, _LARGEST)
+    size = np.maximum(high - low, 1e-3 * ((high - low).max() or 1))
+    step = float(np.exp(np.log(size / size.max()).mean()) * size.max() / np.cbrt(nodes))
+    dimensions = np.maximum(np.ceil((high - low) / step).astype(int) + 1, 2)
+    return Grid(dimensions, low, np.full(3, step))
 
 
 def bounds(points):
@@ -55,7 +37,7 @@ def bounds(points):
 
 
 def usual_bounds(points, box):
-    """`box` (2, 3), the `bounds`, without what lies far from nearly all of `points` (m, 3)."""
+    """`box` (2, 3), the `bounds`, without outliers among `points` (m, 3)."""
     some = points[:: max(1, len(points) // _SOME)]
     some = some[np.isfinite(some).all(axis=1)].astype(np.float64)
     if len(some) == 0:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
 
@@ -20,7 +21,7 @@ from vtk_mls.files.blocks import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.files.vtk_io import failures_named
-from vtk_mls.filters.cutting import surfaces
+from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.filters.handle_lists import fill_polydata
 
 _PathLike = str | PathLike[str]
@@ -79,20 +80,13 @@ def open_dataset(
     """
     path = _existing(path)
     line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
-    times: tuple[float, ...] = ()
+    times, read = (), lambda number: line.read(path)
     if line.has_times:
         with failures_named(path):
             times, read = line.read(path)
-    else:
-
-        def read(number):
-            return line.read(path)
-
+    kinds = (vtkDataSet, *COMPOSITE)
     return times, lambda number: _checked(
-        lambda: read(number),
-        path,
-        (vtkDataSet, *COMPOSITE),
-        "no image and no mesh that can be deformed",
+        lambda: read(number), path, kinds, "no image and no mesh that can be deformed"
     )
 
 
@@ -133,13 +127,13 @@ def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
     return path
 
 
-def _writable(path, dataset):
+def _writable(path: Path, dataset: vtkDataObject) -> formats.Format:
     """The format of a file for a dataset."""
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
     return formats.choose(path, f"write {thing} to", writes=_types(dataset))
 
 
-def _types(dataset):
+def _types(dataset: vtkDataObject) -> tuple[str, ...]:
     """What a dataset is, in the words of `formats`."""
     if isinstance(dataset, vtkImageData):
         return (formats.IMAGE,)
@@ -276,7 +270,7 @@ def read_surface(path: _PathLike) -> vtkPolyData:
     """
     path = _existing(path)
     line = formats.choose(path, "read a surface from", reads=(formats.SURFACE,))
-    polydata = _checked(lambda: line.read(path), path, vtkPolyData, "no surface")
+    polydata: vtkPolyData = _checked(lambda: line.read(path), path, vtkPolyData, "no surface")
     if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
         raise ValueError(f"`{path}` holds no surface")
     return polydata
@@ -302,10 +296,13 @@ def read_cuts(path: _PathLike) -> list[Surface]:
     """
     surface = read_surface(path)
     with failures_named(path):
-        return surfaces(surface)
+        cuts: list[Surface] = surfaces(surface)
+    return cuts
 
 
-def _checked(read, path, kind, nothing):
+def _checked(
+    read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], nothing: str
+) -> Any:
     """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
     with failures_named(path):
         dataset = read()
@@ -318,7 +315,7 @@ def _checked(read, path, kind, nothing):
     return dataset
 
 
-def _existing(path):
+def _existing(path: _PathLike) -> Path:
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")

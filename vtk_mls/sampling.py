@@ -1,93 +1,106 @@
-"""Values of an array between its points: the float64 specification of what the kernels sample."""
+"""Where and how values on a grid are sampled through a deformation."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-INTERPOLATIONS = ("nearest", "linear", "cubic")
-NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # of no point
+from vtk_mls import arguments
+from vtk_mls.grid import Grid
+from vtk_mls.interpolation import INTERPOLATIONS
+from vtk_mls.reals import shown
+
+# What the void that a cut opens can hold: nothing, or material as if each side went on.
+VOID_VALUES = ("background", "continued")
 
 
-def sample(array, index, method, background, source):
-    """Values of `array` at continuous indices.
+@dataclass(frozen=True)
+class Sampling:
+    """How the values of a deformed grid are found: from which points, for which, and by what rule.
 
     Parameters
     ----------
-    array : (nz, ny, nx) or (nz, ny, nx, components) array of any real dtype
-    index : (m, 3) float64
-        Continuous indices (i, j, k) of the whole grid. Up to half a spacing beyond its border the
-        border's value continues; beyond that is `background`.
-    method : {"nearest", "linear", "cubic"}
+    source : Grid
+        Where the values are. Of a part of a grid it is taken that values which it lacks are not
+        needed: see `Deformation.source_bounds`.
+    target : Grid, optional
+        Where values are wanted; `source` if not given.
+    interpolation : {"nearest", "linear", "cubic"} or a sequence with one for each array
         "cubic" is Catmull-Rom (Keys, a = -1/2).
     background : float
-        Value outside, cast like every other.
-    source : Grid
-        Where the values are. If it is a part, what it lacks is taken from its own border.
+        Value of points whose material came from outside of `source` (by more than half a spacing),
+        and of the void. Directions are 0 there.
+    void_values : {"background", "continued"}
+        What is in the void: `background`; or the values that the map of each side brings there, as
+        if its material went on behind the face of the cut. Contours of these end sharp where they
+        are clipped by the void distance.
 
-    Returns
-    -------
-    (m,) or (m, components) array of the same dtype
-        Integers are rounded to the nearest and kept in their range. A point exactly on the
-        lattice gets exactly that value.
+    Raises
+    ------
+    ValueError, TypeError
+        For a bad parameter, naming it.
     """
-    size = np.array(source.whole.dimensions)
-    first = np.array(source.first)
-    last = first + source.dimensions - 1
-    values = array.reshape(*array.shape[:3], -1)
-    inside = ((index >= -0.5) & (index <= size - 0.5)).all(axis=1)
-    index = np.clip(np.where(inside[:, None], index, 0), 0, size - 1)
-    nearest = np.clip(np.floor(index + 0.5).astype(np.int64), first, last) - first
-    raw = values[tuple(nearest.T[::-1])]
-    if method == "nearest":
-        result = raw.copy()
-    else:
-        base = np.floor(index).astype(np.int64)
-        fraction = index - base
-        total = np.zeros(raw.shape)
-        taps = [_taps(method, fraction[:, axis]) for axis in range(3)]
-        for dz, wz in taps[2]:
-            for dy, wy in taps[1]:
-                for dx, wx in taps[0]:
-                    at = np.clip(base + (dx, dy, dz), first, last) - first
-                    tap = values[tuple(at.T[::-1])].astype(np.float64)
-                    weight = (wx * wy * wz)[:, None]
-                    # a tap without weight must not bring in its NaN or infinity
-                    total += np.where(weight == 0, 0, weight * np.where(weight == 0, 0, tap))
-        on_lattice = (fraction == 0).all(axis=1)
-        result = np.where(on_lattice[:, None], raw, cast(total, array.dtype))
-    result[~inside] = cast(np.float64(background), array.dtype)
-    return result.reshape(len(index), *array.shape[3:])
 
+    source: Grid
+    target: Grid = None
+    interpolation: str | tuple[str, ...] = "linear"
+    background: float = 0.0
+    void_values: str = "background"
 
-def joined_bounds(bounds, index, dimensions):
-    """`bounds`, widened to hold those of the indices (m, 3) that are inside of `dimensions`."""
-    inside = ((index >= -0.5) & (index <= np.array(dimensions) - 0.5)).all(axis=1)
-    if not inside.any():
-        return bounds
-    index = index if inside.all() else index[inside]
-    low, high = bounds
-    return np.array([np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))])
+    if TYPE_CHECKING:
 
+        def __init__(
+            self,
+            source: Grid,
+            target: Grid | None = ...,
+            interpolation: str | Iterable[str] = ...,
+            background: float = ...,
+            void_values: str = ...,
+        ) -> None: ...
 
-def _taps(method, t):
-    """Offsets along one axis with their weights (m,)."""
-    if method == "linear":
-        return [(0, 1 - t), (1, t)]
-    return [
-        (-1, ((2 - t) * t - 1) * t / 2),
-        (0, ((3 * t - 5) * t * t + 2) / 2),
-        (1, ((4 - 3 * t) * t + 1) * t / 2),
-        (2, (t - 1) * t * t / 2),
-    ]
+    def __post_init__(self) -> None:
+        arguments.grid("source", self.source)
+        target = self.source if self.target is None else arguments.grid("target", self.target)
+        one = isinstance(self.interpolation, str) or not isinstance(self.interpolation, Iterable)
+        interpolation = self.interpolation if one else tuple(self.interpolation)
+        if not all(
+            isinstance(method, str) and method in INTERPOLATIONS
+            for method in ([interpolation] if one else interpolation)
+        ):
+            raise self._bad_interpolation()
+        for name, value in {
+            "target": target,
+            "interpolation": interpolation,
+            "background": arguments.number("background", self.background),
+            "void_values": arguments.choice("void_values", self.void_values, VOID_VALUES),
+        }.items():
+            object.__setattr__(self, name, value)
 
+    @classmethod
+    def of(cls, value: Sampling | Grid) -> Sampling:
+        """`value`, or for a Grid what is sampled on it and wanted there again."""
+        if isinstance(value, Sampling):
+            return value
+        if isinstance(value, Grid):
+            return cls(value)
+        raise TypeError(f"`sampling` must be a Sampling or a Grid, got {shown(value)}")
 
-def cast(values, dtype):
-    """`values` as `dtype`: integers rounded to the nearest and kept in their range."""
-    if dtype.kind not in "iu":
-        return values.astype(dtype)
-    limits = np.iinfo(dtype)
-    rounded = np.rint(np.nan_to_num(values))
-    # the float64 next to the largest 64-bit integer is one too many
-    high = np.nextafter(float(limits.max), 0) if limits.max > 2**53 else limits.max
-    inner = np.clip(rounded, limits.min, high).astype(dtype)
-    return np.where(rounded > high, limits.max, inner).astype(dtype)
+    @property
+    def continues(self) -> bool:
+        """Whether values go on in the void."""
+        return self.void_values == "continued"
+
+    def methods(self, count) -> tuple[str, ...]:
+        """The interpolation of each of `count` arrays."""
+        if isinstance(self.interpolation, str):
+            return (self.interpolation,) * count
+        if len(self.interpolation) != count:
+            raise self._bad_interpolation()
+        return self.interpolation
+
+    def _bad_interpolation(self):
+        return ValueError(
+            f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each array, "
+            f"got {shown(self.interpolation)}"
+        )

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.sampling import sample
+from vtk_mls.interpolation import sample
+from vtk_mls.progress import SILENT
 
-# How far into the material the face of an opening shows in the gradient, in voxels of the source.
+# How far into the material the face of a void shows in the gradient, in voxels of the source.
 REACH = 1.5
 
 
-def gradient(array, grid):
+def gradient(array, grid, progress=SILENT):
     """Gradient of `array` on `grid`, by differences.
 
     Parameters
     ----------
     array : (nz, ny, nx) array
     grid : Grid
+    progress : Progress, optional
 
     Returns
     -------
@@ -24,7 +26,7 @@ def gradient(array, grid):
         Of fourth order inside, of second order at the border, 0 across a single slice.
     """
     values = np.asarray(array, dtype=np.float64)
-    slopes = np.stack([_slope(values, 2 - axis) for axis in range(3)], axis=-1)
+    slopes = np.stack([_slope(values, axis) for axis in progress.over((2, 1, 0))], axis=-1)
     # d/dx = sum of d/di times di/dx
     return (slopes @ np.linalg.inv(grid.index_to_world)).astype(np.float32)
 
@@ -38,7 +40,7 @@ def covariant(vectors, transposed_jacobian, normalise):
 
 
 def contravariant(vectors, jacobian):
-    """J_G^-1 times each of `vectors` (..., 3): tangents move so with the material.
+    """J_G^-1 times each of `vectors` (..., 3), as tangents move with the material.
 
     0 where `jacobian` (..., 3, 3) is singular.
     """
@@ -49,56 +51,80 @@ def contravariant(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
-def at_faces(deformation, v, values, slopes, source, interpolation, background):
-    """Gradient of a deformed array near the faces of an opening.
+def near_faces(void_distance, source):
+    """Indices (m, 3) = (i, j, k) of points that `at_faces` changes.
 
-    Where the material ends there is a step from its value to `background`. In the undeformed
-    material it lies one voxel wide along the cut, and turns with J_G^T like every gradient
-    (Eq. 29): on the face it is all, and over the next voxel it gives way to the gradient of the
-    values. A cut that is closed has no step: half a voxel behind the face there must be a void.
+    Parameters
+    ----------
+    void_distance : (nz, ny, nx) array, world units
+    source : Grid
+        Of the undeformed array.
+    """
+    reach = REACH * _voxel(source)
+    near = np.nonzero((void_distance >= 0) & (void_distance < reach))
+    return np.stack(near[::-1], axis=1)
+
+
+def at_faces(deformation, v, fields, sampling, progress):
+    """Gradient of a deformed array near the faces of a void.
+
+    Where the material ends, the array has a step from its value to the background. In the
+    undeformed material this step is one voxel wide along the cut; its gradient is covariant like
+    every other (Eq. 29). Up to half a voxel from the face it replaces the gradient of the values,
+    into which it is blended linearly over the next voxel. A cut that is closed has no step: half a
+    voxel behind the face there must be a void.
 
     Parameters
     ----------
     deformation : Deformation
         With cuts.
     v : (m, 3) array, world coordinates
-        Places, not in the void.
-    values, slopes : (nz, ny, nx) and (nz, ny, nx, 3) arrays of floats
+        Points that are not in the void.
+    fields : (nz, ny, nx) and (nz, ny, nx, 3) arrays of floats
         The undeformed array, and its `gradient`.
-    source : Grid
-        Where these are.
-    interpolation, background
-        As of `Deformation.resample`.
+    sampling : Sampling
+        Of the array.
+    progress : Progress
 
     Returns
     -------
     (m, 3) float64, per world unit
     """
-    voxel = np.abs(source.spacing).mean()
-    origin = deformation.backward(v)
-    turn = deformation.jacobian(v).swapaxes(1, 2)
+    values, slopes = fields
+    source, voxel = sampling.source, _voxel(sampling.source)
+    (method,) = sampling.methods(1)
+    mapping, sloping, closing, sampled = progress.divided(1, 3, 1, 1)
+    origin = deformation.backward(v, mapping)
+    covariant_jacobian = deformation.jacobian(v, sloping).swapaxes(1, 2)
     void_distances = [cut.void_distance(v, origin) for cut in deformation.cuts]
     void_distance, nearest = np.min(void_distances, axis=0), np.argmin(void_distances, axis=0)
     away = np.zeros_like(v)
     for number, cut in enumerate(deformation.cuts):
         here = nearest == number
         away[here] = cut.away(v[here], origin[here])
-    across = np.einsum("mij,mj->mi", turn, away)
+    across = np.einsum("mij,mj->mi", covariant_jacobian, away)
     squared = np.maximum(np.sum(across**2, axis=1), np.finfo(float).tiny)
     behind = v - ((void_distance + voxel / 2) / squared)[:, None] * across
-    depth = -deformation.void_distance(behind)
+    depth = -deformation.void_distance(behind, closing)
     share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
-    index = source.whole.index_of(origin)
-    step = (sample(values, index, interpolation, background, source) - background) / voxel
-    inner = sample(slopes, index, interpolation, 0, source)
-    return np.einsum("mij,mj->mi", turn, inner + share[:, None] * (step[:, None] * away - inner))
+    sampled.report(0)
+    index, background = source.whole.index_of(origin), sampling.background
+    step = (sample(values, index, method, background, source) - background) / voxel
+    inner = sample(slopes, index, method, 0, source)
+    blended = inner + share[:, None] * (step[:, None] * away - inner)
+    return np.einsum("mij,mj->mi", covariant_jacobian, blended)
 
 
 def unit(vectors):
     """`vectors` (..., 3) with length 1, or 0."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def _voxel(grid):
+    """Mean distance of neighbours, world units."""
+    return np.abs(grid.spacing).mean()
 
 
 def _slope(values, axis):

@@ -15,7 +15,7 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Surface, __version__, arrays, io
+from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Sampling, Surface, __version__, arrays, io
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 
@@ -26,9 +26,8 @@ def test_deform(files, kind, capsys):
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
-    (expected,) = value.resample(
-        [values_of(image, "values")], ImageGeometry.of_image(image).grid, background=-2
-    )
+    sampling = Sampling(ImageGeometry.of_image(image).grid, background=-2)
+    (expected,) = value.resample([values_of(image, "values")], sampling)
     np.testing.assert_array_equal(values_of(output, "values"), expected)
     printed = capsys.readouterr()
     assert "out.vti: 9 x 8 x 7 points" in printed.out

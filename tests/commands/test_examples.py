@@ -1,4 +1,4 @@
-"""The numpy and VTK examples pass their own checks; test_paraview.py runs the pvpython one."""
+"""The numpy and VTK examples pass their own checks; that for pvpython runs in test_scripts.py."""
 
 from __future__ import annotations
 

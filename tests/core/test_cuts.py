@@ -11,8 +11,18 @@ from conftest import (
     random_handles,
     random_rotation,
 )
+from pairwise import paired
 
-from vtk_mls import VOID_VALUES, Aborted, Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls import (
+    VOID_VALUES,
+    Aborted,
+    Deformation,
+    Grid,
+    HalfPlane,
+    Plane,
+    Sampling,
+    Surface,
+)
 
 HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
 SHAPES = {
@@ -203,13 +213,22 @@ def test_a_closed_surface_has_no_detour():
 # The map
 
 
-def test_interpolates_with_cuts(cuts, kind_and_degree, device, rng):
+EVERY_SHAPE = paired(
+    shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, device=["reference", *DEVICES]
+)
+
+
+@EVERY_SHAPE
+def test_interpolates_with_cuts(shape, kind_and_degree, device, rng):
+    cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 25)
     d = deformation(rest, deformed, kind_and_degree, device, cuts=cuts)
     np.testing.assert_allclose(d.backward(deformed), rest, rtol=0, atol=2e-4)
 
 
-def test_is_the_identity_where_nothing_moved(cuts, kind_and_degree, device, rng):
+@EVERY_SHAPE
+def test_is_the_identity_where_nothing_moved(shape, kind_and_degree, device, rng):
+    cuts = SHAPES[shape]
     _, deformed = random_handles(rng, 25)
     d = deformation(deformed, deformed, kind_and_degree, device, cuts=cuts)
     v = rng.uniform(0, EXTENT, (300, 3))
@@ -225,11 +244,14 @@ def test_a_cut_far_outside_changes_nothing(kind_and_degree, device, rng):
     np.testing.assert_allclose(other.backward(v), one, rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize(("alpha", "nu"), [(1, 2), (1.6, 2), (1, 3), (2, 1.5)])
-def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha, nu, rng):
-    cuts = SHAPES[shape]
+@paired(
+    shape=SHAPES,
+    kind_and_degree=KINDS_AND_DEGREES,
+    alpha_and_nu=[(1, 2), (1.6, 2), (1, 3), (2, 1.5)],
+)
+def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha_and_nu, rng):
+    cuts, (alpha, nu) = SHAPES[shape], alpha_and_nu
     rest, deformed = random_handles(rng, 30)
     v = rng.uniform(0, EXTENT, (800, 3))
     expected, got = (
@@ -267,7 +289,7 @@ def test_grids_agree_with_points(key, cuts, rng):
     np.testing.assert_allclose(
         field.void_distance.ravel()[clear], d.void_distance(v)[clear], atol=1e-2
     )
-    jacobian = d.jacobian_field(*frame).reshape(-1, 3, 3)
+    jacobian = d.jacobian_field(grid).reshape(-1, 3, 3)
     np.testing.assert_allclose(jacobian[clear], d.jacobian(v)[clear], rtol=0, atol=2e-3)
 
 
@@ -401,7 +423,7 @@ def test_the_void_is_background(device, rng):
     rest = handles - np.where(handles[:, 2:] > 8, 1, -1) * [0, 0, 3]
     d = Deformation(rest, handles, "rigid", cuts=[cut], device=device)
     grid = Grid((17, 17, 17))
-    (image,) = d.resample([np.ones(grid.shape, np.uint8)], grid, background=7)
+    (image,) = d.resample([np.ones(grid.shape, np.uint8)], Sampling(grid, background=7))
     field = d.displacement_field(grid.dimensions)
     assert field.void.sum() > 17 * 17 * 3
     assert (image[field.void] == 7).all()
@@ -416,7 +438,9 @@ def test_continued_values_are_those_of_each_sides_map(device):
     d = Deformation(rest, deformed, cuts=[cut], device=device)
     grid = Grid((33, 33, 33))
     image = waves(grid.points()).reshape(grid.shape)
-    kept, continued = (d.resample([image], grid, void_values=way)[0] for way in VOID_VALUES)
+    kept, continued = (
+        d.resample([image], Sampling(grid, void_values=each))[0] for each in VOID_VALUES
+    )
     void = d.displacement_field(grid.dimensions).void
     assert void.sum() > 500
     np.testing.assert_array_equal(continued[~void], kept[~void])
@@ -426,7 +450,7 @@ def test_continued_values_are_those_of_each_sides_map(device):
     assert inside.sum() > 500
     np.testing.assert_allclose(continued[void][inside], waves(origins)[inside], atol=2e-3)
     with pytest.raises(ValueError, match="`void_values` must be one of background, cont.*'full'"):
-        d.resample([image], grid, void_values="full")
+        d.resample([image], Sampling(grid, void_values="full"))
 
 
 def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkeypatch):
@@ -448,8 +472,10 @@ def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkey
 
 
 def test_without_cuts_there_is_no_void(device, rng):
-    assert np.isinf(Deformation([(0, 0, 0)], [(1, 0, 0)]).void_distance_field((2, 3, 4))).all()
-    assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field((2, 3, 4)).any()
+    assert np.isinf(
+        Deformation([(0, 0, 0)], [(1, 0, 0)]).void_distance_field(Grid((2, 3, 4)))
+    ).all()
+    assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field(Grid((2, 3, 4))).any()
     d = Deformation(*random_handles(rng, 5), device=device)
     field = d.displacement_field((4, 4, 4))
     assert field.void_distance is None
@@ -556,7 +582,7 @@ def test_gradients_turn_smoothly_to_the_face(shape):
     source = Grid((33, 33, 33))
     image = 3 + waves(source.points()).reshape(source.shape)
     line = Grid((1601, 1, 1), (12, 16, 22), (0.01, 1, 1))
-    slopes = d.corrected_gradient(image, source, line)[0, 0]
+    slopes = d.corrected_gradient(image, Sampling(source, line))[0, 0]
     (void_distance,) = (d.void_distance(line.points()),)
     solid = void_distance >= 0
     assert (slopes[~solid] == 0).all()
@@ -569,7 +595,7 @@ def test_gradients_turn_smoothly_to_the_face(shape):
         epsilon = 1e-5 * np.eye(3)
         v = line.points()[[place]]
         across = [(d.void_distance(v + e) - d.void_distance(v - e)).item() / 2e-5 for e in epsilon]
-        (value,) = d.resample([image], source, Grid((1, 1, 1), v[0]))
+        (value,) = d.resample([image], Sampling(source, Grid((1, 1, 1), v[0])))
         np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
 
 

@@ -2,14 +2,24 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES, EXTENT, deformation, random_handles, random_rotation
+from conftest import (
+    DEVICES,
+    EXTENT,
+    KINDS_AND_DEGREES,
+    deformation,
+    random_handles,
+    random_rotation,
+)
+from pairwise import paired
 
 from vtk_mls import Aborted, Deformation, HalfPlane, Plane, Surface
 from vtk_mls.engine import device as opencl
 from vtk_mls.engine import dispatch, engine
 
+EVERYWHERE = ["reference", *DEVICES]
 
-@pytest.fixture(params=["reference", *DEVICES])
+
+@pytest.fixture(params=EVERYWHERE)
 def device(request):
     return request.param
 
@@ -34,8 +44,7 @@ def misses(d, x, field):
     return np.linalg.norm(d.backward(v) - x[field.found], axis=1) / EXTENT
 
 
-@pytest.mark.parametrize("cuts", CUTS)
-@pytest.mark.parametrize("alpha", [0.5, 1, 2, 3])
+@paired(cuts=CUTS, alpha=[0.5, 1, 2, 3], kind_and_degree=KINDS_AND_DEGREES, device=EVERYWHERE)
 def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, device, rng):
     """Wherever the map does not fold and no cut is in the way."""
     # each side of a plane wants more control points than a cubic has coefficients
@@ -63,14 +72,13 @@ class TestManyPoints:
     def device(self, request):
         return request.param
 
-    @pytest.mark.parametrize("cuts", CUTS)
-    @pytest.mark.parametrize("alpha", [1, 3])
+    @paired(cuts=CUTS, alpha=[1, 3], kind_and_degree=KINDS_AND_DEGREES)
     def test_find_what_few_find(self, alpha, cuts, kind_and_degree, device, rng):
         self.check(alpha, cuts, kind_and_degree, device, rng)
 
-    @pytest.mark.parametrize("kind_and_degree", [("rigid", 1), ("polynomial", 2)])
-    @pytest.mark.parametrize("cuts", ["none", "half-plane"])
-    @pytest.mark.parametrize("alpha", [1, 3])
+    @paired(
+        cuts=["none", "half-plane"], alpha=[1, 3], kind_and_degree=[("rigid", 1), ("polynomial", 2)]
+    )
     def test_find_it_one_by_one(self, alpha, cuts, kind_and_degree, device, rng, monkeypatch):
         """As GPUs do: one point per work item."""
         monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
@@ -96,7 +104,7 @@ class TestManyPoints:
         d = deformation(rest, deformed, ("rigid", 1), device)
         x = rng.uniform(0, EXTENT, (70_000, 3)).astype(np.float32)
         whole, steps = d.forward_field(x), []
-        monkeypatch.setattr(engine.on(dispatch.choose(device)), "memory", 4 * 64 * 4096)
+        monkeypatch.setattr(engine.on(dispatch.choose(device)).memory, "limit", 4 * 64 * 4096)
         slabs = d.forward_field(x, progress=steps.append)
         assert len(steps) > 10
         assert steps == [*sorted(steps[:-1]), 1]
@@ -134,10 +142,14 @@ class TestManyPoints:
         np.testing.assert_array_equal(d.forward_field(x).found, np.abs(x[:, 2]) > 3)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize(("offset", "scale"), [(0, 1), (5e5, 1), (0, 1e-11)])
-@pytest.mark.parametrize("count", [1, 300, 70_000])
-def test_coordinates_of_every_size_and_precision(count, offset, scale, dtype, device, rng):
+@paired(
+    count=[1, 300, 70_000],
+    world=[(0, 1), (5e5, 1), (0, 1e-11)],
+    dtype=["float32", "float64"],
+    device=EVERYWHERE,
+)
+def test_coordinates_of_every_size_and_precision(count, world, dtype, device, rng):
+    offset, scale = world
     count = min(count, 300) if device == "reference" else count  # it is slow
     rest, deformed = (scale * (x + offset) for x in random_handles(rng, 15, 4))
     d = deformation(rest, deformed, ("rigid", 1), device)
@@ -201,15 +213,19 @@ BENT_CUTS = {
 }
 
 
-@pytest.mark.parametrize("alpha", [0.5, 1, 2, 3])
+@paired(alpha=[0.5, 1, 2, 3], kind_and_degree=KINDS_AND_DEGREES, device=EVERYWHERE)
 def test_large_bends(alpha, kind_and_degree, device, rng):
     d = deformation(*bent_bar(), kind_and_degree, device, alpha=alpha)
     x = rng.uniform((20, -15, -15), (236, 15, 15), (300, 3))
     np.testing.assert_allclose(d.backward(d.forward(x)), x, rtol=0, atol=1e-5 * EXTENT)
 
 
-@pytest.mark.parametrize("cuts", BENT_CUTS)
-@pytest.mark.parametrize("alpha", [0.5, 1, 1.5, 2, 3])
+@paired(
+    cuts=BENT_CUTS,
+    alpha=[0.5, 1, 1.5, 2, 3],
+    kind_and_degree=KINDS_AND_DEGREES,
+    device=EVERYWHERE,
+)
 def test_large_bends_come_back(alpha, cuts, kind_and_degree, device, rng):
     d = deformation(*bent_bar(), kind_and_degree, device, alpha=alpha, cuts=BENT_CUTS[cuts])
     count = 40 if device == "reference" else 2000
@@ -323,9 +339,12 @@ def scaled_world(world, cut, device, kind="rigid", count=9, seed=61):
     return d, rng.uniform(0, 1, (400, 3)) * world
 
 
-@pytest.mark.parametrize("world", [2.0**-30, 2.0**30])
-@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
-@pytest.mark.parametrize("kind", ["rigid", "affine"])
+@paired(
+    cut=["none", "plane", "half-plane", "polygon"],
+    world=[2.0**-30, 2.0**30],
+    kind=["rigid", "affine"],
+    device=EVERYWHERE,
+)
 def test_a_world_of_any_size_gives_the_same_scaled(world, cut, kind, device):
     (unit, x), (d, y) = (scaled_world(size, cut, device, kind) for size in (1.0, world))
     np.testing.assert_array_equal(x * world, y)
@@ -359,8 +378,11 @@ def test_what_is_found_beside_a_single_control_point_is_right(world, dragged, de
     assert np.abs(truth.backward(v[found]) - x[found]).max() <= 1e-5 * world
 
 
-@pytest.mark.parametrize("cut", ["none", "plane", "half-plane", "polygon"])
-@pytest.mark.parametrize("far", [1e6, 1e12, 1e18, 1e30, 1e150, 1e300])
+@paired(
+    far=[1e6, 1e12, 1e18, 1e30, 1e150, 1e300],
+    cut=["none", "plane", "half-plane", "polygon"],
+    device=EVERYWHERE,
+)
 def test_a_far_point_does_not_spoil_the_others(far, cut, device):
     d, x = scaled_world(1.0, cut, device)
     clean = d.forward_field(x)

@@ -2,9 +2,17 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+from conftest import (
+    DEVICES,
+    HARD_SETS,
+    KINDS_AND_DEGREES,
+    deformation,
+    random_handles,
+    random_rotation,
+)
+from pairwise import paired
 
-from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Surface
+from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine import device, dispatch, engine
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}
@@ -45,7 +53,7 @@ def block(first, dimensions):
 
 def needed(d, source, target, reach):
     """The part of `source` that interpolation needs for `target`, and where it lies."""
-    low, high = d.source_bounds(source, target)
+    low, high = d.source_bounds(Sampling(source, target))
     if not np.isfinite(low).all():
         low = high = np.zeros(3)
     size = np.array(source.dimensions)
@@ -55,11 +63,11 @@ def needed(d, source, target, reach):
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("lanes", ["vectors", "scalars"])
-def test_a_part_is_the_whole_to_the_bit(key, lanes, kind_and_degree, cuts, grid, rng, monkeypatch):
+@paired(kind_and_degree=KINDS_AND_DEGREES, cuts=CUTS, lanes=["vectors", "scalars"])
+def test_a_part_is_the_whole_to_the_bit(key, kind_and_degree, cuts, lanes, grid, rng, monkeypatch):
     if lanes == "scalars":
         monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
-    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=cuts)
+    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=CUTS[cuts])
     check(d, grid)
 
 
@@ -83,7 +91,7 @@ def test_hard_sets_too(key, hard, grid, rng):
 def check(d, grid, parts=PARTS):
     field, jacobian = d.displacement_field(grid), d.jacobian_field(grid)
     image = np.random.default_rng(1).normal(size=grid.shape).astype(np.float32)
-    resampled = {i: d.resample([image], grid, interpolation=i)[0] for i in INTERPOLATIONS}
+    resampled = {i: d.resample([image], Sampling(grid, interpolation=i))[0] for i in INTERPOLATIONS}
     for first, dimensions in parts:
         part, here = grid.part(first, dimensions), block(first, dimensions)
         got = d.displacement_field(part)
@@ -93,7 +101,7 @@ def check(d, grid, parts=PARTS):
             np.testing.assert_array_equal(got.void_distance, field.void_distance[here])
         for method, expected in resampled.items():
             source, there = needed(d, grid, part, REACH[method])
-            (values,) = d.resample([image[there]], source, part, method)
+            (values,) = d.resample([image[there]], Sampling(source, part, method))
             np.testing.assert_array_equal(values, expected[here], err_msg=method)
 
 
@@ -107,8 +115,8 @@ def test_the_specification_agrees(kind_and_degree, cuts, grid, rng):
     )
     image = rng.normal(size=grid.shape)
     source, there = needed(d, grid, part, 1)
-    (values,) = d.resample([image[there]], source, part, "cubic")
-    (expected,) = d.resample([image], grid, interpolation="cubic")
+    (values,) = d.resample([image[there]], Sampling(source, part, "cubic"))
+    (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
     np.testing.assert_allclose(values, expected[here], rtol=0, atol=1e-9)
 
 
@@ -118,10 +126,10 @@ def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
     chosen = engine.on(dispatch.choose(key))
     d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
     image = rng.normal(size=(*grid.shape, 4))
-    (expected,) = d.resample([image], grid, interpolation="cubic")
+    (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
     first, dimensions = PARTS[2]
     source, there = needed(d, grid, grid.part(first, dimensions), 1)
-    monkeypatch.setattr(chosen, "_in_place", False)
+    monkeypatch.setattr(chosen.memory, "in_place", False)
     monkeypatch.setattr(chosen, "memory", image[there].nbytes)
     (got,) = d.resample([image[there]], source, grid.part(first, dimensions), "cubic")
     np.testing.assert_array_equal(got, expected[block(first, dimensions)])
@@ -132,12 +140,12 @@ def test_bounds_of_what_is_needed(key):
     shift = [(3.25, 0, -1.5)]
     d = deformation(np.add(shift, 5), [(5, 5, 5)], ("rigid", 1), key)
     grid = Grid((20, 21, 22))
-    low, high = d.source_bounds(grid, grid.part((2, 4, 6), (3, 4, 5)))
+    low, high = d.source_bounds(Sampling(grid, grid.part((2, 4, 6), (3, 4, 5))))
     np.testing.assert_allclose([low, high], [(5.25, 4, 4.5), (7.25, 7, 8.5)], atol=1e-5)
     # beyond the source, and as far as its border continues
-    low, high = d.source_bounds(grid, grid.part((10, 4, 0), (10, 1, 3)))
+    low, high = d.source_bounds(Sampling(grid, grid.part((10, 4, 0), (10, 1, 3))))
     np.testing.assert_allclose([low, high], [(13.25, 4, -0.5), (19.25, 4, 0.5)], atol=1e-5)
-    low, high = d.source_bounds(grid, grid.part((17, 4, 6), (3, 4, 5)))
+    low, high = d.source_bounds(Sampling(grid, grid.part((17, 4, 6), (3, 4, 5))))
     assert (low == np.inf).all()
     assert (high == -np.inf).all()
 

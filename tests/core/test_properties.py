@@ -5,11 +5,14 @@ import pytest
 from conftest import (
     DEVICES,
     EXTENT,
+    HARD_SETS,
+    KINDS_AND_DEGREES,
     deformation,
     places,
     random_handles,
     random_rotation,
 )
+from pairwise import paired
 
 from vtk_mls.kinds.polynomials import monomial_values
 
@@ -26,9 +29,11 @@ def size_of(points):
     return np.ptp(points, axis=0).max()
 
 
-@pytest.mark.parametrize("alpha", [0.5, 1, 1.3, 2, 3])
-def test_interpolates_the_control_points(hard_set, kind_and_degree, alpha, device):
-    _, rest, deformed = hard_set
+@paired(
+    name=HARD_SETS, kind_and_degree=KINDS_AND_DEGREES, alpha=[0.5, 1, 1.3, 2, 3], device=PRECISION
+)
+def test_interpolates_the_control_points(name, kind_and_degree, alpha, device, rng):
+    rest, deformed = HARD_SETS[name](rng)
     d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
     # one place cannot have two origins: coincident control points count as one
     rest, deformed = (
@@ -40,8 +45,9 @@ def test_interpolates_the_control_points(hard_set, kind_and_degree, alpha, devic
     assert error <= PRECISION[device] * reach
 
 
-def test_is_the_identity_where_nothing_moved(hard_set, kind_and_degree, device, rng):
-    _, _, deformed = hard_set
+@paired(name=HARD_SETS, kind_and_degree=KINDS_AND_DEGREES, device=PRECISION)
+def test_is_the_identity_where_nothing_moved(name, kind_and_degree, device, rng):
+    _, deformed = HARD_SETS[name](rng)
     d = deformation(deformed, deformed, kind_and_degree, device)
     v = places(rng, deformed, 100)
     np.testing.assert_array_equal(d.backward(v), v)
@@ -92,7 +98,7 @@ def test_does_not_depend_on_the_order_of_control_points(kind_and_degree, device,
     np.testing.assert_allclose(one, other, rtol=0, atol=10 * PRECISION[device] * EXTENT)
 
 
-@pytest.mark.parametrize("count", [2, 3, 7, 25])
+@paired(kind_and_degree=KINDS_AND_DEGREES, count=[2, 3, 7, 25], device=PRECISION)
 def test_moves_and_scales_with_everything(kind_and_degree, device, count, rng):
     """Same answer in a frame that is turned, scaled and moved, also for degenerate sets."""
     rest, deformed = random_handles(rng, count)
@@ -129,13 +135,25 @@ def test_coincident_control_points_count_as_their_mean(kind_and_degree, device, 
     np.testing.assert_allclose(got, expected, rtol=0, atol=10 * PRECISION[device] * EXTENT)
 
 
-def test_is_finite_for_hard_sets(hard_set, kind_and_degree, device, rng):
-    _, rest, deformed = hard_set
+@paired(name=HARD_SETS, kind_and_degree=KINDS_AND_DEGREES, alpha=[0.5, 1, 2.2, 3], device=PRECISION)
+def test_is_finite_for_hard_sets(name, kind_and_degree, alpha, device, rng):
+    rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 50)[:200]
-    for alpha in (0.5, 1, 2.2, 3):
-        d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
-        assert np.isfinite(d.backward(v)).all()
-        assert np.isfinite(d.jacobian(v)).all()
+    d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha)
+    assert np.isfinite(d.backward(v)).all()
+    assert np.isfinite(d.jacobian(v)).all()
+
+
+@pytest.mark.parametrize("name", HARD_SETS)
+def test_degree_1_is_affine(name, device, rng):
+    rest, deformed = HARD_SETS[name](rng)
+    v = places(rng, deformed, 50)[:200]
+    affine, polynomial = (
+        deformation(rest, deformed, each, device, alpha=1.3)
+        for each in (("affine", 1), ("polynomial", 1))
+    )
+    np.testing.assert_array_equal(polynomial.backward(v), affine.backward(v))
+    np.testing.assert_array_equal(polynomial.jacobian(v), affine.jacobian(v))
 
 
 def test_one_control_point_translates(kind_and_degree, device):

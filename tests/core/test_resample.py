@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from conftest import DEVICES, random_rotation
 
-from vtk_mls import INTERPOLATIONS, Deformation, Grid
-from vtk_mls.sampling import sample
+from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
+from vtk_mls.interpolation import sample
 
 DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 DTYPES += ["float32", "float64"]
@@ -42,7 +42,7 @@ def test_the_identity_keeps_every_bit(device, dtype, interpolation, rng):
     handles = handles_in(grid, rng)[1]
     d = Deformation(handles, handles, device=device)
     for given, got in zip(
-        (image, vectors), d.resample([image, vectors], grid, interpolation=interpolation)
+        (image, vectors), d.resample([image, vectors], Sampling(grid, interpolation=interpolation))
     ):
         assert got.dtype == given.dtype
         assert got.tobytes() == given.tobytes()
@@ -57,7 +57,7 @@ def test_devices_agree_with_the_specification(key, dtype, interpolation, rng):
     handles = handles_in(grid, rng)
     expected, got = (
         Deformation(*handles, device=name).resample(
-            arrays, grid, interpolation=interpolation, background=7
+            arrays, Sampling(grid, interpolation=interpolation, background=7)
         )
         for name in ("reference", key)
     )
@@ -81,7 +81,7 @@ def test_linear_functions_come_through_exactly(device, rng):
         inside = (index >= margin) & (index <= np.array(grid.dimensions) - 1 - margin)
         inside = inside.all(axis=-1)
         assert inside.mean() > 0.2
-        got = d.resample([ramp], grid, interpolation=interpolation)[0]
+        got = d.resample([ramp], Sampling(grid, interpolation=interpolation))[0]
         np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
 
 
@@ -89,9 +89,9 @@ def test_integers_are_rounded_and_kept_in_range(device):
     grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), origin=(0.75, 0, 0))
     image = np.array([0, 10, 255, 255, 0], np.uint8).reshape(grid.shape)
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
-    (linear,) = d.resample([image], grid, target)
+    (linear,) = d.resample([image], Sampling(grid, target))
     np.testing.assert_array_equal(linear.ravel(), [8, 194, 255, 64])  # 7.5, 193.75, 255, 63.75
-    (cubic,) = d.resample([image], grid, target, interpolation="cubic")
+    (cubic,) = d.resample([image], Sampling(grid, target, "cubic"))
     assert cubic.ravel()[2] == 255  # would overshoot
 
 
@@ -101,7 +101,7 @@ def test_background_begins_half_a_voxel_outside(device):
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
     target = Grid((9, 1, 1), origin=(-0.95, 0, 0), spacing=(0.5, 1, 1))
     for interpolation in INTERPOLATIONS:
-        (got,) = d.resample([image], grid, target, interpolation, background=-5)
+        (got,) = d.resample([image], Sampling(grid, target, interpolation, background=-5))
         # at -0.95, -0.45, 0.05, 0.55, ..., 2.05, 2.55, 3.05
         np.testing.assert_array_equal(got.ravel()[[0, 1, 7, 8]], [-5, 1, -5, -5])
         assert got.ravel()[6] == pytest.approx(3)
@@ -110,7 +110,7 @@ def test_background_begins_half_a_voxel_outside(device):
 def test_background_is_kept_in_the_range_of_the_type(device):
     d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
     grid = Grid((2, 2, 2))
-    (got,) = d.resample([np.zeros(grid.shape, np.uint8)], grid, background=-1000)
+    (got,) = d.resample([np.zeros(grid.shape, np.uint8)], Sampling(grid, background=-1000))
     assert (got == 0).all()
 
 
@@ -118,7 +118,7 @@ def test_each_array_has_its_own_interpolation(device):
     grid, target = Grid((2, 1, 1)), Grid((1, 1, 1), origin=(0.25, 0, 0))
     values = np.array([0.0, 8.0]).reshape(grid.shape)
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
-    near, linear = d.resample([values, values], grid, target, ["nearest", "linear"])
+    near, linear = d.resample([values, values], Sampling(grid, target, ["nearest", "linear"]))
     assert (near.item(), linear.item()) == (0, 2)
 
 
@@ -127,7 +127,7 @@ def test_a_neighbour_without_weight_brings_nothing_in(device):
     grid, target = Grid((2, 2, 1)), Grid((1, 1, 1), origin=(0.5, 0, 0))
     values = np.array([[2.0, 4.0], [np.nan, np.inf]]).reshape(grid.shape)
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
-    assert d.resample([values], grid, target)[0].item() == 3
+    assert d.resample([values], Sampling(grid, target))[0].item() == 3
 
 
 def test_one_slice_stays_one_slice(device, rng):
@@ -167,8 +167,8 @@ def test_fitted_grid_holds_the_whole_volume(device, kind, rng):
         source.direction,
     )
     ones = np.ones(source.shape, np.uint8)
-    held = d.resample([ones], source, fitted, "nearest")[0].sum()
-    assert held == d.resample([ones], source, around, "nearest")[0].sum()
+    held = d.resample([ones], Sampling(source, fitted, "nearest"))[0].sum()
+    assert held == d.resample([ones], Sampling(source, around, "nearest"))[0].sum()
     if kind != "polynomial":  # which also brings copies from far away
         assert fitted.size < 10 * source.size
 
@@ -183,5 +183,5 @@ def test_fitted_grid_follows_a_far_move(device):
     source = Grid((10, 10, 10))
     d = Deformation([[5, 5, 5]], [[1005, 5, 5]], device=device)
     fitted = d.fitted_grid(source)
-    got = d.resample([np.ones(source.shape)], source, fitted)[0]
+    got = d.resample([np.ones(source.shape)], Sampling(source, fitted))[0]
     assert got.sum() == pytest.approx(1000)

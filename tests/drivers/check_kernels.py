@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, reference
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, reference
 from vtk_mls.engine import device
 from vtk_mls.engine.engine import Engine
 
@@ -83,16 +83,14 @@ def steps(engine):
                 yield f"{kind}, {cut}: inverse", lambda d=d: inverse(d)
     d = over("rigid", "half-plane")
     for method in ("nearest", "linear", "cubic"):
-        question = (images, GRID, GRID, [method] * len(images), -1.0, False)
+        question = images, Sampling(GRID, interpolation=method, background=-1.0)
         yield (
             f"images, {method}",
             lambda question=question: difference("resample", d, *question) / 100,
         )
     yield (
         "vectors that turn",
-        lambda: (
-            difference("resample_gradients", d, vectors, GRID, GRID, "linear", False, False) / 5
-        ),
+        lambda: difference("resample_gradients", d, vectors, Sampling(GRID), False) / 5,
     )
     yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
 

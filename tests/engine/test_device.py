@@ -10,6 +10,7 @@ from conftest import DEVICES
 
 from vtk_mls import Deformation, DeviceError, reference
 from vtk_mls.engine import device, dispatch, engine, proof
+from vtk_mls.engine.launcher import Launcher
 
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)
@@ -205,7 +206,7 @@ def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
     def refuse(*_, **__):
         raise driver_error(cl.LogicError, cl.status_code.INVALID_WORK_GROUP_SIZE)
 
-    monkeypatch.setattr(engine.Engine, "_launch", refuse)
+    monkeypatch.setattr(Launcher, "launch", refuse)
     with pytest.raises(DeviceError, match=rf"driver of {DEVICES[0]} .* INVALID_WORK_GROUP_SIZE"):
         Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]])
     monkeypatch.undo()
@@ -216,7 +217,7 @@ def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
 @needs_device
 def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
     used = engine.on(dispatch.choose(DEVICES[0]))
-    monkeypatch.setattr(used, "memory", 1 << 26)
+    monkeypatch.setattr(used.memory, "limit", 1 << 26)
     d = Deformation(*ONE, device=DEVICES[0])
     whole = d.displacement_field((64, 64, 200)).displacement
     sizes, buffer = [], cl.Buffer
@@ -230,7 +231,7 @@ def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
     monkeypatch.setattr(cl, "Buffer", limited)
     assert (d.displacement_field((64, 64, 200)).displacement == whole).all()
     assert max(sizes) > 2e6
-    monkeypatch.setattr(used, "memory", 1000)
+    monkeypatch.setattr(used.memory, "limit", 1000)
     monkeypatch.setattr(cl, "Buffer", lambda *_, **__: limited(None, None, 1 << 40))
     with pytest.raises(DeviceError, match="has not memory enough"):
         d.backward([[1, 2, 3]])

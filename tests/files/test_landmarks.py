@@ -20,7 +20,7 @@ from vtk_mls import arrays, io
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks, paired
-from vtk_mls.filters import MLSControlPoints, MLSDeform, gathering
+from vtk_mls.filters import MLSControlPoints, MLSDeform, parallel
 
 NOWHERE = (np.nan,) * 3
 
@@ -215,7 +215,7 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     assert io.read_landmarks(tmp_path / "x.vtp").labels == list("abcdefgh")
 
     # between processes
-    there = gathering._joined([gathering._packed(found)])
+    there = parallel._joined([parallel._packed(found)])
     assert arrays.texts(there.GetPointData(), "Label") == list("abcdefgh")
 
     # the labels do not disturb a filter

@@ -152,7 +152,7 @@ def test_cells_of_the_grid_are_where_vtk_has_them(image):
 def test_a_lattice_survives_image_and_information(image):
     lattice = ImageGeometry.of_image(image)
     other, info = make_image(), vtkInformation()
-    lattice.place(other)
+    lattice.apply_to(other)
     lattice.announce(info)
     assert ImageGeometry.of_image(other) == ImageGeometry.of_information(info) == lattice
     grid = ImageGeometry.of_grid(lattice.grid).grid

@@ -29,7 +29,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCu
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
-from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
+from vtk_mls import Deformation, HalfPlane, Plane, Sampling, Surface, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
@@ -190,11 +190,11 @@ def test_continued_values_end_sharp_at_the_face(device):
     output = update(deforming)
     np.testing.assert_array_equal(values_of(output, "Void") > 0, void)
     value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device=device)
-    arguments = values_of(image, "values"), grid_of(image)
+    sampling = Sampling(grid_of(image), void_values="continued")
     expected = {
-        "values": value.resample([arguments[0]], arguments[1], void_values="continued")[0],
-        "g": value.resample_gradients(values_of(image, "g"), arguments[1], void_values="continued"),
-        "Gradient": value.corrected_gradient(*arguments, void_values="continued"),
+        "values": value.resample([values_of(image, "values")], sampling)[0],
+        "g": value.resample_gradients(values_of(image, "g"), sampling),
+        "Gradient": value.corrected_gradient(values_of(image, "values"), sampling),
     }
     for name in names:
         assert not kept[name][void].any()

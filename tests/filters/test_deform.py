@@ -28,7 +28,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
-from vtk_mls import INTERPOLATIONS, Deformation, Grid, arrays
+from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform
 
@@ -69,10 +69,12 @@ def expected(image, deformation, target=None, **options):
     """The arrays of `smooth_image`, deformed without VTK's pipeline."""
     grid = ImageGeometry.of_image(image).grid
     target = target or grid
-    (values,) = deformation.resample([values_of(image, "values")], grid, target, **options)
+    sampling = Sampling(grid, target, **options)
+    (values,) = deformation.resample([values_of(image, "values")], sampling)
     cells = arrays.cell_grid(grid)
     old = arrays.to_numpy(image.GetCellData().GetArray("cells")).reshape(*cells.shape, 2)
-    (new,) = deformation.resample([old], cells, arrays.cell_grid(target), **options)
+    sampling = Sampling(cells, arrays.cell_grid(target), **options)
+    (new,) = deformation.resample([old], sampling)
     return values, new.reshape(-1, 2)
 
 

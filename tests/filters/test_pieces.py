@@ -23,7 +23,7 @@ from vtkmodules.vtkImagingCore import vtkImageDataStreamer
 
 from vtk_mls import INTERPOLATIONS, HalfPlane, Plane, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import MLSDeform, MLSDisplacementField, gathering
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, parallel
 
 DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
 OPENED = HalfPlane((3, 4, 3), (0, 1, 0), (1, 0, 0))
@@ -50,7 +50,7 @@ class Cropped(VTKPythonAlgorithmBase):
         output = vtkImageData.GetData(outInfo)
         whole = ImageGeometry.of_image(make_image(**self.place))
         part = whole.part(extent)
-        part.place(output)
+        part.apply_to(output)
         grids = part.grid_within(whole), arrays.cell_grid(part.grid_within(whole))
         data = output.GetPointData(), output.GetCellData()
         for attributes, name, grid in zip(data, ("values", "cells"), grids):
@@ -218,8 +218,8 @@ def processes(monkeypatch):
             calls.append(own)
             return [*map(packed, before), own, *map(packed, after)]
 
-        monkeypatch.setattr(gathering, "is_parallel", lambda: True)
-        monkeypatch.setattr(gathering, "on_all", on_all)
+        monkeypatch.setattr(parallel, "is_parallel", lambda: True)
+        monkeypatch.setattr(parallel, "on_all", on_all)
         return calls
 
     return pretend
@@ -229,7 +229,7 @@ def packed(answer):
     """What another process sends."""
     if isinstance(answer, str):
         return None, answer
-    return [gathering._packed(polydata) for polydata in answer], None
+    return [parallel._packed(polydata) for polydata in answer], None
 
 
 def handles(part=slice(None)):

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from vtk_mls import Deformation, Plane, filters
+from vtk_mls import Deformation, Plane, Sampling, filters
 from vtk_mls.filters import properties
 
 FILTERS = [getattr(filters, name) for name in filters.__all__]
@@ -77,10 +77,16 @@ def test_tables_are_whole(cls):
         assert condition is None or condition[0] in {*names, "ControlPoints"}
 
 
-def test_defaults_are_those_of_a_deformation():
+def test_defaults_are_those_of_the_core():
     table = {each.name: each.default for each in filters.MLSDeform.PROPERTIES}
     for name in ("kind", "alpha", "degree", "nu"):
         assert table[name.capitalize()] == getattr(Deformation, name)
+    for name, attribute in (
+        ("Interpolation", "interpolation"),
+        ("Background", "background"),
+        ("VoidValues", "void_values"),
+    ):
+        assert table[name] == getattr(Sampling, attribute)
 
 
 @pytest.mark.parametrize("given", [(1, 2, 3), ((1, 2, 3),), ([1, 2, 3],), (np.array([1, 2, 3]),)])

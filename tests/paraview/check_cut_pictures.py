@@ -9,7 +9,7 @@ from scene import REST, control_points, data, wavelet
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
 
-from vtk_mls.filters.cutting import CAN_HIDE_CELLS
+from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
 
 FOLDER = Path(sys.argv[1])
 WIDTH, HEIGHT, SCALE = 500, 450, 13.0

@@ -17,7 +17,7 @@ lattice = grid(data(source))
 def check(deformed=DEFORMED, interpolation="linear", **settings):
     """Both filters against the value outside of the pipeline, and against the specification."""
     value = vtk_mls.Deformation(REST, deformed, **settings)
-    (expected,) = value.resample([volume], lattice, interpolation=interpolation)
+    (expected,) = value.resample([volume], vtk_mls.Sampling(lattice, interpolation=interpolation))
     result = array(data(deform), "RTData")
     assert result.dtype == volume.dtype
     np.testing.assert_array_equal(result, expected)
@@ -93,14 +93,14 @@ value = vtk_mls.Deformation(REST, dragged)
 deform.OutputGrid = "fitted"
 fitted = data(deform)
 assert np.prod(fitted.GetDimensions()) > np.prod(lattice.dimensions)
-(expected,) = value.resample([volume], lattice, value.fitted_grid(lattice))
+(expected,) = value.resample([volume], vtk_mls.Sampling(lattice, value.fitted_grid(lattice)))
 np.testing.assert_array_equal(array(fitted, "RTData"), expected)
 deform.OutputGrid = "given"
 deform.OutputDimensions, deform.OutputSpacing = [20, 15, 10], [1.0, 1.5, 0.5]
 deform.OutputOrigin = [-8.0, -9.0, 0.25]
 deform.Background = -1.0
 target = vtk_mls.Grid((20, 15, 10), (-8.0, -9.0, 0.25), (1.0, 1.5, 0.5))
-(expected,) = value.resample([volume], lattice, target, background=-1.0)
+(expected,) = value.resample([volume], vtk_mls.Sampling(lattice, target, background=-1.0))
 np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
 assert (expected == -1).any()
 

@@ -206,7 +206,7 @@ def running(paraview, project, folder, display, command=PLAIN, **variables):
 
     Parameters
     ----------
-    paraview : test_paraview.ParaView
+    paraview : paraviews.ParaView
     project : Path
     folder : Path, relative to the project
     display : str

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes the ParaViews that tests/test_paraview.py runs in:
+# Makes the ParaViews that tests/paraview runs in:
 #   - the distribution's own, by apt (ParaView 5.11 on Debian 12);
-#   - Debian trixie's (5.13) and forky's (6.1), each as a root file system of 2.7 GB in .cache/paraview,
-#     or in $VTK_MLS_PARAVIEW_CACHE;
+#   - those of Debian's suites that are named, trixie (5.13) and forky (6.1), each as a root file
+#     system of 2.7 GB in .cache/paraview, or in $VTK_MLS_PARAVIEW_CACHE;
 # and what their GUIs are tested with: on this system a display, a mouse and a camera; beside each
 # ParaView, Qt for Python, to ask where its buttons are.
 # Does nothing for what is there already, and adds to a root what it lacks. What cannot be made is said loudly at the end, is not a failure
@@ -14,7 +14,7 @@ cache=${VTK_MLS_PARAVIEW_CACHE:-$here/../../.cache/paraview}
 packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd openmpi-bin)
 gui_packages=(xvfb xauth xdotool imagemagick python3-pyqt5)
 root_packages=("${packages[@]}" python3-pyqt6)
-suites=(trixie forky)
+suites=("$@")
 ready=() left_out=()
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

@@ -24,7 +24,9 @@ def oriented(direction):
     whole = ImageGeometry.of_grid(grid)
     shift = grid.at(np.array([[-2.0, 3, 1]]))[0]
     image = vtkImageData()
-    ImageGeometry((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).place(image)
+    ImageGeometry((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).apply_to(
+        image
+    )
     scalars = arrays.from_numpy(np.arange(60, dtype=np.int16), VTK_SHORT)
     scalars.SetName("T1")
     image.GetPointData().SetScalars(scalars)

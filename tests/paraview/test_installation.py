@@ -9,7 +9,7 @@ import sys
 import venv
 
 import pytest
-from test_scripts import PARAVIEWS, display  # noqa: F401  fixture
+from paraviews import PARAVIEWS, display  # noqa: F401  fixture
 
 from vtk_mls.cli import main
 from vtk_mls.doctor import report

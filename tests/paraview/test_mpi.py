@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from test_scripts import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
+from paraviews import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
 
 SCRIPTS = Path("tests/paraview/mpi")
 TIMEOUT = 300  # seconds
@@ -65,7 +65,10 @@ def finish(process):
     return output
 
 
-@pytest.mark.parametrize("count", [1, 2, 4])
+ONLY_IN_MATRIX = [pytest.param(count, marks=pytest.mark.matrix) for count in (1, 4)]
+
+
+@pytest.mark.parametrize("count", [2, *ONLY_IN_MATRIX])
 def test_pieces_are_the_whole(start, count):
     output = finish(start(count, "pvbatch", "--symmetric", SCRIPTS / "pieces.py"))
     done = re.findall(r"done (\d+) of (\d+)", output)

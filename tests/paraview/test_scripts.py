@@ -1,125 +1,17 @@
-"""The plugin in real ParaViews: the scripts of tests/paraview and the pvpython example, in each.
-
-These are this system's `pvpython`, and root file systems with a ParaView: those named in the
-environment variable VTK_MLS_PARAVIEW_ROOTS (separated by colons), or else what
-tests/paraview/install.sh made.  With CI=true it is a failure, not a skip, if this system has no
-pvpython.
-"""
+"""The plugin in real ParaViews: the scripts of tests/paraview and the pvpython example, in each."""
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
-import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from paraviews import PICTURES, PROJECT, display, paraview  # noqa: F401  fixtures
 
-PROJECT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(
     path.relative_to(PROJECT)
     for pattern in ("tests/paraview/check_*.py", "examples/paraview_*.py")
     for path in PROJECT.glob(pattern)
 )
-IN_ROOT = PROJECT / "tests/paraview/in_root.sh"
-PICTURES = Path("build/paraview")
-NOISE = re.compile(r"warn(ing)?\b|\berr(or)?\b|traceback|exception", re.IGNORECASE)
-TIMEOUT = 600  # seconds
-
-
-@dataclass(frozen=True)
-class ParaView:
-    """A ParaView to run scripts in: what comes before `pvpython`, and the variables it needs."""
-
-    name: str
-    prefix: tuple[str, ...]
-    variables: dict[str, str]
-
-    def environment(self, **more):
-        """Variables to start it with: nothing of the Python and the display of these tests."""
-        hidden = ("PYTHON", "VIRTUAL_ENV", "LD_", "DISPLAY")
-        kept = {name: value for name, value in os.environ.items() if not name.startswith(hidden)}
-        return {**kept, **self.variables, **more}
-
-    def run(self, script, *arguments, display=None):
-        """Run a script in pvpython from the project folder; its exit status and all it printed."""
-        shown = {"DISPLAY": display} if display else {}
-        done = subprocess.run(
-            [*self.prefix, "pvpython", str(script), *map(str, arguments)],
-            cwd=PROJECT,
-            env=self.environment(**shown),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=TIMEOUT,
-            check=False,
-        )
-        return done.returncode, done.stdout
-
-    def check(self, script, *arguments, display=None):
-        """Run a script, which must succeed without an error or a warning in what it prints."""
-        status, output = self.run(script, *arguments, display=display)
-        noise = [line for line in output.splitlines() if NOISE.search(line)]
-        assert (status, noise) == (0, []), f"{script} in {self.name}:\n{output}"
-
-
-def _system_paraview():
-    if shutil.which("pvpython") is None:
-        return "no pvpython on this system: tests/paraview/install.sh says why"
-    debian12 = {"PYTHONPATH": str(PROJECT / "paraview_plugin" / "debian12")}
-    return ParaView("this system's ParaView", (), debian12)
-
-
-def _root_paraviews():
-    named = os.environ.get("VTK_MLS_PARAVIEW_ROOTS")
-    if named is not None:
-        roots = [Path(name).resolve() for name in named.split(":") if name]
-    else:
-        cache = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview"))
-        roots = sorted(path.parents[2] for path in cache.glob("*/usr/bin/pvpython"))
-    variables = {
-        "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow",
-        # what pytools says of a package that Debian has not
-        "PYTHONWARNINGS": "ignore:Unable to import recommended hash",
-    }
-    for root in roots:
-        inside = ParaView(f"the ParaView in {root}", (str(IN_ROOT), str(root)), variables)
-        yield pytest.param(inside, id=root.name)
-
-
-PARAVIEWS = [pytest.param(_system_paraview(), id="system"), *_root_paraviews()]
-
-
-@pytest.fixture(params=PARAVIEWS)
-def paraview(request):
-    found = request.param
-    if isinstance(found, str):
-        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(found)
-    if found.prefix and os.geteuid() != 0:
-        pytest.skip(f"entering the root file system of {found.name} needs root")
-    return found
-
-
-@pytest.fixture(scope="session")
-def display():
-    """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own.
-
-    Those in a root file system reach it too, for its socket is abstract.
-    """
-    if shutil.which("Xvfb") is None:
-        yield os.environ.get("DISPLAY")
-        return
-    read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-ac", "-screen", "0", "1280x1024x24"]
-    quiet = subprocess.DEVNULL
-    with subprocess.Popen(command, pass_fds=[write], stdout=quiet, stderr=quiet) as server:
-        os.close(write)
-        with open(read) as pipe:
-            number = pipe.readline().strip()
-        yield f":{number}"
-        server.terminate()
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from vtk_mls.commands import map_options
+from functools import partial
+
+from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
 
 def add(commands):
     """Add the command to its parent's parsers."""
-    from vtk_mls import INTERPOLATIONS
-
     deform = commands.add_parser(
         "deform",
         help="deform an image or a mesh file",
@@ -34,29 +34,22 @@ def add(commands):
         ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. Of .vtm, .vtpc and .pvd "
         "the data are in a folder beside them",
     )
-    add = deform.add_argument
-    add("--interpolation", choices=INTERPOLATIONS, default="linear", help="default: %(default)s")
-    add("--background", type=float, default=0.0, help="value outside; default: 0")
+    add = partial(property_options.add, deform)
+    add("Interpolation")
+    add("Background")
     add(
-        "--label",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="array of labels, whose values are not mixed (may be repeated); those of files that "
+        "LabelArrays",
+        flag="--label",
+        text="array of labels, whose values are not mixed (may be repeated); those of files that "
         "say that they are labels, such as .seg.nrrd, are not mixed anyway",
     )
     add(
-        "--grid",
+        "OutputGrid",
+        flag="--grid",
         choices=("input", "fitted"),
-        default="input",
-        help="grid of the output: the input's, or one that holds all of the deformed volume",
+        text="grid of the output: the input's, or one that holds all of the deformed volume",
     )
-    add(
-        "--gradient",
-        metavar="NAME",
-        default="",
-        help="point array whose gradient in the deformed image is wanted, as array Gradient",
-    )
+    add("GradientArray", flag="--gradient")
     map_options.add(deform)
     deform.set_defaults(run=run)
 
@@ -64,6 +57,7 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls.commands import series
+    from vtk_mls.filters import MLSDeform
 
     steps = read(series.read_steps, options.input)
     is_series = options.output.lower().endswith(series.SUFFIX)
@@ -72,22 +66,7 @@ def run(options):
             f"`{options.input}` has {len(steps)} time steps, which only a {series.SUFFIX} file can "
             f"hold, got `{options.output}`"
         )
-    deform = _filter(options)
-    return (_deform_all if is_series else _deform_one)(steps, deform, options)
-
-
-def _filter(options):
-    """An MLSDeform with all that the options say, and no input."""
-    from vtk_mls.filters import MLSDeform
-
-    deform = MLSDeform()
-    deform.SetInterpolation(options.interpolation)
-    deform.SetBackground(options.background)
-    deform.SetOutputGrid(options.grid)
-    deform.SetGradientArray(options.gradient)
-    for name in options.label:
-        deform.AddLabelArray(name)
-    return deform
+    return (_deform_all if is_series else _deform_one)(steps, MLSDeform(), options)
 
 
 def _deform_one(steps, deform, options):

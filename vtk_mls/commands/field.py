@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from vtk_mls.commands import map_options
+from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -28,10 +28,10 @@ def add(commands):
         "output", help="transform: .nii.gz .nii .nrrd .nhdr .mha .mhd; or for VTK: .vti .vtk"
     )
     add = field.add_argument
-    add(
-        "--inverse",
-        action="store_true",
-        help="write where the material goes, which moves points, not where it came from",
+    property_options.add(
+        field,
+        "Inverse",
+        text="write where the material goes, which moves points, not where it came from",
     )
     add(
         "--jacobian",
@@ -42,7 +42,8 @@ def add(commands):
     add(
         "--dimensions",
         metavar="NX,NY,NZ",
-        help="numbers of points over the bounds of a mesh; default: 32,32,32",
+        help="numbers of points over the bounds of a mesh; default: "
+        + property_options.default("SampleDimensions"),
     )
     map_options.add(field)
     field.set_defaults(run=run)
@@ -63,7 +64,6 @@ def run(options):
     if options.dimensions is not None:
         field.SetSampleDimensions(_dimensions(options, dataset))
     map_options.apply(options, field)
-    field.SetInverse(options.inverse)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
     output = field.GetOutput()

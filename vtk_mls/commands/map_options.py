@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from vtk_mls.commands import property_options
 from vtk_mls.commands.running import read
 
 HANDLES = (
@@ -15,7 +16,7 @@ HANDLES = (
 
 def add(parser):
     """Add the options to a parser."""
-    from vtk_mls import KINDS
+    from vtk_mls.filters.property_tables import SPACE
 
     add = parser.add_argument
     add(
@@ -28,16 +29,16 @@ def add(parser):
     )
     add(
         "--handles-space",
-        choices=("lps", "ras"),
-        default="lps",
+        choices=SPACE.choices,
+        default=SPACE.default,
         help="frame of files of points that do not say theirs (markups of 3D Slicer and its tables "
         "do, and that counts): ras for those who come from nibabel or FreeSurfer; cuts are in LPS "
         "as ever; default: %(default)s",
     )
-    add("--kind", choices=KINDS, default="rigid", help="default: %(default)s")
-    add("--alpha", type=float, default=1.0, help="locality of control points; default: %(default)s")
-    add("--degree", type=int, default=2, help="of the polynomial kind: 1, 2, 3; default: 2")
-    add("--nu", type=float, default=2.0, help="damping behind cuts, > 1; default: %(default)s")
+    property_options.add(parser, "Kind")
+    property_options.add(parser, "Alpha")
+    property_options.add(parser, "Degree", more="for the polynomial kind, 1, 2 or 3")
+    property_options.add(parser, "Nu")
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -60,18 +61,14 @@ def add(parser):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
-    add("--device", default="", help="gpu, cpu, platform:device as in 0:1, or reference")
+    property_options.add(parser, "Device")
     add("--progress", action="store_true", help="show a progress bar although not on a terminal")
 
 
 def apply(options, algorithm):
     """Set the properties of a filter, its control points on port 1, as the options say."""
     algorithm.SetInputData(1, _control_points(options))
-    algorithm.SetKind(options.kind)
-    algorithm.SetAlpha(options.alpha)
-    algorithm.SetDegree(options.degree)
-    algorithm.SetDevice(options.device)
-    algorithm.SetNu(options.nu)
+    property_options.apply(options, algorithm)
     for cut in _cuts(options):
         algorithm.AddCut(cut)
 

@@ -62,15 +62,19 @@ def _moved(landmarks, deformation, options):
     """New places (n, 3), NaN where there is none."""
     import numpy as np
 
+    from vtk_mls.progress import whole
+
     is_placed = landmarks.is_placed
     places = landmarks.positions[is_placed]
-    progress = draw_bar if shows_progress(options) else None
+    bar = draw_bar if shows_progress(options) else None
     if options.inverse:
-        new = deformation.backward(places, progress)
-        new[deformation.void(places)] = np.nan
+        with whole(bar) as progress:
+            mapping, finding = progress.divided(1, 1)
+            new = deformation.backward(places, mapping)
+            new[deformation.void(places, finding)] = np.nan
     else:
-        new = deformation.forward(places, progress)
-    if progress:
+        new = deformation.forward(places, bar)
+    if bar:
         print(file=sys.stderr)
     moved = np.full_like(landmarks.positions, np.nan)
     moved[is_placed] = new

@@ -25,8 +25,8 @@ from vtk_mls.demo.scene import (
     VIEW,
     add,
     brain,
+    control_points,
     fill,
-    handles,
     marked,
     pulled_open,
     render,
@@ -48,7 +48,7 @@ def draw(directory: Path):
     stepped = _clipped(_contour(cut, "Solid", 0.5), "T1", SURFACE)
     whole = _contour(uncut, "T1", SURFACE)
 
-    before, after = (marked(positions) for positions in handles())
+    before, after = (marked(positions) for positions in control_points())
     panels = window(3, LIGHTS)
     fill(
         panels,

@@ -1,4 +1,4 @@
-"""The demo's third part: the brain as tetrahedra, cut open by the same handles as its image.
+"""The demo's third part: the brain as tetrahedra, cut open by the same control points as its image.
 
 Run as `python -m vtk_mls.demo.mesh DIRECTORY`, a process of its own like `picture`. TetGen
 makes the mesh. It leaves tetrahedra.vtu, pulled_open.vtu and mesh.png in the directory.
@@ -50,8 +50,8 @@ from vtk_mls.demo.scene import (
     TISSUES,
     VIEW,
     brain,
+    control_points,
     fill,
-    handles,
     marked,
     pulled_open,
     render,
@@ -94,7 +94,7 @@ def draw(directory: Path):
         "Cells are split along the cut",
         f"{opened[0].GetNumberOfCells():,} tetrahedra",
         _surface(opened[0]),
-        *marked(handles()[1]),
+        *marked(control_points()[1]),
     )
     fill(
         panels,
@@ -130,13 +130,13 @@ def _tetrahedra(image):
     clean.Update()
     surface = clean.GetOutput()
     corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    places = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
-    mesher = tetgen.TetGen(places, corners.astype(np.int32))
+    positions = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    mesher = tetgen.TetGen(positions, corners.astype(np.int32))
     # p: within the surface, Y: as it is, q: ratio of radius and edge, a: volume, Q: quietly
-    places, corners, *_ = mesher.tetrahedralize(switches=f"pYq1.5a{LARGEST}Q")
+    positions, corners, *_ = mesher.tetrahedralize(switches=f"pYq1.5a{LARGEST}Q")
 
     points, cells, mesh = vtkPoints(), vtkCellArray(), vtkUnstructuredGrid()
-    points.SetData(numpy_to_vtk(places.astype(np.float32), deep=True))
+    points.SetData(numpy_to_vtk(positions.astype(np.float32), deep=True))
     cells.SetData(4, numpy_to_vtkIdTypeArray(np.ravel(corners).astype(np.int64), deep=True))
     mesh.SetPoints(points)
     mesh.SetCells(VTK_TETRA, cells)

@@ -65,8 +65,8 @@ TISSUES = {
 
 
 def draw(directory: Path) -> Path:
-    """Write `directory`/demo.png from the .vti files and handles.vtp there."""
-    rest, deformed = _handles(directory / "handles.vtp")
+    """Write `directory`/demo.png from the .vti files and the control points there."""
+    rest, deformed = _control_points(directory / "handles.vtp")
     window = vtkRenderWindow()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
@@ -96,13 +96,13 @@ def draw(directory: Path) -> Path:
     return picture
 
 
-def _handles(file):
+def _control_points(file):
     reader = vtkXMLPolyDataReader()
     reader.SetFileName(str(file))
     reader.Update()
-    handles = reader.GetOutput()
-    rest = vtk_to_numpy(handles.GetPoints().GetData())
-    return rest, rest + vtk_to_numpy(handles.GetPointData().GetArray("Displacement"))
+    polydata = reader.GetOutput()
+    rest = vtk_to_numpy(polydata.GetPoints().GetData())
+    return rest, rest + vtk_to_numpy(polydata.GetPointData().GetArray("Displacement"))
 
 
 def _tissues(file):
@@ -160,7 +160,7 @@ def _outer(mesh):
 
 
 def _drag(rest, deformed, at_rest):
-    """Actors of the handles: where they were, where they are, and an arrow between."""
+    """Actors of the control points: where they were, where they are, and an arrow between."""
     moved = np.any(deformed != rest, axis=1)
     yield spheres(rest[~moved], 7.0, PINNED)
     if at_rest:
@@ -175,20 +175,20 @@ def _drag(rest, deformed, at_rest):
 def spheres(centres, radius, colour):
     points = vtkPoints()
     points.SetData(numpy_to_vtk(centres, deep=True))
-    places = vtkPolyData()
-    places.SetPoints(points)
+    balls = vtkPolyData()
+    balls.SetPoints(points)
     sphere = vtkSphereSource()
     sphere.SetRadius(radius)
     sphere.SetThetaResolution(24)
     sphere.SetPhiResolution(24)
     glyphs = vtkGlyph3D()
-    glyphs.SetInputData(places)
+    glyphs.SetInputData(balls)
     glyphs.SetSourceConnection(sphere.GetOutputPort())
     return _actor(glyphs, colour)
 
 
 def _arrow(start, end, colour):
-    """A shaft and a head that ends at the surface of the handle's sphere."""
+    """A shaft and a head that ends at the surface of the control point's sphere."""
     along = (end - start) / np.linalg.norm(end - start)
     tip = end - 7.0 * along
     neck = tip - 14.0 * along

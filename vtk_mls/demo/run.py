@@ -1,4 +1,4 @@
-"""The main job on a real volume: a frog, dragged by 15 handles, deformed by all four kinds."""
+"""The main job on a real volume: a frog dragged by 15 control points, deformed by each kind."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 # Rest position and drag in the volume's coordinates: x to the head, y to the right, z to the belly.
-HANDLES = {
+CONTROL_POINTS = {
     "snout": [(470, 227, 35), (10, 35, 0)],
     "brow": [(390, 227, 21), (0, 0, 0)],
     "left shoulder": [(311, 158, 39), (0, 0, 0)],
@@ -45,7 +45,7 @@ _NO_PICTURE = (
 
 
 def main(directory):
-    """Deform the frog and leave .vti files, the handles and a picture in `directory`.
+    """Deform the frog and leave .vti files, the control points and a picture in `directory`.
 
     Parameters
     ----------
@@ -66,10 +66,10 @@ def main(directory):
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
 
-    handles = MLSControlPoints()
-    rest, drag = np.array(list(HANDLES.values()), dtype=float).swapaxes(0, 1)
-    handles.SetRestPoints(rest.tolist())
-    handles.SetDeformedPoints((rest + drag).tolist())
+    source = MLSControlPoints()
+    rest, drag = np.array(list(CONTROL_POINTS.values()), dtype=float).swapaxes(0, 1)
+    source.SetRestPoints(rest.tolist())
+    source.SetDeformedPoints((rest + drag).tolist())
 
     spacing = np.array(frog.GetOutput().GetSpacing())
     if slow:
@@ -78,7 +78,7 @@ def main(directory):
 
     deform = MLSDeform()
     deform.SetInputConnection(0, frog.GetOutputPort())
-    deform.SetInputConnection(1, handles.GetOutputPort())
+    deform.SetInputConnection(1, source.GetOutputPort())
     deform.AddLabelArray(labels)
     deform.SetOutputGrid("given")
     if slow:
@@ -92,7 +92,7 @@ def main(directory):
     )
     print(f"deformed onto {' x '.join(str(n) for n in dimensions)} voxels by {engine.NAME}")
     _write(vtkXMLImageDataWriter(), frog, directory / "original.vti")
-    _write(vtkXMLPolyDataWriter(), handles, directory / "handles.vtp")
+    _write(vtkXMLPolyDataWriter(), source, directory / "handles.vtp")
     for kind in KINDS:
         deform.SetKind(kind)
         deform.SetOutputDimensions(8, 8, 8)  # builds the kernels

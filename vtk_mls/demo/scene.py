@@ -1,4 +1,4 @@
-"""What the pictures of the cut brain share: the brain, its handles and cut, and the drawing."""
+"""What the pictures of the cut brain share: brain, control points, cut, and the drawing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform
 # In millimetres: x to the right, y to the front, z up. The cut runs down to its edge at EDGE.
 EDGE = np.array([98.0, 118.0, 58.0])
 CUT = HalfPlane(EDGE, normal=(0, 1, 0), inward=(0, 0, 1))
-ANGLE = np.radians(35)  # by which each half is turned about the edge
+ANGLE = np.radians(35)  # by which each half is rotated about the edge
 FRONT = [(157, 125, 115), (112, 125, 149), (159, 146, 102), (150, 175, 88), (125, 177, 117)]
 BACK = [(157, 111, 116), (117, 111, 150), (165, 88, 103), (152, 59, 88), (127, 54, 120)]
 BELOW = [(157, 142, 53), (163, 86, 51), (113, 114, 36), (135, 52, 25), (127, 171, 51)]
@@ -55,17 +55,17 @@ def brain():
     return brain
 
 
-def handles():
-    """Rest and deformed positions (n, 3): both halves are turned outward, what is below stays."""
+def control_points():
+    """Rest and deformed positions (n, 3): both halves are rotated outward, what is below stays."""
     front, back, below = (_both_sides(points) for points in (FRONT, BACK, BELOW))
     rest = np.vstack([front, back, below])
-    return rest, np.vstack([_turned(front, -ANGLE), _turned(back, ANGLE), below])
+    return rest, np.vstack([_rotated(front, -ANGLE), _rotated(back, ANGLE), below])
 
 
 def pulled_open(dataset):
     """An `MLSDeform` of an image or mesh of the brain, to be updated."""
     deform, source = MLSDeform(), MLSControlPoints()
-    rest, deformed = handles()
+    rest, deformed = control_points()
     source.SetRestPoints(rest)
     source.SetDeformedPoints(deformed)
     deform.SetInputData(dataset)
@@ -78,8 +78,8 @@ def pulled_open(dataset):
 
 
 def marked(positions):
-    """Actors that show where the handles are, moved ones in another colour."""
-    rest, deformed = handles()
+    """Actors that show where the control points are, moved ones in another colour."""
+    rest, deformed = control_points()
     moved = np.any(rest != deformed, axis=1)
     return spheres(positions[moved], 3.0, DRAGGED), spheres(positions[~moved], 3.0, PINNED)
 
@@ -90,7 +90,7 @@ def _both_sides(points):
     return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])
 
 
-def _turned(points, angle):
+def _rotated(points, angle):
     c, s = np.cos(angle), np.sin(angle)
     return EDGE + (points - EDGE) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
 

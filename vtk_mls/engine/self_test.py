@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from vtk_mls import Deformation, Grid, HalfPlane, reference
+from vtk_mls import Deformation, Grid, HalfPlane, Sampling, reference
 from vtk_mls.engine import device
 from vtk_mls.engine.engine import Engine
 from vtk_mls.engine.proof import MARK, MEASURE, described
@@ -92,7 +92,7 @@ def checks(engine):
     def of_images():
         image = np.sin(_GRID.points() @ [0.1, 0.07, 0.05]).reshape(_GRID.shape)
         images = [image.astype(np.float32), image] if engine.device.has_float64 else [image]
-        question = (rigid, images, _GRID, _GRID, ["linear"] * len(images), -1.0, False)
+        question = rigid, images, Sampling(_GRID, background=-1.0)
         pairs = zip(engine.resample(*question), reference.resample(*question))
         return max(_most(np.abs(a - b)) for a, b in pairs)
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 
 _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
+FORMATS = formats.endings(**_READ)
 
 
 def read(path, deformed_path=None, space="LPS"):
@@ -60,7 +62,9 @@ def read_pairs(path, deformed_path=None, space="LPS"):
     return paired(rest, read_landmarks(deformed_path, space) if deformed_path else None)
 
 
-def read_landmarks(path, space="LPS", is_alone=False):
+def read_landmarks(
+    path: str | PathLike[str], space: str = "LPS", is_alone: bool = False
+) -> Landmarks:
     """Read points with their labels.
 
     Parameters
@@ -86,7 +90,7 @@ def read_landmarks(path, space="LPS", is_alone=False):
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     try:
-        found = read_file(path)
+        found: Landmarks = read_file(path)
         if is_alone and found.partners is None and _reader(path) is point_tables.read:
             point_tables.check_is_told(path)
     except UnicodeDecodeError as error:
@@ -127,7 +131,7 @@ def write(path, rest, deformed, weights=None, labels=()):
             line.write(file, points)
 
 
-def check_writable(path):
+def check_writable(path: str | PathLike[str]) -> Path:
     """`path` as a Path, if landmarks can be written to a file of this name, and there is room."""
     path = Path(path)
     formats.choose(path, "write points to", **_WRITE)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 # What a file is read as or written from.
 IMAGE, MEDICAL = "image", "image of a patient"
@@ -68,12 +69,12 @@ class Format:
         return max(found, key=len, default="")
 
     @property
-    def read(self) -> Callable:
+    def read(self) -> Callable[..., Any]:
         """The function that reads a path."""
         return _function(*self.reader.split())
 
     @property
-    def write(self) -> Callable:
+    def write(self) -> Callable[..., Any]:
         """The function that writes something to a path; text formats, to an open file."""
         return _function(*self.writer.split())
 
@@ -348,11 +349,11 @@ def choose(path: Path, purpose: str, **wanted: tuple[str, ...]) -> Format:
     return found
 
 
-def _lines(reads=(), writes=()):
+def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:
     return [line for line in TABLE if {*line.reads} & {*reads} or {*line.writes} & {*writes}]
 
 
-def _missing(lines):
+def _missing(lines: list[Format]) -> str:
     """What could be read if something was installed, for the end of a sentence."""
     return "".join(
         f" ({', '.join(line.endings.split())} after `pip install {line.needs}`)"
@@ -361,7 +362,7 @@ def _missing(lines):
     )
 
 
-def _function(name, *arguments):
+def _function(name: str, *arguments: str) -> Callable[..., Any]:
     module, _, name = name.partition(".")
     function = getattr(importlib.import_module(f"vtk_mls.files.{module}"), name)
     return partial(function, *arguments) if arguments else function

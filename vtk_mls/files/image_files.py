@@ -34,7 +34,9 @@ def _set_geometry(image, origin, steps):
     if not (np.isfinite(spacing) & (spacing > 0)).all():
         raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
     direction = tuple((steps / spacing).ravel().tolist())
-    ImageGeometry(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).place(image)
+    ImageGeometry(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).apply_to(
+        image
+    )
 
 
 def read_xml(path):
@@ -76,7 +78,7 @@ def write_legacy(image, path):
         )
     copy = vtkImageData()
     copy.ShallowCopy(image)
-    ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).place(copy)
+    ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).apply_to(copy)
     writer = vtkDataSetWriter()
     writer.SetFileTypeToBinary()
     vtk_io.write(writer, copy, path)

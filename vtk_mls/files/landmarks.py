@@ -45,7 +45,7 @@ class Landmarks:
         for name in ("labels", "descriptions"):
             object.__setattr__(self, name, list(getattr(self, name)) or [""] * len(self.positions))
 
-    def in_lps(self, space):
+    def in_lps(self, space: str) -> Landmarks:
         """The same in the frame LPS; `space` is the frame of a file that does not say its own."""
         factors = signs(self.frame or space)
         partners = None if self.partners is None else self.partners * factors

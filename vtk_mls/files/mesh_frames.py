@@ -82,21 +82,21 @@ def _known(space):
 def _mirrored(mesh, space):
     """A mesh between LPS and another frame."""
     signs = frames.signs(space)
-    turned = mesh.NewInstance()
-    turned.ShallowCopy(mesh)
+    mirrored = mesh.NewInstance()
+    mirrored.ShallowCopy(mesh)
     if (signs == 1).all():
-        return turned
+        return mirrored
     if mesh.GetPoints() is not None:
         points = vtkPoints()
         points.SetData(_times(mesh.GetPoints().GetData(), signs))
-        turned.SetPoints(points)
-    for attributes in (turned.GetPointData(), turned.GetCellData()):
+        mirrored.SetPoints(points)
+    for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = attributes.GetVectors(), attributes.GetNormals(), attributes.GetArray(_DISPLACEMENT)
         for name in {each.GetName() for each in roles if each is not None}:
             if attributes.GetArray(name).GetNumberOfComponents() == 3:
                 values = arrays.to_numpy(attributes.GetArray(name))
                 arrays.replace(attributes, name, (values * signs).astype(values.dtype))
-    return turned
+    return mirrored
 
 
 def _times(array, signs):

@@ -58,7 +58,7 @@ def read(path):
             raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
         shape = [*[1] * (3 - count), *sizes[::-1], *[components] * (components > 1)]
         values = _values(header, file, path, shape)
-    origin, spacing, direction = _place(header, count)
+    origin, spacing, direction = _geometry(header, count)
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
     return Volume(values, origin, direction * spacing, is_label=is_label)
 
@@ -116,7 +116,7 @@ def _header(file):
     return header
 
 
-def _place(header, count):
+def _geometry(header, count):
     """Origin (3,), spacing (3,) and direction (3, 3)."""
     found = [np.zeros(3), np.ones(3), np.eye(3)]
     for target, names in zip(

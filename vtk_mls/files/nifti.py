@@ -7,7 +7,8 @@ at the origin and x to the left. Written are both, but no qform if axes are not 
 Values are those after the scaling, which counts if its slope is a number other than 0.
 
 Components: colours (RGB24, RGBA32), and the fifth dimension. Displacements (intent 1006) are
-vectors in RAS and turn, as in ITK; those of another intent stay as they are, also as in ITK.
+vectors in RAS and are taken to LPS, as in ITK; those of another intent stay as they are, also as in
+ITK.
 
 Labels are integers with the intent 1002 (label) or 1003 (name of an anatomical structure).
 """
@@ -154,11 +155,11 @@ def write(path, volume):
     spacing = np.linalg.norm(affine[:, :3], axis=0)
     header["pixdim"][1:] = 1
     header["pixdim"][0:4] = 1, *spacing
-    turn = affine[:, :3] / spacing
-    if np.allclose(turn.T @ turn, np.eye(3), atol=1e-6):
-        handed = np.sign(np.linalg.det(turn))
+    rotation = affine[:, :3] / spacing
+    if np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-6):
+        handed = np.sign(np.linalg.det(rotation))
         header["qform_code"], header["pixdim"][0] = code, handed
-        header["quatern"] = _quaternion(turn * [1, 1, handed])
+        header["quatern"] = _quaternion(rotation * [1, 1, handed])
         header["qoffset"] = affine[:, 3]
     is_colour = int(header["datatype"]) in _COLOURS
     if values.ndim == 4 and not is_colour:
@@ -244,7 +245,7 @@ def _affine(header, shape):
     if not rest > -1e-6:
         raise ValueError(f"the quaternion of its qform must have length 1, got {[b, c, d]}")
     a = max(rest, 0.0) ** 0.5
-    turn = np.array(
+    rotation = np.array(
         [
             [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
             [2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)],
@@ -252,12 +253,12 @@ def _affine(header, shape):
         ]
     )
     handed = -1 if header["pixdim"][0] == -1 else 1
-    return np.column_stack([turn * spacing * [1, 1, handed], origin])
+    return np.column_stack([rotation * spacing * [1, 1, handed], origin])
 
 
-def _quaternion(turn):
+def _quaternion(rotation):
     """b, c and d of the quaternion, whose a is not negative, of a rotation matrix."""
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
     matrix = [
         [xx - yy - zz, yx + xy, zx + xz, zy - yz],
         [yx + xy, yy - xx - zz, zy + yz, xz - zx],

@@ -6,10 +6,10 @@ Space. `space` is each of the specification, in words or letters of any case. Th
 space that they came from.
 
 Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
-3-gradient, 3-normal) turn with the space if there is a `measurement frame`, which alone says what
-their numbers mean. They are written in LPS with the identity as theirs: then ITK, which does not
-look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours, lists
-and other kinds never turn; a measurement frame that they have (it belongs to the gradients of
+3-gradient, 3-normal) are rotated with the space if there is a `measurement frame`, which alone
+says what their numbers mean. They are written in LPS with the identity as theirs: then ITK, which
+does not look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours,
+lists and other kinds never are; a measurement frame that they have (it belongs to the gradients of
 diffusion weighted images) is kept.
 
 Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
@@ -78,7 +78,7 @@ def read(path):
             if min(sizes, default=0) < 1:
                 raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
             signs = _signs(fields.get("space", ""))
-            origin, steps, other = _lattice(fields, sizes)
+            origin, steps, other = _geometry(fields, sizes)
             frame = _measurement_frame(fields)
             values = _values(fields, file, path, sizes)
     except KeyError as error:
@@ -91,7 +91,7 @@ def read(path):
     kind = _kind_of(fields, other, len(sizes))
     if kind:
         kept["kinds"] = kind  # those of the other axes are known
-    is_vector = frame is not None and kind.lower() in _VECTORS and _can_turn(values)
+    is_vector = frame is not None and kind.lower() in _VECTORS and _is_rotatable(values)
     if is_vector:
         values = (values @ (frame * signs)).astype(values.dtype)
         del kept["measurement frame"]
@@ -208,7 +208,7 @@ def _signs(space):
         raise ValueError(f"its space `{space:.60}` is not one of three dimensions") from None
 
 
-def _lattice(fields, sizes):
+def _geometry(fields, sizes):
     """Origin (3,), steps (3, 3) as columns, and which axis is of components, None if none is."""
     axes, origin = _axes(fields, len(sizes)), _origin(fields)
     other = [i for i, step in enumerate(axes) if step is None]
@@ -235,7 +235,7 @@ def _kind_of(fields, axis, count):
     return kinds[axis] if axis is not None and len(kinds) == count else ""
 
 
-def _can_turn(values):
+def _is_rotatable(values):
     return values.shape[3:] == (3,) and values.dtype.kind == "f"
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from vtkmodules.vtkCommonDataModel import vtkPointSet
+
 from vtk_mls import arguments, arrays
 from vtk_mls.files import provenance
 from vtk_mls.files.landmarks import Landmarks
@@ -9,7 +13,7 @@ from vtk_mls.files.landmarks import Landmarks
 _DISPLACEMENT, _WEIGHT, _LABEL = "Displacement", "Weight", "Label"
 
 
-def landmarks(path, polydata, is_alone):
+def landmarks(path: Path, polydata: vtkPointSet, is_alone: bool) -> Landmarks:
     """The points of polydata, in its frame; they must have partners if it `is_alone`."""
     data, partners = polydata.GetPointData(), None
     weight = _WEIGHT if data.HasArray(_WEIGHT) else None

@@ -37,7 +37,7 @@ def replacing(path):
     new = folder / target.name
     try:
         yield new
-        _put_in_place(folder, target)
+        _move_over(folder, target)
     except OSError as error:
         raise _failure(path, error) from error
     except ValueError as error:
@@ -80,16 +80,16 @@ def _prefix(process):
     return f".vtk-mls-{process}-"
 
 
-def _put_in_place(folder, target):
+def _move_over(folder, target):
     """Move the files in `folder` beside and over `target`, the one of its name last."""
     files = [file for file in folder.rglob("*") if file.is_file()]
     files.sort(key=lambda file: file == folder / target.name)
-    places = [target.parent / file.relative_to(folder) for file in files]
-    for file, old in zip(files, places):
+    paths = [target.parent / file.relative_to(folder) for file in files]
+    for file, old in zip(files, paths):
         with file.open("r+b") as written:
             os.fsync(written.fileno())  # some file systems find out here that they are full
         if old.is_file():
             shutil.copymode(old, file)
-    for file, old in zip(files, places):
+    for file, old in zip(files, paths):
         old.parent.mkdir(parents=True, exist_ok=True)
         file.replace(old)

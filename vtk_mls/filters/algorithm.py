@@ -15,13 +15,13 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import (
     vtkDemandDrivenPipeline,
-    vtkExtentTranslator,
     vtkStreamingDemandDrivenPipeline,
 )
 
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.announcements import heard_by
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.filters.requests import ask_for_all, ask_within_the_whole
+from vtk_mls.progress import whole
 
 
 class Algorithm(VTKPythonAlgorithmBase):
@@ -127,17 +127,19 @@ class Algorithm(VTKPythonAlgorithmBase):
             for number in range(self.GetNumberOfInputConnections(port))
         )
 
-    def _progress(self):
-        """Callback for `progress` that reports to VTK."""
+    def _run(self, tasks):
+        """Call functions of a Progress, which is reported to VTK."""
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
 
         def report(fraction):
             if self.GetProgressText():
                 self.SetProgressText(None)
-            self.UpdateProgress(fraction)
+            if fraction < 1:  # VTK itself says that the whole is done
+                self.UpdateProgress(fraction)
             return check_abort()
 
-        return report
+        with whole(report) as progress:
+            in_turn(tasks, progress)
 
     def _show(self, sentence):
         """Show beside the progress bar what is done just now."""
@@ -195,9 +197,10 @@ class Algorithm(VTKPythonAlgorithmBase):
 
 
 def in_turn(tasks, progress):
-    """Call functions of a callback for `progress`, each with its share of the one given."""
-    for number, task in enumerate(tasks):
-        task(lambda fraction, number=number: progress((number + fraction) / len(tasks)))
+    """Call functions of a Progress, each with its part of the one given."""
+    for task, part in zip(tasks, progress.divided(*[1] * len(tasks))):
+        part.report(0)
+        task(part)
 
 
 def inputs(in_info, port):
@@ -219,50 +222,3 @@ def _has_composite(in_info):
         for port in range(len(in_info))
         for data in inputs(in_info, port)
     )
-
-
-def ask_for_all(info):
-    """Request the whole of an input, on every process."""
-    keys = vtkStreamingDemandDrivenPipeline
-    if info.Has(keys.WHOLE_EXTENT()):
-        info.Set(keys.UPDATE_EXTENT(), info.Get(keys.WHOLE_EXTENT()), 6)
-    info.Set(keys.UPDATE_PIECE_NUMBER(), 0)
-    info.Set(keys.UPDATE_NUMBER_OF_PIECES(), 1)
-    info.Set(keys.UPDATE_NUMBER_OF_GHOST_LEVELS(), 0)
-
-
-def ask_within_the_whole(info):
-    """Take back a request for what is not there any more: VTK keeps it, and fails by it."""
-    keys = vtkStreamingDemandDrivenPipeline
-    whole, asked = info.Get(keys.WHOLE_EXTENT()), info.Get(keys.UPDATE_EXTENT())
-    if whole and asked and not ImageGeometry(whole).holds(asked):
-        info.Set(keys.UPDATE_EXTENT(), whole, 6)
-
-
-def ask_for_extent(info, extent):
-    """Request a part of an image, on every process its own."""
-    ask_for_all(info)
-    info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT(), extent, 6)
-    info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT_INITIALIZED(), 1)
-
-
-def requested_extent(info):
-    """The extent of an image that is asked for, as such or as a piece of the whole.
-
-    Only in RequestData has VTK done this itself.
-    """
-    keys = vtkStreamingDemandDrivenPipeline
-    if info.Get(keys.UPDATE_EXTENT_INITIALIZED()) or info.Get(keys.UPDATE_NUMBER_OF_PIECES()) < 2:
-        return info.Get(keys.UPDATE_EXTENT())
-    translator, extent = vtkExtentTranslator(), [0] * 6
-    split = translator.UPDATE_SPLIT_MODE()
-    translator.PieceToExtentThreadSafe(
-        info.Get(keys.UPDATE_PIECE_NUMBER()),
-        info.Get(keys.UPDATE_NUMBER_OF_PIECES()),
-        info.Get(keys.UPDATE_NUMBER_OF_GHOST_LEVELS()),
-        info.Get(keys.WHOLE_EXTENT()),
-        extent,
-        info.Get(split) if info.Has(split) else translator.GetSplitMode(),
-        0,
-    )
-    return tuple(extent)

@@ -13,17 +13,12 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import Grid, arrays
+from vtk_mls import Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import extents, property_tables, warping
-from vtk_mls.filters.algorithm import (
-    ask_for_all,
-    ask_for_extent,
-    ask_within_the_whole,
-    in_turn,
-)
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
 from vtk_mls.filters.resampling import Resampling
 
 
@@ -119,24 +114,17 @@ class MLSDeform(DeformingFilter):
                 return
             ask_for_extent(info, extents.first_cell(source))
             if not target.is_empty:
-                more = extents.GRADIENT_REACH if self._gradient_array else 0
+                more = extents.GRADIENT_REACH if self.GetGradientArray() else 0
                 deformation = self._updated_deformation(asked)
-                extent = extents.needed_extent(
-                    deformation,
-                    source,
-                    target,
-                    whole,
-                    self._interpolation,
-                    self._void_values,
-                    more,
-                )
+                sampling = self._sampling(source.grid, target.grid_within(whole))
+                extent = extents.needed_extent(deformation, source, sampling, more)
                 ask_for_extent(info, extent)
 
     def RequestData(self, request, inInfo, outInfo):
         data = vtkDataSet.GetData(inInfo[0])
         self._check(data)
         deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
-        in_turn(deform(data, inInfo, outInfo), self._progress())
+        self._run(deform(data, inInfo, outInfo))
         return 1
 
     def _deform_mesh(self, mesh, inInfo, outInfo):
@@ -162,12 +150,17 @@ class MLSDeform(DeformingFilter):
         self._check_reach(deformation, whole_source.grid.corners())
         whole = self._output_geometry(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
-        target.place(output)
+        target.apply_to(output)
         if target.is_empty:
             return []
-        grids = source.grid_within(whole_source), target.grid_within(whole)
-        tasks = Resampling(self, deformation, image, output, *grids).tasks()
-        return tasks + self._jacobian_tasks(deformation, output, grids[1])
+        sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
+        tasks = Resampling(self, deformation, image, output, sampling).tasks()
+        return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+
+    def _sampling(self, source, target):
+        """How images are sampled on the grid `source` for the points of another."""
+        values = self.GetInterpolation(), self.GetBackground(), self.GetVoidValues()
+        return Sampling(source, target, *values)
 
     def _whole_input(self, source, info):
         """All of the image of which the input is a part."""

@@ -8,15 +8,11 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, gathering, gradients, property_tables
-from vtk_mls.filters.algorithm import (
-    Algorithm,
-    ask_for_all,
-    inputs,
-    requested_extent,
-)
+from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
+from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.handle_lists import HandleLists
 from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, requested_extent
 from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
@@ -36,7 +32,7 @@ class DeformingFilter(HandleLists, Algorithm):
     without any, nothing moves.
 
     Input port 2 may take the surfaces of cuts, from any number of polydata (see
-    `cutting.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
+    `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
     vertices do not count. The numbers of the deformed material are those on each side of the cut,
     and where it has opened there is nothing: with cuts, the output's point array "Void" is 1 there,
     and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
@@ -80,7 +76,7 @@ class DeformingFilter(HandleLists, Algorithm):
         return has_own or self.GetNumberOfInputConnections(2) > 0
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
-        if gathering.is_parallel():
+        if parallel.is_parallel():
             self._collect(outInfo.GetInformationObject(0))
         for information in inInfo[1:]:
             for number in range(information.GetNumberOfInformationObjects()):
@@ -115,7 +111,7 @@ class DeformingFilter(HandleLists, Algorithm):
             return [self._update_input(*each, state[-1]) for each in connections]
 
         try:
-            data = dict(zip(connections, gathering.polydata_on_all(update)))
+            data = dict(zip(connections, parallel.polydata_on_all(update)))
         except ValueError as error:
             data = error
         self._collected = state, data
@@ -129,7 +125,7 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _control_data(self, make_inputs):
         """Lists of what is on ports 1 and 2, here or on all processes."""
-        if not gathering.is_parallel() or self._collected is None:
+        if not parallel.is_parallel() or self._collected is None:
             return [make_inputs(port) for port in (1, 2)]
         data = self._collected[1]
         if isinstance(data, ValueError):
@@ -138,7 +134,7 @@ class DeformingFilter(HandleLists, Algorithm):
 
     def _updated_deformation(self, info=None):
         """The deformation before data have been asked for."""
-        if gathering.is_parallel():
+        if parallel.is_parallel():
             self._collect(info)
 
         def updated(port):
@@ -180,8 +176,8 @@ class DeformingFilter(HandleLists, Algorithm):
         own = self._own_cut()
         state = own, self.GetCuts(), _stamps(surfaces)
         if self._known_cuts is None or self._known_cuts[0] != state:
-            found = [cut for each in surfaces for cut in cutting.surfaces(each)]
-            self._known_cuts = state, (*cutting.own_cuts(*own), *self.GetCuts(), *found)
+            found = [cut for each in surfaces for cut in cut_inputs.surfaces(each)]
+            self._known_cuts = state, (*cut_inputs.own_cuts(*own), *self.GetCuts(), *found)
         return self._known_cuts[1]
 
     def _own_cut(self):
@@ -206,7 +202,7 @@ class DeformingFilter(HandleLists, Algorithm):
                 "when they were laid over it; update the input, then lay or set them anew"
             )
         held = np.zeros(len(rest), bool)
-        for cut in cutting.own_cuts(*self._own_cut()):
+        for cut in cut_inputs.own_cuts(*self._own_cut()):
             held |= (rest == deformed).all(axis=1) & _is_on(cut, rest)
         if held.all():
             return _ANCHOR, _ANCHOR, None
@@ -246,7 +242,9 @@ class DeformingFilter(HandleLists, Algorithm):
             if deformation.cuts:
                 void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
                 void = void.reshape(grid.shape)
-            jacobian = deformation.jacobian_field(grid, progress=progress)
+            mapping, adding = progress.divided(3, 1)
+            jacobian = deformation.jacobian_field(grid, mapping)
+            adding.report(0)
             gradients.add_jacobian(
                 output,
                 jacobian,

@@ -11,10 +11,10 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cutting, extents, gathering, gradients, property_tables
-from vtk_mls.filters.algorithm import ask_for_all, ask_for_extent, in_turn
+from vtk_mls.filters import extents, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.requests import ask_for_all, ask_for_extent
 
 # Points whose forward images are looked for at once.
 _CHUNK = 1 << 20
@@ -72,7 +72,7 @@ class MLSDisplacementField(DeformingFilter):
             ask_for_extent(info, extents.first_cell(geometry))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
-            gathering.ask_for_share(info)
+            parallel.ask_for_share(info)
         else:
             ask_for_all(info)
         return super().RequestUpdateExtent(request, inInfo, outInfo)
@@ -92,7 +92,7 @@ class MLSDisplacementField(DeformingFilter):
             whole = self._sampled_lattice(self._boxes(lambda: dataset))
         self._check_reach(deformation, whole.grid.corners())
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
-        target.place(output)
+        target.apply_to(output)
         if target.is_empty:
             return 1
         grid = target.grid_within(whole)
@@ -101,7 +101,7 @@ class MLSDisplacementField(DeformingFilter):
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
             tasks += self._jacobian_tasks(deformation, output, grid)
-        in_turn(tasks, self._progress())
+        self._run(tasks)
         return 1
 
     def _fill_backward(self, output, deformation, grid, progress):
@@ -109,7 +109,7 @@ class MLSDisplacementField(DeformingFilter):
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
-            cutting.add_void(output.GetPointData(), field.void_distance)
+            void_arrays.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
@@ -117,14 +117,15 @@ class MLSDisplacementField(DeformingFilter):
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
-        for start in range(0, grid.size, _CHUNK):
+        starts = range(0, grid.size, _CHUNK)
+        for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
             part = slice(start, min(start + _CHUNK, grid.size))
             x = grid.points(part.start, part.stop)
-            share = (part.stop - part.start) / grid.size
-            field = deformation.forward_field(x, _share(progress, start / grid.size, share))
+            searching, mapping = chunk.divided(2, 1)
+            field = deformation.forward_field(x, searching)
             displacement[part], found[part] = field.displacement, field.found
             if with_jacobian:
-                jacobian[part] = _inverse_jacobian(deformation, x, field)
+                jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, "ForwardDisplacement", displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         lost = np.array([np.count_nonzero(~found)], np.int64)
@@ -145,10 +146,10 @@ class MLSDisplacementField(DeformingFilter):
             return
 
         def box():
-            return _box(self._update_input(0, time=state[-1], ask=gathering.ask_for_share))
+            return _box(self._update_input(0, time=state[-1], ask=parallel.ask_for_share))
 
         try:
-            boxes = gathering.made_on_all(box)
+            boxes = parallel.made_on_all(box)
         except ValueError as error:
             boxes = error
         self._known_boxes = state, boxes
@@ -167,7 +168,7 @@ class MLSDisplacementField(DeformingFilter):
 
         A block is not: processes can have different numbers of them.
         """
-        return gathering.is_parallel() and not self.is_among_blocks()
+        return parallel.is_parallel() and not self.is_among_blocks()
 
     def _sampled_lattice(self, boxes):
         """SampleDimensions points over all boxes."""
@@ -198,14 +199,9 @@ def _add_field(output, name, displacement):
     output.GetPointData().SetActiveVectors(name)
 
 
-def _share(progress, start, share):
-    """A callback for a part of the work, from the fraction `start` on."""
-    return lambda fraction: progress(start + share * fraction)
-
-
-def _inverse_jacobian(deformation, x, field):
+def _inverse_jacobian(deformation, x, field, progress):
     """dF_i/dx_j (n, 3, 3) at the points x (n, 3), 0 where F has no value or no derivative."""
-    jacobian = deformation.jacobian(x + field.displacement)
+    jacobian = deformation.jacobian(x + field.displacement, progress)
     usable = field.found & (np.linalg.det(jacobian) != 0)
     inverse = np.zeros_like(jacobian)
     inverse[usable] = np.linalg.inv(jacobian[usable])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vtk_mls import arrays
@@ -11,18 +13,16 @@ _REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 GRADIENT_REACH = 2
 
 
-def needed_extent(deformation, source, target, whole_target, interpolation, void_values, more=0):
+def needed_extent(deformation, geometry, sampling, more=0):
     """The extent of an image from which all values of a deformed part can be found.
 
     Parameters
     ----------
     deformation : Deformation
-    source : ImageGeometry
+    geometry : ImageGeometry
         Of the whole input.
-    target, whole_target : ImageGeometry
-        The part of the output, and all of it.
-    interpolation, void_values
-        As of `Deformation.resample`.
+    sampling : Sampling
+        From the grid of the whole input to the part of the output.
     more : int
         How many points more are needed on every side.
 
@@ -31,20 +31,28 @@ def needed_extent(deformation, source, target, whole_target, interpolation, void
     (6,) ints
         At least a cell of the input, where nothing is needed.
     """
-    grids = source.grid, target.grid_within(whole_target)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    reach = _REACH.get(interpolation, 0) + more
-    for corner, pair in enumerate((grids, map(arrays.cell_grid, grids))):
-        lowest, highest = deformation.source_bounds(*pair, void_values)
+    reach = _REACH[sampling.interpolation] + more
+    for corner, each in enumerate((sampling, of_cells(sampling))):
+        lowest, highest = deformation.source_bounds(each)
         # a cell needs its last corner as well
         low, high = np.minimum(low, lowest), np.maximum(high, highest + corner)
-    last = np.array(source.grid.dimensions) - 1
+    last = np.array(sampling.source.dimensions) - 1
     if not np.isfinite(low).all():
         low = high = np.zeros(3)
     low = np.clip(np.floor(low) - reach, 0, np.maximum(last - 1, 0))
     high = np.clip(np.ceil(high) + reach, np.minimum(low + 1, last), last)
-    first = np.array(source.extent[::2])
+    first = np.array(geometry.extent[::2])
     return tuple(np.stack([first + low, first + high], axis=1).astype(int).ravel().tolist())
+
+
+def of_cells(sampling):
+    """How cells are sampled where points are as `sampling` says."""
+    return replace(
+        sampling,
+        source=arrays.cell_grid(sampling.source),
+        target=arrays.cell_grid(sampling.target),
+    )
 
 
 def first_cell(geometry):

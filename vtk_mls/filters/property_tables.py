@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, Deformation
+from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -132,7 +132,7 @@ HANDLES = (
 
 INTERPOLATION = Choice(
     "Interpolation",
-    "linear",
+    Sampling.interpolation,
     "How values between the points of the input are made.",
     choices=INTERPOLATIONS,
 )
@@ -146,7 +146,7 @@ LABEL_ARRAYS = ArrayNames(
 )
 BACKGROUND = Number(
     "Background",
-    0.0,
+    Sampling.background,
     "Value where the deformed image has no material.",
     more="""That is outside of the input and, unless values are continued there, in the void; in the
     array vtkGhostType it is 0.""",
@@ -190,7 +190,7 @@ GIVEN_GRID = (
 # What a cut has torn.
 VOID_VALUES_CHOICE = Choice(
     "VoidValues",
-    "background",
+    Sampling.void_values,
     """What arrays hold in the void: the background; or continued, as if the material of each
     side went on behind the face of the cut. Turn HideVoid off, contour or slice that and clip
     the result by VoidDistance at 0: it ends at the face without steps.""",

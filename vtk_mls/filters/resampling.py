@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from vtk_mls import arrays
 from vtk_mls.files import provenance
-from vtk_mls.filters import cutting, gradients
+from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import in_turn
+from vtk_mls.filters.extents import of_cells
 
 
 class Resampling:
@@ -20,24 +22,23 @@ class Resampling:
     deformation : Deformation
     image, output : vtkImageData
         The output lies where its points are wanted; it is filled.
-    source, target : Grid
-        Of the image and the output.
+    sampling : Sampling
+        From the grid of the image to that of the output.
     """
 
-    def __init__(self, wanted, deformation, image, output, source, target):
+    def __init__(self, wanted, deformation, image, output, sampling):
         self.wanted, self.deformation = wanted, deformation
         self.image, self.output = image, output
-        self.source, self.target = source, target
+        self.sampling, self.target = sampling, sampling.target
         self.labels = {*wanted.GetLabelArrays(), *provenance.kept(image, provenance.LABEL_ARRAYS)}
 
     def tasks(self):
-        """Functions of a callback for `progress`, in their order."""
-        cells = arrays.cell_grid(self.source), arrays.cell_grid(self.target)
+        """Functions of a Progress, in their order."""
         tasks = [
-            partial(self._resample, old, new, *grids)
-            for old, new, grids in (
-                (self.image.GetPointData(), self.output.GetPointData(), (self.source, self.target)),
-                (self.image.GetCellData(), self.output.GetCellData(), cells),
+            partial(self._resample, old, new, sampling)
+            for old, new, sampling in (
+                (self.image.GetPointData(), self.output.GetPointData(), self.sampling),
+                (self.image.GetCellData(), self.output.GetCellData(), of_cells(self.sampling)),
             )
             if old.GetNumberOfArrays() > 0
         ]
@@ -51,36 +52,29 @@ class Resampling:
             tasks.append(partial(self._add_gradient, scalars))
         return tasks
 
-    def _resample(self, old, new, source, target, progress):
+    def _resample(self, old, new, sampling, progress):
         """Deform the arrays `old` into `new`, those with the same background in one pass."""
-        values = arrays.image_values(old, source)
+        values = arrays.image_values(old, sampling.source)
         results, passes, tasks = [None] * len(values), {}, []
 
         def fill(background, members, progress):
             chosen, methods = zip(*members)
             done = self.deformation.resample(
                 [values[number] for number in chosen],
-                source,
-                target,
-                list(methods),
-                background,
-                self.wanted.GetVoidValues(),
+                replace(sampling, interpolation=methods, background=background),
                 progress,
             )
             for number, result in zip(chosen, done):
                 results[number] = result
 
-        def turn(number, how, progress):
-            arguments = values[number], source, target, self.wanted.GetInterpolation()
-            void_values = self.wanted.GetVoidValues()
+        def transform(number, how, progress):
+            vectors = values[number]
             if how == "tangent":
-                turned = self.deformation.resample_vectors(*arguments, void_values, progress)
+                result = self.deformation.resample_vectors(vectors, sampling, progress)
             else:
                 unit = how == "normal" or self.wanted.GetNormalizeGradient()
-                turned = self.deformation.resample_gradients(
-                    *arguments, unit, void_values, progress
-                )
-            results[number] = turned.astype(values[number].dtype)
+                result = self.deformation.resample_gradients(vectors, sampling, unit, progress)
+            results[number] = result.astype(vectors.dtype)
 
         directions = gradients.directions(
             old, self.wanted.GetGradientVectorArrays(), self.wanted.GetPushForwardArrays()
@@ -88,53 +82,46 @@ class Resampling:
         for number in range(len(values)):
             array = old.GetAbstractArray(number)
             if array.GetName() in directions:
-                tasks.append(partial(turn, number, directions[array.GetName()]))
+                tasks.append(partial(transform, number, directions[array.GetName()]))
             else:
-                method, background = self._sampling(array)
+                method, background = self._method(array)
                 passes.setdefault(background, []).append((number, method))
         tasks += [partial(fill, background, members) for background, members in passes.items()]
         in_turn(tasks, progress)
         arrays.set_image_values(new, results, old)
 
-    def _sampling(self, array):
+    def _method(self, array):
         """Interpolation and background of an array."""
         if not arrays.is_numeric(array):
             return "nearest", -1
         if array.GetName() == arrays.GHOSTS:
             return "nearest", 0.0
         if array.GetName() in self.labels:
-            return "nearest", self.wanted.GetBackground()
-        return self.wanted.GetInterpolation(), self.wanted.GetBackground()
+            return "nearest", self.sampling.background
+        return self.sampling.interpolation, self.sampling.background
 
     def _mark_void(self, progress):
         """Add "Void" and "VoidDistance", and hide the void."""
         in_turn([self._mark_points, self._mark_cells], progress)
 
     def _mark_points(self, progress):
-        void_distance = self.deformation.void_distance_field(self.target, progress=progress)
-        cutting.add_void(self.output.GetPointData(), void_distance)
+        void_distance = self.deformation.void_distance_field(self.target, progress)
+        void_arrays.add_void(self.output.GetPointData(), void_distance)
         if self.wanted.GetHideVoid():
-            cutting.hide(self.output.GetPointData(), void_distance < 0)
+            void_arrays.hide(self.output.GetPointData(), void_distance < 0)
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()
-        void = self.deformation.void_field(arrays.cell_grid(self.target), progress=progress)
+        void = self.deformation.void_field(arrays.cell_grid(self.target), progress)
         arrays.add(data, "Void", void.ravel())
-        if self.wanted.GetHideVoid() and cutting.CAN_HIDE_CELLS:
+        if self.wanted.GetHideVoid() and void_arrays.CAN_HIDE_CELLS:
             points = arrays.to_numpy(self.output.GetPointData().GetArray("Void")).view(bool)
-            void |= cutting.touched(points.reshape(self.target.shape))
-            cutting.hide(data, void)
+            void |= void_arrays.touched(points.reshape(self.target.shape))
+            void_arrays.hide(data, void)
 
     def _add_gradient(self, scalars, progress):
         """Add "Gradient" of point scalars."""
         values = self.deformation.corrected_gradient(
-            scalars,
-            self.source,
-            self.target,
-            self.wanted.GetInterpolation(),
-            self.wanted.GetBackground(),
-            self.wanted.GetNormalizeGradient(),
-            self.wanted.GetVoidValues(),
-            progress,
+            scalars, self.sampling, self.wanted.GetNormalizeGradient(), progress
         )
         gradients.add_gradient(self.output, values)

@@ -50,8 +50,9 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
-from vtk_mls import Aborted, arrays
+from vtk_mls import arrays
 from vtk_mls.filters.orientation import TETRAHEDRA
+from vtk_mls.progress import SILENT
 
 _MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
 _ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
@@ -63,15 +64,14 @@ _CELL = "_Cell"
 _STRAIGHT = (*range(VTK_VERTEX, VTK_HEXAGONAL_PRISM + 1), VTK_CONVEX_POINT_SET, VTK_POLYHEDRON)
 
 
-def split(mesh, cuts, progress=lambda fraction: None):
+def split(mesh, cuts, progress=SILENT):
     """A mesh with its cells divided along cuts.
 
     Parameters
     ----------
     mesh : vtkDataSet
     cuts : sequence of Plane, HalfPlane and Surface
-    progress : callable, optional
-        Called with the fraction done, some times for each cut; a true answer stops the work.
+    progress : Progress, optional
 
     Returns
     -------
@@ -92,14 +92,10 @@ def split(mesh, cuts, progress=lambda fraction: None):
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
-    for number, cut in enumerate(cuts):
-
-        def done(share, number=number):
-            if progress((number + share) / len(cuts)):
-                raise Aborted(f"stopped at cut {number + 1} of {len(cuts)} as `progress` asked")
-
-        grid = _divided(grid, cut, extent, done)
-        done(1)
+    dividing, joining = progress.divided(4, 1)
+    for cut, part in zip(cuts, dividing.divided(*[1] * len(cuts))):
+        grid = _divided(grid, cut, extent, part)
+    joining.report(0)
     if grid is not whole:  # what is divided has no points without cells any more
         grid = _appended([grid, _without_cells(whole)])
     foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
@@ -165,8 +161,9 @@ def _extent(places):
     return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
 
 
-def _divided(grid, cut, extent, done):
-    """`grid` with its points on `cut` doubled where the cut is; `done` is told the share done."""
+def _divided(grid, cut, extent, progress):
+    """`grid` with its points on `cut` doubled where the cut is."""
+    progress.report(0)
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
@@ -176,15 +173,15 @@ def _divided(grid, cut, extent, done):
     _set_array(grid, _POINT, np.arange(len(places), dtype=np.float64))
     _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
     crossing, above = touched & (low < 0) & (high > 0) & ~cloud, touched & ((low >= 0) | cloud)
-    done(0.2)
+    progress.report(0.2)
     *pieces, undivided = _clipped(_extracted(grid, crossing))
-    done(0.5)
+    progress.report(0.5)
     whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
     parts = [(0, _appended([_extracted(grid, ~touched), undivided]))]
     parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
     keys = _keys(parts, cut, places, extent)
-    done(0.8)
+    progress.report(0.8)
     return _joined([part for _, part in parts], keys)
 
 

@@ -17,8 +17,8 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
-from vtk_mls import Aborted, arrays
-from vtk_mls.filters import cutting, gradients
+from vtk_mls import arrays
+from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import in_turn
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
@@ -114,7 +114,7 @@ class Warp:
         self.beside = None
 
     def tasks(self):
-        """Functions of a callback for `progress`, in their order."""
+        """Functions of a Progress, in their order."""
         if self.deformation.cuts and self.splits is not None:
             return [self._split, self._warp]
         _copy(self.mesh, self.output)
@@ -149,12 +149,14 @@ class Warp:
         in_turn(tasks, progress)
 
     def _move(self, progress):
-        field = self.deformation.forward_field(self._beside(self.before), progress)
+        searching, placing = progress.divided(4, 1)
+        field = self.deformation.forward_field(self._beside(self.before), searching)
+        placing.report(0)
         points, cells = self.output.GetPointData(), self.output.GetCellData()
         if self.keeps_whole:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn)
-            cutting.hide(cells, torn)
+            void_arrays.hide(cells, torn)
         places = self.before + field.displacement
         set_places(self.output, places, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
@@ -164,8 +166,10 @@ class Warp:
     def _add_jacobian(self, progress):
         places = self._beside(self._places())
         rows = np.empty((len(places), 9), np.float32)
-        for part, jacobian in _jacobians(self.deformation, places, progress):
+        mapping, measuring = progress.divided(3, 1)
+        for part, jacobian in _jacobians(self.deformation, places, mapping):
             rows[part] = jacobian.reshape(-1, 9)
+        measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
         points = self.output.GetPointData()
         if self.wanted.GetGenerateJacobian():
@@ -238,14 +242,13 @@ def _stamp(thing):
 
 def _jacobians(deformation, places, progress):
     """Slices of `places` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
-    for start in range(0, len(places), _CHUNK):
+    starts = range(0, len(places), _CHUNK)
+    for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
         part = slice(start, min(start + _CHUNK, len(places)))
         finite = np.isfinite(places[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
-        jacobian[finite] = deformation.jacobian(places[part][finite])
+        jacobian[finite] = deformation.jacobian(places[part][finite], chunk)
         yield part, jacobian
-        if progress(part.stop / len(places)):
-            raise Aborted(f"stopped at {part.stop} of {len(places)} points as `progress` asked")
 
 
 def _copy(mesh, output):

@@ -42,7 +42,7 @@ def along_world(image):
         grid.direction[:, order] * senses + 0.0,
     )
     result = vtkImageData()
-    ImageGeometry.of_grid(turned).place(result)
+    ImageGeometry.of_grid(turned).apply_to(result)
     backwards = tuple(2 - np.flatnonzero(senses < 0))
     values = [
         np.flip(np.transpose(old, [*(2 - np.array(order[::-1])), *range(3, old.ndim)]), backwards)

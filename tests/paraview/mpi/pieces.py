@@ -27,8 +27,8 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.cutting import surfaces
-from vtk_mls.filters.gathering import on_all
+from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.filters.parallel import on_all
 
 controller = vtkMultiProcessController.GetGlobalController()
 RANK, SIZE = controller.GetLocalProcessId(), controller.GetNumberOfProcesses()

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
 
-from vtk_mls.filters.algorithm import ask_for_all
+from vtk_mls.filters.requests import ask_for_all
 
 
 def is_parallel():

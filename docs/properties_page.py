@@ -1,0 +1,84 @@
+"""Writes properties.md, the reference page of all properties, from the tables of the filters.
+
+python docs/properties_page.py
+"""
+
+from argparse import ArgumentParser
+from pathlib import Path
+
+from vtk_mls.commands import deform, field
+from vtk_mls.filters import property_tables as tables
+from vtk_mls.filters.properties import Cuts, Items, Rows
+
+PAGE = Path(__file__).with_name("properties.md")
+HEAD = """# Properties of the filters
+
+Written by `python docs/properties_page.py` from `vtk_mls/filters/property_tables.py`, where names,
+defaults, choices and help texts stand once. In Python a property `X` of a filter has the methods
+`SetX` and `GetX`; vectors are given as `SetX(1, 2, 3)` or as one sequence. In ParaView, also in
+`pvpython`, it is the property `X` of the proxy. Options are those of `vtk-mls deform` and `field`.
+"""
+SECTIONS = (
+    ("MLSDeform and MLSDisplacementField", "", tables.DEFORMING),
+    ("MLSDeform", "Beside those above:", tables.DEFORM),
+    ("MLSDisplacementField", "Beside those above:", tables.DISPLACEMENT_FIELD),
+    ("MLSControlPoints", "", tables.CONTROL_POINTS),
+)
+
+
+def page():
+    """The text of the page."""
+    parts, options = [HEAD], _options()
+    for title, text, table in SECTIONS:
+        is_shared = table is tables.DEFORMING or table is tables.CONTROL_POINTS
+        own = [each for each in table if is_shared or each not in tables.DEFORMING]
+        flags = {} if table is tables.CONTROL_POINTS else options
+        parts.append(f"## {title}\n" + f"\n{text}\n" * bool(text))
+        parts += [_entry(each, flags.get(each.option)) for each in own]
+    return "\n".join(parts)
+
+
+def _entry(each, flag):
+    """What the page says of one property."""
+    lines = [" ".join(text.split()) for text in (each.help, each.more) if text]
+    facts = [each.expected.removesuffix(".")]
+    if isinstance(each, Items):
+        facts.append(f"`Add{each.singular}`, `Clear{each.name}`, `Get{each.name}`")
+    elif isinstance(each, Rows):
+        facts.append(f"also `Set{each.singular}(index, {', '.join(each.columns)})`")
+    if flag:
+        facts.append(f"option `{flag}`")
+    facts += _panel(each)
+    return f"### {each.name}\n\n{' '.join(lines)}\n\n*{'; '.join(facts)}.*\n"
+
+
+def _panel(each):
+    """What is to be said of the property in ParaView."""
+    if isinstance(each, Cuts):
+        yield "in ParaView the input of this name is all there is"
+    if each.is_advanced:
+        yield "among ParaView's advanced properties"
+    if each.shown_when:
+        name, value = each.shown_when
+        state = "not connected" if value is None else f'"{value}"'
+        yield f"shown while {name} is {state}"
+    if each.hidden_when:
+        name, value = each.hidden_when
+        yield f'shown unless {name} is "{value}"'
+
+
+def _options():
+    """Options of the command by the names of what they set."""
+    commands = ArgumentParser().add_subparsers()
+    deform.add(commands)
+    field.add(commands)
+    return {
+        action.dest: action.option_strings[0]
+        for parser in commands.choices.values()
+        for action in parser._actions
+        if action.option_strings
+    }
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,478 @@
+"""Deliberate faults: each is a mistake that someone could make, and that a test must find.
+
+The old text must be in the file exactly once. Where code has moved on, adapt the fault to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One text of one file replaced by another.
+
+    Attributes
+    ----------
+    breaks : str
+        What goes wrong then, which is also the fault's name.
+    file : str
+        From the project's folder on.
+    old, new : str
+    likely : tuple of str
+        Files of tests that are tried first, of those that the level has; without the rest of
+        the level nothing is proven, so that comes next.
+    """
+
+    breaks: str
+    file: str
+    old: str
+    new: str
+    likely: tuple[str, ...]
+
+
+def _in(file, *likely):
+    """Adds faults of one file: what breaks, the old text, the new one."""
+
+    def add(breaks, old, new, *first):
+        FAULTS.append(Fault(breaks, file, old, new, (*first, *likely)))
+
+    return add
+
+
+FAULTS = []
+ENGINE, PROPERTIES = "tests/engine/test_engine.py", "tests/core/test_properties.py"
+FUNCTIONS, CUTS = "tests/engine/test_kernel_functions.py", "tests/core/test_cuts.py"
+FORWARD, RESAMPLE = "tests/core/test_forward.py", "tests/core/test_resample.py"
+PARTS, DEVICE = "tests/core/test_parts.py", "tests/engine/test_device.py"
+DEFORMATION, PROOF = "tests/core/test_deformation.py", "tests/engine/test_proof.py"
+DEFORM, ERRORS = "tests/filters/test_deform.py", "tests/filters/test_errors.py"
+CUT_IMAGES, CUT_MESHES = "tests/filters/test_cut_images.py", "tests/filters/test_cut_meshes.py"
+MESHES, ARRAYS = "tests/filters/test_meshes.py", "tests/filters/test_arrays.py"
+PIECES, FIELD = "tests/filters/test_pieces.py", "tests/filters/test_displacement_field.py"
+OWN, LABELS = "tests/filters/test_own_handles.py", "tests/files/test_labels.py"
+FRAMES, FORMATS = "tests/files/test_frames.py", "tests/files/test_image_formats.py"
+LANDMARKS, CLI = "tests/files/test_landmarks.py", "tests/commands/test_cli.py"
+SCRIPTS, GUI = "tests/paraview/test_scripts.py", "tests/paraview/test_gui.py"
+
+# Kernels: the map
+
+add = _in("opencl/weights.cl", ENGINE, PROPERTIES)
+add(
+    "weights: the share of the nearest control point",
+    "pivot.r = power(first / pivot.e2, map->alpha);",
+    "pivot.r = 1.001f * power(first / pivot.e2, map->alpha);",
+)
+add(
+    "weights: the slope of a weight",
+    "vec_scale(2 * map->alpha / most(d2, 1e-30f), vec_sub(q, view->v))",
+    "vec_scale(1.99f * map->alpha / most(d2, 1e-30f), vec_sub(q, view->v))",
+)
+add(
+    "weights: lanes do not look up a nearest control point of their own",
+    "LANE(pivot.u.y, l) = nearest[5];",
+    "",
+)
+
+add = _in("opencl/powers.cl", FUNCTIONS, ENGINE)
+add("powers: a coefficient of exp2 for vectors", "0.240221197f", "0.240251197f")
+add("powers: alpha 1.5 without its root", "return x * sqrt(x);", "return x;")
+
+add = _in("opencl/rotation.cl", ENGINE, PROPERTIES, FUNCTIONS)
+add(
+    "rotation: a minor of the eigenvector's matrix",
+    "m13 = a12 * a33 - a23 * a13,",
+    "m13 = a12 * a33 + a23 * a13,",
+)
+add("rotation: help for close roots", "#define CLOSE_ROOTS 0.5f", "#define CLOSE_ROOTS 0.0f")
+add(
+    "rotation: a line turned by exactly 180 degrees",
+    "q.x = select(q.x, (real)(flip_axis.x), opposite);",
+    "q.x = select(q.x, (real)(1), opposite);",
+)
+add(
+    "rotation: reflections have roots of the other sign",
+    "fma(2 * det, root + 1, cof2)",
+    "fma(2 * fabs(det), root + 1, cof2)",
+)
+
+add = _in("opencl/fit_rotation.cl", ENGINE, PROPERTIES)
+add(
+    "rotation: the twist where two control points outweigh all others",
+    "#define DOUBTFUL 0.3f",
+    "#define DOUBTFUL 0.0f",
+)
+add(
+    "similarity: the spread is not about the mean",
+    "fit.spread = sums.spread - dot3(q, sums.q);",
+    "fit.spread = sums.spread;",
+)
+add(
+    "Jacobian: of the rotation of a line",
+    "vec da = vec_scale(strength * dot3(q, b)",
+    "vec da = vec_scale(0.9f * strength * dot3(q, b)",
+)
+add(
+    "Jacobian: stretch of the similarity kind",
+    "real stretch = dot3(p, turned) - mu * dot3(q, q);",
+    "real stretch = dot3(p, turned) - dot3(q, q);",
+)
+
+add = _in("opencl/basis.cl", ENGINE, PROPERTIES)
+add("polynomial: a cubic monomial", "q.z * q.z * x.y);", "q.z * q.z * x.x);")
+add(
+    "polynomial: the slope of a cubic monomial",
+    "+ v.x * v.y * ez;",
+    "+ v.x * v.x * ez;",
+)
+
+add = _in("opencl/fit_polynomial.cl", ENGINE, PROPERTIES)
+add(
+    "polynomial: the last group of control points",
+    "w[b] = first + b < stop ?",
+    "w[b] = first + b <= stop ?",
+)
+add(
+    "polynomial: functions that the set cannot tell, in double",
+    "? 1e-6f : 1e-13f)",
+    "? 1e-6f : 1e-6f)",
+)
+add(
+    "Jacobian: the residual of a polynomial",
+    "residual = sum_madd(-f, c[j], residual);",
+    "residual = sum_madd(-0.9f * f, c[j], residual);",
+)
+
+# Kernels: cuts
+
+add = _in("opencl/cuts.cl", CUTS)
+add(
+    "cuts: what a half-plane is in the way of",
+    "(fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0)",
+    "(a.h + b.h > 0)",
+)
+add(
+    "cuts: the way round an edge bends elsewhere",
+    "real share = r_v / most(",
+    "real share = r_q / most(",
+)
+add("cuts: slips through corners of a surface", "fabs(side) <= blur)", "fabs(side) < 0)")
+add(
+    "cuts: the slope of damping does not know nu",
+    "return vec_scale((real)(cuts->nu), slope);",
+    "return vec_scale((real)(2), slope);",
+)
+add(
+    "cuts: the detour round a surface is not squared",
+    "ratio * most(path * path / most(d2, 1e-30f), (real)(1))",
+    "ratio * most(path / sqrt(most(d2, 1e-30f)), (real)(1))",
+)
+add(
+    "cuts: points of a grid on a plane are on the other side",
+    "(cuts->index_planes + i * PLANE_SIZE, index) < 0;",
+    "(cuts->index_planes + i * PLANE_SIZE, index) <= 0;",
+    PARTS,
+)
+add(
+    "cuts: the distance to a triangle is that to its plane",
+    "return select(border, fabs(dot3(vec_sub(x, a), normal)), inside);",
+    "return fabs(dot3(vec_sub(x, a), normal));",
+)
+add(
+    "cuts: the inverse ends on the other side of a plane",
+    "#define ON_PLANE 1e-6f",
+    "#define ON_PLANE 1.0f",
+    FORWARD,
+)
+add(
+    "cuts: what a closed surface keeps apart",
+    "unreachable |= blocked & (path >= UNREACHABLE);",
+    "",
+)
+
+# Kernels: inverse
+
+add = _in("opencl/inverse.cl", FORWARD, ENGINE)
+add(
+    "inverse: Newton's matrix lacks the identity",
+    "1 + jacobian->a[4], jacobian->a[5]};",
+    "jacobian->a[4], jacobian->a[5]};",
+)
+add(
+    "inverse: a step may lead through a cut",
+    "stopped = better & !passing & is_blocked(map, x, trial);",
+    "stopped = 0;",
+)
+_in("opencl/point_forward.cl", FORWARD)(
+    "inverse: the mean displacement has another sign",
+    "fma(scale, LANE(way.y, l), -drift.y)",
+    "fma(scale, LANE(way.y, l), drift.y)",
+)
+_in("opencl/local_points.cl", FORWARD, ENGINE)(
+    "local frame: digits of large coordinates",
+    "- centre.y) - centre_rest.y)",
+    "- centre.y))",
+)
+
+# Kernels: grids and images
+
+add = _in("opencl/resample.cl", RESAMPLE, DEFORM)
+add("resample: the half voxel at the border", "(x <= n - 0.5f)", "(x <= n - 1)")
+add("resample: nearest", "TO_INTEGER(x + 0.5f)", "TO_INTEGER(x + 0.4f)")
+add("resample: linear", "w[1] = t;", "w[1] = 0.999f * t;")
+add("resample: cubic", "fma((real)(3), t, (real)(-5))", "fma((real)(3.1f), t, (real)(-5.1f))")
+add(
+    "resample: NaN of a tap without weight",
+    "sum += TO_SUM(w) == 0 ? (sum_t)(0) : weighted;",
+    "sum += weighted;",
+)
+add(
+    "resample: lanes of the last work item",
+    "int lanes = (int)min((long)LANES, count - first);",
+    "int lanes = (int)min((long)LANES, count - first - 1);",
+)
+_in("opencl/types.cl", ENGINE, PROPERTIES, FORWARD)(
+    "points: lanes of the last work item",
+    "for (int l = 0; l < (int)(count - first); ++l) plane[first + l]",
+    "for (int l = 0; l < (int)(count - first) - 1; ++l) plane[first + l]",
+)
+_in("opencl/lattice.cl", ENGINE, PARTS)(
+    "grid: lanes that go on in the next slice",
+    "k = select(k, k + 1, over);",
+    "",
+)
+_in("opencl/turn.cl", RESAMPLE, ARRAYS)(
+    "gradients: turned by J, not by its transpose",
+    "transposed_mat_vec(&j, n)",
+    "mat_vec(&j, n)",
+)
+_in("opencl/grid_jacobian.cl", ENGINE)(
+    "Jacobian on a grid: transposed",
+    "LANE(j.a[3 * column + row], l)",
+    "LANE(j.a[3 * row + column], l)",
+)
+_in("opencl/source_index.cl", CUT_IMAGES, CUTS)(
+    "void: nothing is there where values are to continue", "if (!continued)", "if (continued)"
+)
+
+# Engine
+
+add = _in("vtk_mls/engine/engine.py", ENGINE, DEVICE, RESAMPLE, PARTS)
+add("engine: 64-bit index", 'array.size < 2**31 else "long"', 'array.size < 2**40 else "long"')
+add("engine: slabs do not fit the memory", "self.memory / 4 / bytes_per_item,", "1e18,")
+add("engine: the last slice that a slab needs", "int(z.max()) + 2)", "int(z.max()))")
+add(
+    "engine: two threads launch the same kernel", "        with self._lock:\n", "        if True:\n"
+)
+add(
+    "engine: short of device memory it gives up",
+    "if self.memory < _LEAST_MEMORY:",
+    "if self.memory:",
+)
+add(
+    "engine: double where the device has none",
+    "double = self.device.has_float64 and (alpha > 1 or control_points.degree == 3)",
+    "double = False",
+    PROPERTIES,
+)
+add(
+    "engine: points of several regions",
+    "return part.start + np.flatnonzero(here)",
+    "return np.flatnonzero(here)",
+    CUTS,
+)
+add(
+    "engine: 64-bit integers are summed in float",
+    '"uint16", "float32")\n',
+    '"uint16", "float32", "int64", "float64", "int32")\n',
+)
+add = _in("vtk_mls/engine/inverse.py", FORWARD)
+add("inverse: what is not found counts as found", "= 5e-6, 1e-5\n", "= 5e-3, 1e-2\n")
+add("inverse: no second start", "_STARTS = 4 ", "_STARTS = 0 ")
+# The device's proof
+
+add = _in("vtk_mls/engine/self_test.py", PROOF)
+add("proof: a device that computes NaN passes", "if not error <= bound:", "if error > bound:")
+add(
+    "proof: the inverse is not tested",
+    '    yield "rigid inverse, cut", lambda: (of_the_inverse(), 1e-4)\n',
+    "",
+)
+add = _in("vtk_mls/engine/proof.py", PROOF)
+add("proof: doubts are kept for ever", "(doubtful and old)", "(doubtful and False)")
+add(
+    "proof: kernels that have changed are not tested",
+    "_processor(), _kernels()))",
+    "_processor()))",
+)
+
+# Specification and core
+
+add = _in("vtk_mls/control_points.py", PROPERTIES, DEFORMATION)
+add("core: rank of a set that is nearly flat", "RANK_TOLERANCE = 1e-5", "RANK_TOLERANCE = 1e-12")
+add(
+    "core: twist of a set that is nearly a line", "TWIST_TOLERANCE = 1e-5", "TWIST_TOLERANCE = 1e-1"
+)
+add("core: coincident control points have no weights", "weights * c)", "c)")
+add("core: a set that moves as one", "if count == 1:", "if count == 0:")
+_in("vtk_mls/regions.py", CUTS, FORWARD)(
+    "core: a point on a plane", "(plane.height(points) < 0)", "(plane.height(points) <= 0)"
+)
+add = _in("vtk_mls/grid.py", PARTS, DEFORMATION, RESAMPLE)
+add("core: parts of parts", "int(a) + int(b) for a, b", "int(b) for a, b")
+add("core: grids on a common lattice", "< 1e-7, whole, values)", "< 0, whole, values)")
+add = _in("vtk_mls/sampling.py", RESAMPLE)
+add("core: integers are cut off, not rounded", "np.rint(np.nan_to_num(", "np.floor(np.nan_to_num(")
+add("core: 64-bit integers overflow", "np.where(rounded > high, limits.max, inner)", "inner")
+add = _in("vtk_mls/deformation.py", DEFORMATION, CUTS)
+add("validation: nu", "np.isfinite(nu) and nu > 1", "np.isfinite(nu) and nu > 0")
+add("validation: alpha", "np.isfinite(alpha) and alpha > 0", "alpha > 0")
+add = _in("vtk_mls/reference.py", PROPERTIES, CUTS)
+add(
+    "specification: the best factor of a similarity",
+    "np.divide(self.r_max, self.spread, out=self.factor",
+    "np.divide(self.r_max, 1.01 * self.spread, out=self.factor",
+)
+add(
+    "specification: a detour that is shorter than the way",
+    "np.maximum(path**2 / d2, 1)",
+    "path / np.sqrt(d2)",
+)
+
+# Filters
+
+add = _in("vtk_mls/filters/algorithm.py", ERRORS, DEFORM)
+add(
+    "filters: a property that changes nothing",
+    "            setattr(self, name, value)\n            self.Modified()\n",
+    "            setattr(self, name, value)\n",
+)
+add(
+    "filters: an error leaves the old output",
+    "            info.Get(vtkDataObject.DATA_OBJECT()).Initialize()\n            info.Set(",
+    "            info.Set(",
+)
+add(
+    "filters: abort is an error",
+    "        except Aborted:\n            self._discard(outInfo)\n            return 1\n",
+    "        except Aborted:\n            self._discard(outInfo)\n            return 0\n",
+)
+add(
+    "filters: after an error it does not try again",
+    "            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)\n",
+    "",
+)
+add = _in("vtk_mls/filters/extents.py", PIECES)
+add("filters: cells need their last corner", "highest + corner)", "highest)")
+add(
+    "filters: how far interpolation reaches",
+    "reach = _REACH.get(interpolation, 0) + more",
+    "reach = more",
+)
+add = _in("vtk_mls/filters/resampling.py", DEFORM, LABELS)
+add(
+    "filters: labels are interpolated",
+    "if array.GetName() in self.labels:",
+    "if False:",
+)
+add(
+    "filters: ghosts outside are blanked",
+    'return "nearest", 0.0',
+    'return "nearest", self.wanted.GetBackground()',
+)
+add = _in("vtk_mls/filters/warping.py", MESHES)
+add(
+    "meshes: what has no inverse",
+    'arrays.add(points, "NoInverse", ~field.found)',
+    'arrays.add(points, "NoInverse", field.found)',
+)
+add("meshes: split meshes are kept though the mesh changed", "kept[1] != state:", "False:")
+_in("vtk_mls/filters/orientation.py", MESHES, CUT_MESHES)(
+    "meshes: inverted wedges", "_WEDGE = [(0, 1, 2, 5)", "_WEDGE = [(0, 2, 1, 5)"
+)
+add = _in("vtk_mls/filters/splitting.py", CUT_MESHES)
+add("splitting: points near a cut count as on it", "_ON_CUT = 1e-6 ", "_ON_CUT = 1e-2 ")
+add("splitting: tetrahedra inside out", "corners[wrong, :2] = corners[wrong, 1::-1]", "pass")
+_in("vtk_mls/filters/gathering.py", "tests/paraview/test_mpi.py", PIECES)(
+    "MPI: what all processes have counts as often",
+    "different = list(dict.fromkeys(part for part in parts if part is not None))",
+    "different = [part for part in parts if part is not None]",
+)
+_in("vtk_mls/filters/displacement_field.py", FIELD)(
+    "field: the samples do not reach the end of the bounds",
+    "steps = np.maximum(dimensions - 1, 1)",
+    "steps = np.maximum(dimensions, 1)",
+)
+_in("vtk_mls/filters/handle_lists.py", OWN, "tests/filters/test_control_points.py")(
+    "handles: lists of different lengths", "if len(values) not in (0, len(rest)):", "if False:"
+)
+_in("vtk_mls/filters/deforming.py", DEFORM, OWN)(
+    "filters: a blend of the handles",
+    "rest + blend * (deformed - rest)",
+    "deformed + blend * (deformed - rest)",
+)
+
+# Files
+
+add = _in("vtk_mls/files/nifti.py", FRAMES, FORMATS)
+add("NIfTI: the origin stays in RAS", "        _RAS * affine[:, 3],\n", "        affine[:, 3],\n")
+add("NIfTI: displacements stay in RAS", "scaled = scaled * _RAS.astype(scaled.dtype)", "pass")
+add("NIfTI: the qform counts for less", "handed = -1 if header", "handed = 1 if header")
+add = _in("vtk_mls/files/nrrd.py", FRAMES, FORMATS)
+add("NRRD: every space is LPS", "return frames.signs(space)\n", "return np.ones(3)\n")
+add("NRRD: values at the corners of cells", '0.0 if center == "node" else 0.5', "0.0")
+add = _in("vtk_mls/files/markups.py", LANDMARKS, "tests/files/test_slicer_markups.py")
+add("markups: the number of a frame", '{"0": "RAS", "1": "LPS"', '{"0": "LPS", "1": "LPS"')
+add(
+    "markups: written in another frame than the file says",
+    "places[number + i] * factors)",
+    "places[number + i])",
+)
+add = _in("vtk_mls/files/replacing.py", "tests/files/test_replacing.py")
+add("replacing: permissions of the old file", "shutil.copymode(old, file)", "pass")
+add(
+    "replacing: the file that names the others comes first",
+    "files.sort(key=lambda file: file == folder",
+    "files.sort(key=lambda file: file != folder",
+)
+_in(
+    "vtk_mls/files/volumes.py",
+    FORMATS,
+    "tests/files/test_hostile_files.py",
+    "tests/files/test_io.py",
+)("broken files: a data file anywhere", 'or ".." in way.parts', "")
+_in("vtk_mls/files/mesh_frames.py", "tests/files/test_mesh_frames.py")(
+    "mesh files: normals stay in RAS",
+    "attributes.GetVectors(), attributes.GetNormals(),",
+    "attributes.GetVectors(),",
+)
+_in("vtk_mls/files/meta_image.py", FORMATS)(
+    "MetaImage: the matrix is written transposed",
+    "(volume.steps / spacing).T.ravel()",
+    "(volume.steps / spacing).ravel()",
+)
+
+# Plugin and ParaView
+
+add = _in("vtk_mls/paraview/undo.py", GUI)
+add(
+    "ParaView: undo does it again",
+    "before if stack.GetInUndo() else after",
+    "after if stack.GetInUndo() else before",
+)
+add = _in("paraview_plugin/vtk_mls_plugin.py", SCRIPTS, "tests/project/test_architecture.py")
+add(
+    "ParaView: the lattice of handles is not over the input",
+    '("min", "mid", "max")[step]',
+    '("min", "mid", "mid")[step]',
+)
+add = _in("vtk_mls/paraview/xml.py", SCRIPTS)
+add("ParaView: lists never get shorter", 'set_number_command=f"SetNumberOf{name}",', "")
+
+# Command line
+
+add = _in("vtk_mls/commands/map_options.py", CLI)
+add("command line: the exponent of damping", "    algorithm.SetNu(options.nu)\n", "")
+add("command line: too few numbers for a cut", "if len(values) != 3 * count:", "if not values:")
+add = _in("vtk_mls/commands/supervision.py", "tests/commands/test_supervision.py")
+add("command line: a crash while reading is a success", "    if status >= 0 and", "    if")

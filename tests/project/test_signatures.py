@@ -1,0 +1,82 @@
+"""Short parameter lists, and engines that answer the same questions."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import pytest
+
+from vtk_mls import reference
+from vtk_mls.engine import engine, protocol
+
+PACKAGE = Path(__file__).parents[2] / "vtk_mls"
+MOST = 6
+QUESTIONS = (
+    *("backward", "forward", "jacobian"),
+    *("displacement_field", "jacobian_field"),
+    *("resample", "resample_gradients", "source_bounds"),
+)
+# Longer ones that are still there, with their lengths.
+TOO_LONG = {
+    "files.meta_image._read_values": 7,
+    "files.nrrd._read_values": 7,
+    "paraview.xml.data_input": 7,
+    "paraview.xml.table": 8,
+}
+
+
+def functions():
+    """Name of every function and method of the package, and its parameters but self and cls."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        module = path.relative_to(PACKAGE).with_suffix("").as_posix().replace("/", ".")
+        yield from within(module, ast.parse(path.read_text()))
+
+
+def within(name, tree):
+    """The same for a tree; what generates a method, as dataclasses do, has none of its own."""
+    for node in ast.iter_child_nodes(tree):
+        inner = f"{name}.{node.name}" if hasattr(node, "name") else name
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            every = node.args
+            every = [*every.posonlyargs, *every.args, every.vararg, *every.kwonlyargs, every.kwarg]
+            names = [each.arg for each in every if each is not None]
+            is_method = isinstance(tree, ast.ClassDef) and names[:1] in (["self"], ["cls"])
+            yield inner, names[1:] if is_method else names
+        yield from within(inner, node)
+
+
+def test_no_list_of_parameters_is_long():
+    found = {name: len(names) for name, names in functions() if len(names) > MOST}
+    assert found == TOO_LONG
+
+
+def test_the_test_counts_all_parameters():
+    text = "class A:\n def f(self, a, b, /, c, *d, e=1, **g):\n  def h(self): ..."
+    found = {name: "".join(names) for name, names in within("m", ast.parse(text))}
+    assert found == {"m.A.f": "abcdeg", "m.A.f.h": "self"}
+
+
+def parameters(function):
+    """Names and kinds of the parameters of a question but self."""
+    found = inspect.signature(function).parameters.values()
+    return [(each.name, each.kind) for each in found if each.name != "self"]
+
+
+def test_the_protocol_has_the_questions():
+    public = {name for name, value in vars(protocol.Engine).items() if inspect.isfunction(value)}
+    assert {name for name in public if not name.startswith("_")} == {*QUESTIONS}
+    for name in QUESTIONS:
+        assert "Returns\n" in getattr(protocol.Engine, name).__doc__
+    assert protocol.Engine.__annotations__.keys() == {"NAME"}
+
+
+@pytest.mark.parametrize("answers", [reference, engine.Engine], ids=["reference", "OpenCL"])
+def test_engines_keep_to_the_protocol(answers):
+    for name in QUESTIONS:
+        assert parameters(getattr(answers, name)) == parameters(getattr(protocol.Engine, name)), (
+            name
+        )
+    public = {name for name, value in vars(answers).items() if inspect.isfunction(value)}
+    module = answers.__name__ if inspect.ismodule(answers) else answers.__module__
+    own = {name for name in public if getattr(answers, name).__module__ == module}
+    assert {name for name in own if not name.startswith("_")} == {*QUESTIONS}

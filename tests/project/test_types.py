@@ -1,0 +1,90 @@
+"""The public API is annotated as a whole, and a program that uses it is understood by mypy."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vtk_mls
+from vtk_mls import io
+from vtk_mls.files import field_files
+
+PROJECT = Path(__file__).resolve().parents[2]
+PROGRAM = Path(__file__).with_name("typed_program.py")
+
+
+def public():
+    """(name, function) of each public function and method that users call."""
+    for module in (vtk_mls, io, field_files):
+        for name in getattr(module, "__all__", vars(module)):
+            value = getattr(module, name)
+            if inspect.isclass(value) and (
+                module is vtk_mls or value.__module__ == module.__name__
+            ):
+                yield from methods(value)
+            elif is_own_function(module, name):
+                yield f"{module.__name__}.{name}", value
+
+
+def is_own_function(module, name):
+    """Whether a public function is of a module, and not imported."""
+    value = getattr(module, name)
+    is_own = inspect.isfunction(value) and value.__module__ == module.__name__
+    return is_own and not name.startswith("_")
+
+
+def methods(kind):
+    """(name, function) of what a class of the package defines itself for users."""
+    for each in kind.__mro__:
+        if not each.__module__.startswith("vtk_mls"):
+            continue
+        for name, value in vars(each).items():
+            if isinstance(value, property):
+                value = value.fget
+            value = inspect.unwrap(getattr(value, "__func__", value))
+            if inspect.isfunction(value) and not name.startswith("_"):
+                yield f"{kind.__name__}.{name}", value
+
+
+def lacking(function):
+    """What of a function has no annotation."""
+    signature = inspect.signature(function)
+    found = [
+        name
+        for name, parameter in signature.parameters.items()
+        if parameter.annotation is parameter.empty and name not in ("self", "cls")
+    ]
+    return found + ["return"] * (signature.return_annotation is signature.empty)
+
+
+def test_every_public_function_is_annotated():
+    found = {name: lacking(function) for name, function in public()}
+    assert len(found) > 40
+    assert not {name: missing for name, missing in found.items() if missing}
+
+
+def test_the_test_sees_what_lacks():
+    def half(a: int, b, *, c=1) -> None: ...
+
+    def none(a: int): ...
+
+    assert lacking(half) == ["b", "c"]
+    assert lacking(none) == ["return"]
+
+
+def test_mypy_understands_the_package_and_a_program(tmp_path):
+    """The program has lines that must be errors: mypy complains if they are none."""
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", f"--cache-dir={tmp_path}"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=PROJECT,
+    )
+    if "No module named mypy" in done.stderr:
+        pytest.skip("mypy is not installed")
+    assert done.returncode == 0, done.stdout + done.stderr

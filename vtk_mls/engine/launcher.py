@@ -1,0 +1,184 @@
+"""Kernels of an OpenCL device: built when first asked for, launched in slabs."""
+
+from __future__ import annotations
+
+import weakref
+from contextlib import ExitStack
+
+import numpy as np
+
+from vtk_mls.engine import device as devices
+from vtk_mls.engine import kernel_arguments
+from vtk_mls.engine.cut_tables import cut_tables
+from vtk_mls.engine.memory import Memory
+
+# Control points times functions times points of one launch: some tenths of a second on two CPU
+# cores, so that progress shows and abort is heard.
+_WORK_PER_LAUNCH = 3e8
+# Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
+_CACHED = 1 << 18
+
+
+class Launcher:
+    """Launches kernels on one device.
+
+    Attributes
+    ----------
+    device : Device
+    memory : Memory
+    """
+
+    def __init__(self, device):
+        self.device, self.memory = device, Memory(device)
+        self.constant = self.memory.constant
+        self._kernels = {}
+        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+
+    # Slices of the work
+
+    def slabs(self, count, deformation, bytes_per_item, most=None):
+        """Slices of `count` items that fit the memory and take a moment each."""
+        cost = max(
+            len(c) * (1 + c.kind.functions(c))
+            for c in (region.control_points for region in deformation.regions)
+        )
+        limit = min(
+            _WORK_PER_LAUNCH / cost,
+            self.memory.limit / 4 / bytes_per_item,
+            self.device.handle.max_mem_alloc_size / bytes_per_item,
+            most or count,
+        )
+        step = max(1024, int(limit) // 1024 * 1024)
+        return [slice(start, min(count, start + step)) for start in range(0, count, step)]
+
+    def sampled_slabs(self, count, deformation, bytes_per_item):
+        """Slabs of `count` points at which arrays are sampled."""
+        most = _CACHED if self.memory.in_place else None
+        return self.slabs(count, deformation, bytes_per_item, most)
+
+    def search_slabs(self, count, deformation):
+        """Slabs of `count` points whose forward images are searched for."""
+        return self.slabs(count, deformation, 64, _CACHED)
+
+    # Kernels
+
+    def launch(self, name, constants, count, *arguments):
+        """Launch a kernel for `count` points."""
+        kernel = self._kernels.get((name, constants))
+        if kernel is None:
+            kernel = self._kernels[name, constants] = devices.kernel(self.device, name, constants)
+        items = -(-count // dict(constants)["LANES"])
+        local = 64 if self.device.kind == "gpu" else 16
+        queue = self.memory.queue
+        kernel(queue, (-(-items // local) * local,), (local,), *arguments)
+
+    def sums(self, double):
+        """Build constants of kernels that sum in double or in float."""
+        if double:
+            return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
+        return [("LANES", self.device.lanes), ("SUM", "float")]
+
+    def map(self, deformation, region, grid):
+        """Build constants and shared kernel arguments of the map in a region."""
+        control_points, alpha = region.control_points, deformation.alpha
+        kind = control_points.kind
+        numbers = kernel_arguments.record(
+            {
+                "count": np.int32(len(control_points)),
+                "alpha": np.float32(alpha),
+                **kind.numbers(control_points),
+            }
+        )
+        constants = [
+            ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
+            ("FIT", kind.kernel),
+            ("CONTROL_POINT", kernel_arguments.members(kernel_arguments.CONTROL_POINT)),
+            ("MAP_NUMBERS", kernel_arguments.members(numbers.dtype)),
+            *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
+            *kind.constants().items(),
+        ]
+        if control_points not in self._uploaded:
+            tables = kernel_arguments.control_points(control_points), kind.table(control_points)
+            self._uploaded[control_points] = [
+                self.constant(kernel_arguments.not_empty(table)) for table in tables
+            ]
+        arguments = [numbers, *self._uploaded[control_points]]
+        if deformation.cuts:
+            extra, numbers, tables = cut_tables(deformation, region, grid)
+            constants += extra
+            arguments += [numbers, *map(self.constant, tables)]
+        return tuple(constants), arguments
+
+
+class RegionMap:
+    """The map of a deformation in one region, as the kernels evaluate it.
+
+    Attributes
+    ----------
+    region : Region
+    control_points : ControlPoints
+        Of the region; their local frame is that of the kernels.
+    """
+
+    def __init__(self, launcher, deformation, region):
+        self.launcher, self.memory = launcher, launcher.memory
+        self.deformation, self.region = deformation, region
+        self.control_points = region.control_points
+
+    def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
+        """Launch a kernel at `points` (3, m) of the local frame.
+
+        After the points it takes `arguments`, arrays that it changes, and arrays that it writes.
+        """
+        count = points.shape[1]
+        if count == 0:
+            return
+        with ExitStack() as buffers:
+            read = buffers.enter_context(self.memory.read(points))
+            arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
+            written = [buffers.enter_context(array) for array in arrays]
+            self._launch(name, None, count, np.int64(count), read, *arguments, *written)
+
+    def launch_on_grid(self, name, grid, part, *arguments):
+        """Launch a kernel for the points `part` of a grid."""
+        lattice = kernel_arguments.lattice(grid, part, self.control_points)
+        self._launch(name, grid.whole, part.stop - part.start, *lattice, *arguments)
+
+    def launch_from_source(self, name, sampling, part, *outputs):
+        """Launch a kernel that finds the origins of the points `part` of the target."""
+        to_source = kernel_arguments.to_source(
+            sampling.source, sampling.target, self.control_points, sampling.continues
+        )
+        self.launch_on_grid(name, sampling.target, part, *to_source, *outputs)
+
+    def local_points(self, points, offset=0):
+        """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
+        device = self.launcher.device
+        centre = self.control_points.centre + offset
+        if points.dtype == np.float64 and not device.has_float64:
+            points, centre = (points - centre).astype(np.float32), np.zeros(3)
+        local = np.empty((3, len(points)), np.float32)
+        if len(points) == 0:
+            return local
+        double = points.dtype == np.float64
+        constants = [("LANES", device.lanes), ("COORDINATE", "double" if double else "float")]
+        if double:
+            constants.append(("USE_FP64", 1))
+        read, written = self.memory.read, self.memory.written
+        with read(np.ascontiguousarray(points)) as x, written(local) as out:
+            self.launcher.launch(
+                "local_points",
+                tuple(constants),
+                len(points),
+                np.int64(len(points)),
+                x,
+                kernel_arguments.float4(centre),
+                kernel_arguments.float4(centre - np.float32(centre)),
+                points.dtype.type(1 / self.control_points.scale),
+                out,
+            )
+        return local
+
+    def _launch(self, name, grid, count, *arguments):
+        constants, shared = self.launcher.map(self.deformation, self.region, grid)
+        self.launcher.launch(name, constants, count, *shared, *arguments)

@@ -1,0 +1,106 @@
+"""Memory of an OpenCL device: host arrays as buffers, and what fits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls.engine import device as devices
+
+# Bytes of device memory with which it is no use to begin again.
+_LEAST = 1 << 20
+
+
+class Memory:
+    """Makes buffers of host arrays. A CPU device works in place on these, without copies.
+
+    Attributes
+    ----------
+    limit : int
+        Bytes of device memory to use, a share if MPI processes use it too; larger grids go through
+        in slabs.
+    in_place : bool
+        Whether the device works on the host's arrays.
+    """
+
+    def __init__(self, device):
+        self.device = device
+        self.context, self.queue = devices.context(device), devices.queue(device)
+        self.in_place = device.kind == "cpu"
+        self.limit = device.handle.global_mem_size // 2 // devices.sharers(device)
+        self._kept = None
+
+    def shrink(self):
+        """Use a quarter of the memory from now on; whether that is of any use."""
+        if self.limit < _LEAST:
+            return False
+        self._kept = None
+        self.limit //= 4
+        return True
+
+    def fits(self, size):
+        """Whether an array of `size` bytes can be on the device beside what is made of it."""
+        return size <= self.limit / 2 and size <= self.device.handle.max_mem_alloc_size
+
+    def scratch(self, size):
+        """A buffer of at least `size` bytes, kept for the next call."""
+        if self._kept is None or self._kept.size < size:
+            self._kept = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
+        return self._kept
+
+    def constant(self, array):
+        """`array` on the device, to read as long as the buffer is kept."""
+        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+        return cl.Buffer(self.context, flags, hostbuf=array)
+
+    def planes(self, buffer, count):
+        """The first `3 * count` floats of a buffer on the host, (3, count)."""
+        planes = np.empty((3, count), np.float32)
+        cl.enqueue_copy(self.queue, planes, buffer)
+        return planes
+
+    def read(self, array):
+        """A context manager: `array` on the device, to read."""
+        return _Shared(self, array, cl.mem_flags.READ_ONLY, there=True, back=False)
+
+    def written(self, array):
+        """A context manager: `array` on the device, to write; back on the host at the end."""
+        return _Shared(self, array, cl.mem_flags.WRITE_ONLY, there=False, back=True)
+
+    def exchanged(self, array):
+        """A context manager: `array` on the device, to change; back on the host at the end."""
+        return _Shared(self, array, cl.mem_flags.READ_WRITE, there=True, back=True)
+
+
+class _Shared:
+    """A host array as a device buffer, for as long as the context lasts."""
+
+    def __init__(self, memory, array, access, there, back):
+        self.memory, self.array, self.back = memory, array, back
+        flags = cl.mem_flags
+        if memory.in_place:
+            access |= flags.USE_HOST_PTR
+        elif there:
+            access |= flags.COPY_HOST_PTR
+        host = {"hostbuf": array} if there or memory.in_place else {"size": array.nbytes}
+        self.buffer = cl.Buffer(memory.context, access, **host)
+
+    def __enter__(self):
+        return self.buffer
+
+    def __exit__(self, *_):
+        queue = self.memory.queue
+        if self.back and not self.memory.in_place:
+            cl.enqueue_copy(queue, self.array, self.buffer)
+        elif self.back:
+            mapped, _ = cl.enqueue_map_buffer(
+                queue,
+                self.buffer,
+                cl.map_flags.READ,
+                0,
+                self.array.shape,
+                self.array.dtype,
+            )
+            mapped.base.release(queue)
+        queue.finish()
+        self.buffer.release()

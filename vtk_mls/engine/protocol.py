@@ -1,0 +1,193 @@
+"""What an engine answers: the contract of the specification and of the OpenCL engine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from vtk_mls.deformation import Deformation
+    from vtk_mls.grid import Grid
+    from vtk_mls.progress import Progress
+    from vtk_mls.sampling import Sampling
+
+
+class Engine(Protocol):
+    """Answers the questions that one can ask a deformation.
+
+    Arguments are valid: `Deformation` has checked them. Points are in world coordinates and finite,
+    unless a question says otherwise. `progress` is told before each piece of the work.
+
+    Attributes
+    ----------
+    NAME : str
+        For people.
+    """
+
+    NAME: str
+
+    def backward(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """Origins of the material at some points.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        progress : Progress
+
+        Returns
+        -------
+        (m, 3) float64, world coordinates
+            G(v).
+        """
+
+    def jacobian(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """Jacobian of the map at some points.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        progress : Progress
+
+        Returns
+        -------
+        (m, 3, 3) float64
+            dG_i/dv_j.
+        """
+
+    def forward(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements of the material at some points of the undeformed space.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float32 or float64, world coordinates
+            x, which need not be finite.
+        progress : Progress
+
+        Returns
+        -------
+        displacement : (m, 3) float32 or float64, world units
+            v - x for the v with G(v) = x.
+        found : (m,) bool
+            Whether there is such a v on the material's side of the cuts. Where there is none, v is
+            the point with the smallest residual that was found, or `displacement` is not finite.
+        """
+
+    def displacement_field(
+        self, deformation: Deformation, grid: Grid, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Displacement map on a grid.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        grid : Grid
+            Its points are v.
+        progress : Progress
+
+        Returns
+        -------
+        displacement : (nz, ny, nx, 3) float32, world units
+            G(v) - v.
+        void_distance : (nz, ny, nx) float32, world units, or None without cuts
+            Below 0 in the void.
+        """
+
+    def jacobian_field(
+        self, deformation: Deformation, grid: Grid, progress: Progress
+    ) -> np.ndarray:
+        """Transposed Jacobian of the map on a grid.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        grid : Grid
+            Its points are v.
+        progress : Progress
+
+        Returns
+        -------
+        (nz, ny, nx, 3, 3) float32
+            dG_j/dv_i.
+        """
+
+    def resample(
+        self,
+        deformation: Deformation,
+        arrays: list[np.ndarray],
+        sampling: Sampling,
+        progress: Progress,
+    ) -> list[np.ndarray]:
+        """Deformed arrays.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        arrays : list of (nz, ny, nx) or (nz, ny, nx, components) arrays, contiguous
+            On `sampling.source`, of integers or floats.
+        sampling : Sampling
+        progress : Progress
+
+        Returns
+        -------
+        list of arrays
+            On `sampling.target`, of the same dtypes.
+        """
+
+    def resample_gradients(
+        self,
+        deformation: Deformation,
+        vectors: np.ndarray,
+        sampling: Sampling,
+        normalise: bool,
+        progress: Progress,
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Deformed covariant vectors, Eq. 29.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        vectors : (nz, ny, nx, 3) float32, contiguous, world frame
+            On `sampling.source`: n.
+        sampling : Sampling
+            Its background does not count: outside and in the void is 0.
+        normalise : bool
+            Whether results have length 1 (or 0).
+        progress : Progress
+
+        Returns
+        -------
+        gradients : (nz, ny, nx, 3) float32, world frame
+            On `sampling.target`: J_G^T n(G(v)).
+        void_distance : (nz, ny, nx) float32, world units, or None without cuts
+            At the same points.
+        """
+
+    def source_bounds(
+        self, deformation: Deformation, sampling: Sampling, progress: Progress
+    ) -> np.ndarray:
+        """Bounds of the origins of a grid.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        sampling : Sampling
+        progress : Progress
+
+        Returns
+        -------
+        (2, 3) floats
+            Lowest and highest continuous index of `sampling.source.whole` that points of the target
+            come from, of those inside of it; inf and -inf if there is none.
+        """

@@ -1,0 +1,147 @@
+"""Sampling of arrays on an OpenCL device."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls import interpolation
+from vtk_mls.engine import device as devices
+from vtk_mls.engine import kernel_arguments
+from vtk_mls.grid import Grid
+
+_TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
+_C_TYPES = {
+    **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},
+    **{"int32": "int", "uint32": "uint", "int64": "long", "uint64": "ulong"},
+    **{"float32": "float", "float64": "double"},
+}
+# float32 holds every value of these and their sums to the digits they have
+_SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
+
+
+class _Piece(NamedTuple):
+    """The points `first` to `stop` of a slab, and what they need of an array."""
+
+    first: int
+    stop: int
+    index: cl.Buffer  # continuous indices of these points in the whole source, three planes
+    values: cl.Buffer
+    grid: Grid  # where the values are
+
+
+class Sampler:
+    """The values of one array at the points of slabs.
+
+    The array is on the device as a whole, or where it does not fit only the slices that points
+    need.
+
+    Parameters
+    ----------
+    launcher : Launcher
+    array : (nz, ny, nx) or (nz, ny, nx, components) array
+    source : Grid
+        Where its values are.
+    method : {"nearest", "linear", "cubic"}
+    background : float
+    fits : bool
+        Whether the array can be on the device as a whole.
+    """
+
+    def __init__(self, launcher, array, source, method, background, fits):
+        self.launcher, self.memory = launcher, launcher.memory
+        self.array, self.source, self.method = array, source, method
+        self.background, self.fits = background, fits
+        self._whole = None
+
+    def sample(self, index, result):
+        """Write into `result` (m, ...) the values at the indices in a buffer, three planes."""
+        if not self._is_for_device():
+            points = self.memory.planes(index, len(result)).T.astype(np.float64)
+            result[:] = interpolation.sample(
+                self.array, points, self.method, self.background, self.source
+            )
+            return
+        for piece in self._pieces(index, len(result)):
+            self._launch(piece, result[piece.first : piece.stop])
+
+    def _is_for_device(self):
+        name = self.array.dtype.name
+        return name in _C_TYPES and (name in _SUMMED_IN_FLOAT or self.launcher.device.has_float64)
+
+    def _pieces(self, index, count):
+        """The pieces that together make a slab of `count` points."""
+        if self.fits:
+            if self._whole is None:
+                self._whole = self.memory.read(self.array)
+            yield _Piece(0, count, index, self._whole.buffer, self.source)
+            return
+        planes = self.memory.planes(index, count)
+        pieces = [(0, count)]
+        while pieces:
+            first, stop = pieces.pop()
+            low, high = _slices_needed(planes[2, first:stop], self.source)
+            slices = self.array[low:high]
+            if not self.memory.fits(slices.nbytes):
+                if stop - first == 1:
+                    raise devices.DeviceError(
+                        f"a few slices of the image ({slices.nbytes} bytes) do not fit the memory "
+                        f"of {self.launcher.device}; use another `device`"
+                    )
+                middle = (first + stop) // 2
+                pieces += [(middle, stop), (first, middle)]
+                continue
+            own = np.ascontiguousarray(planes[:, first:stop])
+            with self.memory.read(own) as moved, self.memory.read(slices) as values:
+                nx, ny, _ = self.source.dimensions
+                grid = self.source.part((0, 0, low), (nx, ny, high - low))
+                yield _Piece(first, stop, moved, values, grid)
+
+    def _launch(self, piece, result):
+        """Launch the kernel for one piece of a slab."""
+        array, count = self.array, piece.stop - piece.first
+        in_float = array.dtype.name in _SUMMED_IN_FLOAT
+        value = _C_TYPES[array.dtype.name]
+        cast = f"convert_{value}_sat_rte" if array.dtype.kind in "iu" else f"convert_{value}"
+        constants = (
+            *self.launcher.sums(double=not in_float),
+            *(("VALUE", value), ("CAST", cast), ("TAPS", _TAPS[self.method])),
+            ("OFFSET", "int" if array.size < 2**31 else "long"),
+        )
+        fill = interpolation.cast(np.float64(self.background), array.dtype)
+        sizes = self.source.whole.dimensions, piece.grid.first, piece.grid.dimensions
+        with self.memory.written(result) as out:
+            self.launcher.launch(
+                "resample",
+                constants,
+                count,
+                np.int64(count),
+                piece.index,
+                *map(kernel_arguments.int4, sizes),
+                np.int32(np.prod(array.shape[3:])),
+                array.dtype.type(fill),
+                piece.values,
+                out,
+            )
+
+
+def samplers(launcher, arrays, sampling, background):
+    """A Sampler for each of `arrays`, which share the memory of the device."""
+    size = sum(array.nbytes for array in arrays)
+    fits = launcher.memory.in_place or launcher.memory.fits(size)
+    return [
+        Sampler(launcher, array, sampling.source, method, background, fits)
+        for array, method in zip(arrays, sampling.methods(len(arrays)))
+    ]
+
+
+def _slices_needed(z, grid):
+    """First and past-the-last slice that interpolation at the indices `z` can touch."""
+    z = z[(z >= -0.5) & (z <= grid.whole.dimensions[2] - 0.5)] - grid.first[2]
+    if len(z) == 0:
+        return 0, 1
+    count = grid.dimensions[2]
+    low, high = np.clip((int(z.min()) - 1, int(z.max()) + 2), 0, count - 1)
+    return int(low), int(high) + 1

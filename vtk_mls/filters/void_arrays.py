@@ -1,0 +1,50 @@
+"""The arrays that tell of the void which cuts open."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkVersion
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
+
+from vtk_mls import arrays
+
+# Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
+# of each column of an image with hidden cells at the end of the z axis, whatever axis the column
+# has: beyond its memory where the image ends later along z. (Its fast mode does not.)
+CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
+
+
+def add_void(attributes, void_distance):
+    """Add "VoidDistance", and "Void", which is its sign.
+
+    Parameters
+    ----------
+    attributes : vtkPointData
+    void_distance : (nz, ny, nx) float32, world units
+        As of `DisplacementField.void_distance`.
+    """
+    arrays.add(attributes, "VoidDistance", void_distance.ravel())
+    arrays.add(attributes, "Void", void_distance.ravel() < 0)
+
+
+def hide(attributes, hidden):
+    """Mark points or cells as hidden, beside what their ghost array says already."""
+    is_points = attributes.IsA("vtkPointData")
+    flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
+    ghosts = hidden.ravel() * np.uint8(flag)
+    before = attributes.GetArray(arrays.GHOSTS)
+    if before is not None:
+        ghosts |= arrays.to_numpy(before).astype(np.uint8)
+    arrays.add(attributes, arrays.GHOSTS, ghosts)
+
+
+def touched(points):
+    """Cells with a corner among the points (nz, ny, nx) bool; cells as of `arrays.cell_grid`."""
+    for axis in range(3):
+        if points.shape[axis] > 1:
+            points = np.maximum(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))
+            points = np.moveaxis(points, 0, axis)
+    return points
+
+
+_ENDS = slice(None, -1), slice(1, None)
