@@ -39,8 +39,8 @@ from vtk_mls.files import (
 )
 from vtk_mls.files.landmarks import Landmarks, handles
 from vtk_mls.files.replacing import check_replaceable, replacing
+from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.cut_inputs import surfaces
-from vtk_mls.filters.handle_lists import fill_polydata
 
 _WEIGHT = "Weight"
 _LONGEST = 200  # characters of what others say in an error
@@ -195,7 +195,7 @@ def read_control_points(path, deformed_path=None, space="LPS"):
     Returns
     -------
     vtkPolyData
-        As `handle_lists.fill_polydata` makes it, in LPS.
+        As `control_point_polydata.fill_polydata` makes it, in LPS.
 
     Raises
     ------
