@@ -81,6 +81,7 @@ class Engine:
         displacement = np.empty((len(points), 3), np.float32)
         found = np.zeros(len(points), bool)
         guessing, searching = progress.divided(1, 9)
+        guessing.report(0)
         regions = deformation.regions
         searches = [
             InverseSearch(self.launcher, deformation, region, points, part)

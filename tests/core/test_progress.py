@@ -1,0 +1,178 @@
+"""Progress grows to 1, which it reaches once, and each time the callback can stop the work."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES, EXTENT, random_handles
+
+from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
+from vtk_mls.engine import dispatch, engine
+from vtk_mls.progress import SILENT, Progress, whole
+
+GRID = Grid((15, 14, 12), spacing=(18, 19, 23))
+TARGET = Grid((17, 13, 10), (10, 9, 8), (14, 18, 23))
+IMAGE = np.sin(GRID.points() @ [0.03, 0.02, 0.04]).reshape(GRID.shape).astype(np.float32)
+VECTORS = np.stack([IMAGE, 2 * IMAGE, 1 - IMAGE], axis=-1)
+SAMPLING = Sampling(GRID, TARGET)
+POINTS = TARGET.points()
+
+QUESTIONS = {
+    "backward": lambda d, progress: d.backward(POINTS, progress),
+    "forward": lambda d, progress: d.forward(POINTS, progress),
+    "forward_field": lambda d, progress: d.forward_field(POINTS, progress).displacement,
+    "jacobian": lambda d, progress: d.jacobian(POINTS, progress),
+    "void_distance": lambda d, progress: d.void_distance(POINTS, progress),
+    "void": lambda d, progress: d.void(POINTS, progress),
+    "displacement_field": lambda d, progress: (
+        d.displacement_field(GRID, progress=progress).displacement
+    ),
+    "void_distance_field": lambda d, progress: d.void_distance_field(GRID, progress),
+    "void_field": lambda d, progress: d.void_field(GRID, progress),
+    "jacobian_field": lambda d, progress: d.jacobian_field(GRID, progress),
+    "resample": lambda d, progress: np.array(d.resample([IMAGE, IMAGE], SAMPLING, progress)),
+    "source_bounds": lambda d, progress: np.array(d.source_bounds(SAMPLING, progress)),
+    "resample_gradients": lambda d, progress: d.resample_gradients(
+        VECTORS, SAMPLING, progress=progress
+    ),
+    "resample_vectors": lambda d, progress: d.resample_vectors(VECTORS, SAMPLING, progress),
+    "corrected_gradient": lambda d, progress: d.corrected_gradient(
+        IMAGE, SAMPLING, progress=progress
+    ),
+    "fitted_grid": lambda d, progress: d.fitted_grid(GRID, progress).points(0, 9),
+}
+
+
+@pytest.fixture(params=["reference", *DEVICES])
+def device(request, monkeypatch):
+    """A device on which everything takes some steps."""
+    monkeypatch.setattr("vtk_mls.reference._CHUNK", 1 << 15)
+    monkeypatch.setattr("vtk_mls.deformation._SLAB", 900)
+    monkeypatch.setattr("vtk_mls.grid._SAMPLES", 14)
+    if request.param != "reference":
+        chosen = engine.on(dispatch.choose(request.param))
+        monkeypatch.setattr(chosen.memory, "limit", 4 * 12 * 1024)
+    return request.param
+
+
+@pytest.fixture
+def deformation(device, rng):
+    rest, deformed = random_handles(rng, 12, 4)
+    cut = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
+    return Deformation(rest, deformed, cuts=[cut], device=device)
+
+
+class Callback:
+    """Notes what it is told, and asks to stop at the call of a number."""
+
+    def __init__(self, last=None):
+        self.last, self.told = last, []
+
+    def __call__(self, fraction):
+        self.told.append(fraction)
+        return len(self.told) == self.last
+
+
+def assert_grows_to_one(told):
+    assert told[0] == 0
+    assert told == sorted(told)
+    assert told.index(1) == len(told) - 1
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_every_question(question, deformation):
+    seen = Callback()
+    expected = QUESTIONS[question](deformation, seen)
+    assert_grows_to_one(seen.told)
+    assert len(set(seen.told)) > 3
+    calls = len(seen.told)
+    for last in sorted({1, calls // 2, calls - 1, calls}):
+        stopping = Callback(last)
+        with pytest.raises(Aborted, match="as `progress` asked"):
+            QUESTIONS[question](deformation, stopping)
+        assert stopping.told == seen.told[:last]
+    np.testing.assert_array_equal(QUESTIONS[question](deformation, None), expected)
+
+
+def test_every_question_is_asked():
+    public = {name for name, value in vars(Deformation).items() if callable(value)}
+    public = {name for name in public if not name.startswith("_")}
+    assert public == {*QUESTIONS}
+
+
+@pytest.mark.parametrize("device", DEVICES, indirect=True)
+def test_the_search_for_first_guesses_reports(device, rng):
+    d = Deformation(*random_handles(rng, 9, 4), device=device)
+    x = rng.uniform(0, EXTENT, (300_000, 3)).astype(np.float32)
+    seen = Callback()
+    expected = d.forward_field(x, seen)
+    assert_grows_to_one(seen.told)
+    guessing = sum(0 < fraction < 0.1 for fraction in seen.told)
+    assert guessing >= 1
+    for last in (2, guessing + 1, guessing + 2):
+        stopping = Callback(last)
+        with pytest.raises(Aborted):
+            d.forward_field(x, stopping)
+        assert len(stopping.told) == last
+    np.testing.assert_array_equal(d.forward_field(x).displacement, expected.displacement)
+
+
+def test_work_on_nothing_ends_too():
+    d = Deformation(np.eye(3), np.eye(3) + 1, device="reference")
+    for question in (d.backward, d.forward, d.jacobian, d.void):
+        seen = Callback()
+        question(np.empty((0, 3)), seen)
+        assert seen.told[-1] == 1
+        assert seen.told.count(1) == 1
+    seen = Callback()
+    d.void_distance_field(Grid((2, 3, 4)), seen)  # there is no cut
+    assert seen.told == [1]
+
+
+def test_parts_of_parts_grow_to_one(rng):
+    def work(progress, depth):
+        parts = progress.divided(*rng.uniform(0.1, 3, rng.integers(1, 5)))
+        for part in parts:
+            if depth:
+                work(part, depth - 1)
+            else:
+                assert list(part.over("abc")) == ["a", "b", "c"]
+
+    for _ in range(50):
+        seen = Callback()
+        with whole(seen) as progress:
+            work(progress, 3)
+        assert_grows_to_one(seen.told)
+        assert len(set(seen.told)) == len(seen.told) or len(set(seen.told)) > 3
+
+
+def test_a_work_that_begins_again_does_not_fall_back():
+    seen = Callback()
+    with whole(seen) as progress:
+        for _ in range(2):
+            for _ in progress.over(range(4)):
+                pass
+    assert seen.told == [0, 0.25, 0.5, 0.75, 0.75, 0.75, 0.75, 0.75, 1]
+
+
+def test_a_part_of_a_work_does_not_end_it():
+    seen = Callback()
+    with whole(seen) as progress:
+        first, second = progress.divided(1, 3)
+        for part in (first, second):
+            with whole(part) as same:
+                assert same is part
+                same.report(0.5)
+    assert seen.told == [0.125, 0.625, 1]
+
+
+def test_an_error_is_no_end():
+    seen = Callback()
+    with pytest.raises(ZeroDivisionError), whole(seen) as progress:
+        progress.report(1 / 0)
+    assert seen.told == []
+
+
+def test_nobody_needs_to_listen():
+    with whole(None) as progress:
+        assert isinstance(progress, Progress)
+        assert [*progress.over((1, 2))] == [1, 2]
+    SILENT.divided(1, 2)[1].report(0.3)

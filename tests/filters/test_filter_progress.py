@@ -1,0 +1,165 @@
+"""What the filters report to VTK only grows, and an abort at any time leaves nothing."""
+
+import numpy as np
+import pytest
+from mesh_fixtures import CUTS, cells, deforming
+from vtk_fixtures import (
+    FAST,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.vtkCommonCore import VTK_FLOAT
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
+
+from vtk_mls import Deformation, arrays
+from vtk_mls.announcements import announce
+from vtk_mls.filters import MLSDisplacementField
+
+
+def with_directions(data):
+    """Scalars, vectors of both sorts and labels on points and cells."""
+    for attributes in (data.GetPointData(), data.GetCellData()):
+        count = data.GetNumberOfPoints()
+        if attributes is data.GetCellData():
+            count = data.GetNumberOfCells()
+        rng = np.random.default_rng(3)
+        add_array(attributes, "values", rng.normal(size=count))
+        add_array(attributes, "labels", rng.integers(0, 9, count))
+        for name in ("slope", "flow"):
+            add_array(attributes, name, rng.normal(size=(count, 3)), VTK_FLOAT)
+    return data
+
+
+def all_of(data, cut):
+    """MLSDeform with all that takes time."""
+    filter_ = deforming(
+        with_directions(data),
+        cut=cut,
+        GenerateJacobian=True,
+        GenerateJacobianDeterminant=True,
+        GradientArray="values",
+    )
+    filter_.AddLabelArray("labels")
+    filter_.AddGradientVectorArray("slope")
+    filter_.AddPushForwardArray("flow")
+    return filter_
+
+
+def field(inverse):
+    filter_ = connect(MLSDisplacementField(), make_image(), control_points())
+    filter_.SetDevice(FAST)
+    filter_.SetInverse(inverse)
+    filter_.SetGenerateJacobian(True)
+    filter_.SetGenerateJacobianDeterminant(True)
+    return filter_
+
+
+FILTERS = {
+    "image": lambda: all_of(make_image(), None),
+    "cut image": lambda: all_of(make_image(), CUTS["half-plane"]),
+    "mesh": lambda: all_of(cells(VTK_TETRA, 3), None),
+    "cut mesh": lambda: all_of(cells(VTK_TETRA, 3), CUTS["half-plane"]),
+    "field": lambda: field(inverse=False),
+    "inverse field": lambda: field(inverse=True),
+    "control points": control_points,
+}
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch):
+    monkeypatch.setattr("vtk_mls.deformation._SLAB", 150)
+    monkeypatch.setattr("vtk_mls.filters.displacement_field._CHUNK", 200)
+    monkeypatch.setattr("vtk_mls.filters.warping._CHUNK", 30)
+
+
+class Observer:
+    """Notes what a filter reports in an execution, and aborts at the report of a number."""
+
+    def __init__(self, filter_, last=None):
+        self.last, self.told = last, []
+        self.tag = filter_.AddObserver("ProgressEvent", self._hear)
+
+    def _hear(self, filter_, _):
+        self.told.append(filter_.GetProgress())
+        if len(self.told) == self.last:
+            filter_.SetAbortExecute(1)
+
+
+def content(output):
+    """All numbers of a dataset."""
+    found = {}
+    for data in (output.GetPointData(), output.GetCellData(), output.GetFieldData()):
+        for number in range(data.GetNumberOfArrays()):
+            array = data.GetArray(number)
+            if array is not None:
+                found[data.GetClassName(), array.GetName()] = arrays.to_numpy(array).copy()
+    points = getattr(output, "GetPoints", None)
+    if points and points():
+        found["points"] = arrays.to_numpy(points().GetData()).copy()
+    return found
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_filter(name):
+    update(FILTERS[name]())  # kernels are built, and the filter says so
+    filter_ = FILTERS[name]()
+    seen = Observer(filter_)
+    expected = content(update(filter_))
+    filter_.RemoveObserver(seen.tag)
+    assert seen.told == sorted(seen.told)
+    assert seen.told[0] == 0
+    assert seen.told.index(1) == len(seen.told) - 1
+    if name == "control points":  # made at once
+        return
+    assert len(set(seen.told)) >= 4
+    for last in range(2, len(seen.told)):  # VTK itself says that it begins, and has done
+        filter_ = FILTERS[name]()
+        stopping = Observer(filter_, last)
+        filter_.Update()
+        assert stopping.told[:last] == seen.told[:last]
+        assert set(stopping.told[last:]) <= {1}  # by VTK
+        assert filter_.GetOutputDataObject(0).GetNumberOfPoints() == 0
+        filter_.RemoveObserver(stopping.tag)
+        filter_.SetAbortExecute(0)
+    filter_.Modified()
+    again = content(update(filter_))
+    assert again.keys() == expected.keys()
+    for key, values in expected.items():
+        np.testing.assert_array_equal(again[key], values)
+
+
+@pytest.fixture
+def in_blocks():
+    """A filter on an image of three blocks."""
+    blocks = vtkMultiBlockDataSet()
+    for number in range(3):
+        blocks.SetBlock(number, make_image((4, 5, 6 + number)))
+    return deforming(blocks, GenerateJacobian=True)
+
+
+def test_blocks_share_the_progress(in_blocks):
+    update(in_blocks)
+    in_blocks.Modified()
+    seen = Observer(in_blocks)
+    update(in_blocks)
+    assert seen.told == sorted(seen.told)
+    assert len(set(seen.told)) > 6
+    assert seen.told[-1] == 1  # VTK says so, of the last block and of all
+
+
+def test_a_sentence_does_not_change_the_progress(in_blocks, monkeypatch):
+    asked = Deformation.jacobian_field
+
+    def jacobian_field(*arguments):
+        announce("Building kernels ...")
+        return asked(*arguments)
+
+    monkeypatch.setattr(Deformation, "jacobian_field", jacobian_field)
+    seen = Observer(in_blocks)
+    update(in_blocks)
+    assert seen.told == sorted(seen.told)
+    assert seen.told[-1] == 1
