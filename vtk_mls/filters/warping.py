@@ -75,7 +75,7 @@ def output_type(mesh, splits):
 class Splits:
     """Divided meshes, kept for as long as the mesh (but for field data) and the cuts are the same.
 
-    Control points move far more often than cuts do.
+    Handles are dragged far more often than cuts are laid.
     """
 
     def __init__(self):
@@ -122,9 +122,9 @@ class Warp:
 
     def _split(self, progress):
         divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
-        control_points = [region.control_points for region in self.deformation.regions]
-        offsets = arrays.to_numpy(divided.GetPoints().GetData()) - control_points[0].centre
-        size = np.maximum(max(each.scale for each in control_points), np.abs(offsets).max(axis=1))
+        handles = [region.control_points for region in self.deformation.regions]
+        offsets = arrays.to_numpy(divided.GetPoints().GetData()) - handles[0].centre
+        size = np.maximum(max(each.scale for each in handles), np.abs(offsets).max(axis=1))
         self.beside = foot + _BESIDE * np.where(np.isfinite(size), size, 0)[:, None] * side
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
@@ -135,8 +135,8 @@ class Warp:
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
             tasks.append(self._add_jacobian)
-        for attributes, positions in (
-            (self.output.GetPointData(), lambda: self._beside(self._positions())),
+        for attributes, places in (
+            (self.output.GetPointData(), lambda: self._beside(self._places())),
             (self.output.GetCellData(), self._centres),
         ):
             directions = gradients.directions(
@@ -145,7 +145,7 @@ class Warp:
                 self.wanted.GetPushForwardArrays(),
             )
             if directions:
-                tasks.append(partial(self._transform, attributes, positions, directions))
+                tasks.append(partial(self._turn, attributes, places, directions))
         run_all(tasks, progress)
 
     def _move(self, progress):
@@ -157,17 +157,17 @@ class Warp:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn)
             void_arrays.hide(cells, torn)
-        positions = self.before + field.displacement
-        set_places(self.output, positions, self.output.GetPoints().GetDataType())
+        places = self.before + field.displacement
+        set_places(self.output, places, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
         arrays.add(points, "NoInverse", ~field.found)
         self._count("FailedInverses", np.count_nonzero(~field.found))
 
     def _add_jacobian(self, progress):
-        positions = self._beside(self._positions())
-        rows = np.empty((len(positions), 9), np.float32)
+        places = self._beside(self._places())
+        rows = np.empty((len(places), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in _jacobians(self.deformation, positions, mapping):
+        for part, jacobian in _jacobians(self.deformation, places, mapping):
             rows[part] = jacobian.reshape(-1, 9)
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
@@ -178,12 +178,12 @@ class Warp:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             if isinstance(self.output, vtkUnstructuredGrid):
-                self._count("InvertedCells", inverted(self.output, self.before, self._positions()))
+                self._count("InvertedCells", inverted(self.output, self.before, self._places()))
 
-    def _transform(self, attributes, positions, directions, progress):
-        """Transform vectors of the points or cells, which are at `positions()`, with the map."""
+    def _turn(self, attributes, places, directions, progress):
+        """Turn vectors of the points or cells, which are at `places()`."""
         values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
-        for part, jacobian in _jacobians(self.deformation, positions(), progress):
+        for part, jacobian in _jacobians(self.deformation, places(), progress):
             for name, how in directions.items():
                 rows = values[name][part]
                 if how == "tangent":
@@ -194,11 +194,11 @@ class Warp:
         for name, rows in values.items():
             arrays.replace(attributes, name, rows)
 
-    def _beside(self, positions):
-        """The given positions, or where points are on a cut, those beside it on their side."""
-        return positions if self.beside is None else positions + self.beside
+    def _beside(self, places):
+        """The places of points, or where they are on a cut, places beside it on their side."""
+        return places if self.beside is None else places + self.beside
 
-    def _positions(self):
+    def _places(self):
         """Where the points are now."""
         return arrays.to_numpy(self.output.GetPoints().GetData())
 
@@ -240,14 +240,14 @@ def _stamp(thing):
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def _jacobians(deformation, positions, progress):
-    """Slices of `positions` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
-    starts = range(0, len(positions), _CHUNK)
+def _jacobians(deformation, places, progress):
+    """Slices of `places` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
+    starts = range(0, len(places), _CHUNK)
     for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-        part = slice(start, min(start + _CHUNK, len(positions)))
-        finite = np.isfinite(positions[part]).all(axis=1)
+        part = slice(start, min(start + _CHUNK, len(places)))
+        finite = np.isfinite(places[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
-        jacobian[finite] = deformation.jacobian(positions[part][finite], chunk)
+        jacobian[finite] = deformation.jacobian(places[part][finite], chunk)
         yield part, jacobian
 
 
