@@ -1,10 +1,14 @@
-"""Writes properties.md, the reference page of all properties, from the tables of the filters.
+"""Writes what users are told of the filters' properties, from their tables.
+
+It is the reference page properties.md, and types for editors in vtk_mls/filters/__init__.pyi.
 
 python docs/properties_page.py
 """
 
 from argparse import ArgumentParser
 from pathlib import Path
+
+import filter_stubs
 
 from vtk_mls.commands import deform, field
 from vtk_mls.filters import property_tables as tables
@@ -82,3 +86,4 @@ def _options():
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    filter_stubs.STUBS.write_text(filter_stubs.stubs(), encoding="utf-8")
