@@ -28,8 +28,8 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
 
     def GetFileName(self) -> str: ...
     def SetDeformedFileName(self, text: str | None) -> None:
-        """File with the places q that control points were moved to, such as markups; or none. They
-        find their p by their labels, or else by their order.
+        """File with the positions q that control points were moved to, such as markups; or none.
+        They are matched with their p by labels, or else by order.
 
         The path of a file; default: "".
         """
@@ -124,10 +124,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetAlpha(self) -> float: ...
     def SetBlend(self, value: float) -> None:
-        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
-        was.
-
-        So do control points on input port 1.
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.
 
         A number; default: 1.0.
         """
@@ -176,8 +174,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
     def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut fades with the length of the way
-        round it. Must be greater than 1.
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
 
         The damping exponent of Eq. 28.
 
@@ -224,7 +222,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
     def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
-        """How values between the points of the input are made.
+        """How values between the points of the input are interpolated.
 
         One of "nearest", "linear", "cubic"; default: "linear".
         """
@@ -321,8 +319,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetGradientArray(self) -> str: ...
     def AddGradientVectorArray(self, name: str) -> None:
-        """Arrays of the input that are gradients; they are turned with the material. So are the
-        active normals, without being named.
+        """Arrays of the input that are gradients, and are transformed as such (covariantly). So
+        are the active normals, without being named.
 
         Names; default: none.
         """
@@ -337,7 +335,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetNormalizeGradient(self) -> bool: ...
     def AddPushForwardArray(self, name: str) -> None:
-        """Arrays of vectors that move with the material, as velocities do.
+        """Arrays of vectors that move with the material, as velocities do, and are transformed as
+        such (contravariantly).
 
         Names; default: none.
         """
@@ -346,8 +345,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def GetPushForwardArrays(self) -> tuple[str, ...]: ...
     def SetGenerateJacobian(self, wanted: bool) -> None:
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the place that the material now at v
-        came from. It turns gradients of the input into those of the output.
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.
 
         It is (I + J_D)^T of Eq. 29, row by row.
 
@@ -407,10 +406,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def GetAlpha(self) -> float: ...
     def SetBlend(self, value: float) -> None:
-        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
-        was.
-
-        So do control points on input port 1.
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.
 
         A number; default: 1.0.
         """
@@ -459,8 +456,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
     def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut fades with the length of the way
-        round it. Must be greater than 1.
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
 
         The damping exponent of Eq. 28.
 
@@ -523,8 +520,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def GetSampleDimensions(self) -> tuple[int, ...]: ...
     def SetGenerateJacobian(self, wanted: bool) -> None:
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the place that the material now at v
-        came from. It turns gradients of the input into those of the output.
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.
 
         It is (I + J_D)^T of Eq. 29, row by row.
 

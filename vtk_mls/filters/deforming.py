@@ -22,21 +22,21 @@ _ON_CUT = 1e-6  # times the extent of the control points
 
 @with_properties(property_tables.DEFORMING)
 class DeformingFilter(OwnControlPoints, Algorithm):
-    """Base of the filters with control points and an image as output.
+    """Base of the filters that have control points and cuts.
 
-    The control points are polydata on input port 1, if something is connected there: points are p,
-    in the undeformed space; a point vector array holds q - p. Which one says
-    `SetInputArrayToProcess(0, 1, 0, POINTS, name)`, "Displacement" by itself;
+    Control points are polydata on input port 1, if something is connected there: points are p, in
+    the undeformed space, and a point vector array holds the displacement q - p. That is the array
+    "Displacement", unless `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
     `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
-    by itself "Weight", which may be absent. Otherwise they are those that the properties list;
-    without any, nothing moves.
+    "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
+    DeformedPoints and Weights; without any, nothing moves.
 
-    Input port 2 may take the surfaces of cuts, from any number of polydata (see
-    `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a cut; lines and
-    vertices do not count. The numbers of the deformed material are those on each side of the cut,
-    and where it has opened there is nothing: with cuts, the output's point array "Void" is 1 there,
+    Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
+    input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
+    cut; lines and vertices are ignored. Material on one side of a cut follows the control points of
+    that side, and where the cut opens there is nothing: the output's point array "Void" is 1 there,
     and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
-    opening (contour or clip by it; an isosurface of "Void" has steps).
+    void (contour or clip by it; an isosurface of "Void" has steps).
 
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.

@@ -26,7 +26,7 @@ def draggable(deformed, rest, *hints):
             ("deformed", "rest"),
             "deformed",
             """What dragging a handle does: deformed bends; rest moves the handle itself to another
-            place of the material. It is also the one to add handles with.""",
+            point of the material. It is also the one to add handles with.""",
             xml("Hints", *hints),
             command="",
         ),
