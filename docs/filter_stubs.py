@@ -59,7 +59,7 @@ def _property_method(each, method):
     taken = {"self": "", **_types_taken(each)}
     parameters = [
         f"{parameter}: {taken[parameter.name]}".removesuffix(": ")
-        for parameter in map(_bare, inspect.signature(method).parameters.values())
+        for parameter in inspect.signature(method).parameters.values()
     ]
     head = f"    def {name}({', '.join(parameters)}) -> {result}:"
     if " ".join(each.help.split()) not in " ".join(method.__doc__.split()):
@@ -67,10 +67,6 @@ def _property_method(each, method):
     text = method.__doc__.replace("\n", "\n        ").replace("        \n", "\n")
     end = "\n        " if "\n" in text else ""
     return f'{head}\n        """{text}{end}"""\n'
-
-
-def _bare(parameter):
-    return parameter.replace(annotation=parameter.empty)
 
 
 def _method(method):

@@ -22,8 +22,13 @@ defaults, choices and help texts stand once. In Python a property `X` of a filte
 `SetX` and `GetX`; vectors are given as `SetX(1, 2, 3)` or as one sequence. In ParaView, also in
 `pvpython`, it is the property `X` of the proxy. Options are those of `vtk-mls deform` and `field`.
 """
+ARRAYS = """\
+Which point arrays of the input ControlPoints hold q - p and weights, if not `Displacement` and
+`Weight`, say `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)` and
+the same with 1 first; in ParaView the properties DisplacementArray and WeightArray. Drag and
+LatticeDimensions of ParaView's panel are for the mouse alone."""
 SECTIONS = (
-    ("MLSDeform and MLSDisplacementField", "", tables.DEFORMING),
+    ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),
     ("MLSDeform", "Beside those above:", tables.DEFORM),
     ("MLSDisplacementField", "Beside those above:", tables.DISPLACEMENT_FIELD),
     ("MLSControlPoints", "", tables.CONTROL_POINTS),

@@ -8,6 +8,9 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from vtk_mls import arrays
 
+# Names of the point arrays.
+DISPLACEMENT, WEIGHT, LABEL = "Displacement", "Weight", "Label"
+
 
 def fill_polydata(polydata, rest, deformed, weights, labels=()):
     """Make control-point polydata, what `arrays.control_points` reads.
@@ -28,9 +31,9 @@ def fill_polydata(polydata, rest, deformed, weights, labels=()):
     vertices = vtkCellArray()
     vertices.SetData(arrays.ids(np.arange(len(rest) + 1)), arrays.ids(np.arange(len(rest))))
     polydata.SetVerts(vertices)
-    arrays.add(polydata.GetPointData(), "Displacement", deformed - rest)
-    polydata.GetPointData().SetActiveVectors("Displacement")
+    arrays.add(polydata.GetPointData(), DISPLACEMENT, deformed - rest)
+    polydata.GetPointData().SetActiveVectors(DISPLACEMENT)
     if weights is not None:
-        arrays.add(polydata.GetPointData(), "Weight", weights)
+        arrays.add(polydata.GetPointData(), WEIGHT, weights)
     if any(labels):
-        arrays.add_texts(polydata.GetPointData(), "Label", labels)
+        arrays.add_texts(polydata.GetPointData(), LABEL, labels)

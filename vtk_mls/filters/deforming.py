@@ -10,12 +10,12 @@ from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
+from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, requested_extent
 from vtk_mls.reals import real, shown
 
-_DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the control points
 
@@ -189,9 +189,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _control_point_arrays(self, polydata):
         """Names of the arrays with q - p and, or None, with weights."""
-        displacement = self._array_name(0, polydata) or _DISPLACEMENT
-        weight = self._array_name(1, polydata) or _WEIGHT
-        if weight == _WEIGHT and not polydata.GetPointData().HasArray(weight):
+        displacement = self._array_name(0, polydata) or DISPLACEMENT
+        weight = self._array_name(1, polydata) or WEIGHT
+        if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
             weight = None
         return displacement, weight
 

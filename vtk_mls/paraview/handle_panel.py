@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.filters import property_tables
+from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.paraview.property_xml import element, joined, visibility
 from vtk_mls.paraview.xml import arrays_of, bounds, choice, shown_when, vector, xml
 
@@ -96,14 +97,14 @@ HANDLES = [
     _array(
         "DisplacementArray",
         0,
-        "Displacement",
+        DISPLACEMENT,
         arrays_of("vectors", "ControlPoints"),
         "Point vector array of the control points with their displacement q - p.",
     ),
     _array(
         "WeightArray",
         1,
-        "Weight",
+        WEIGHT,
         arrays_of("factors", "ControlPoints"),
         """Point array of the control points with a positive factor for each; without it all count
         alike.""",
