@@ -19,7 +19,7 @@ LARGEST = 1e37
 FARTHEST = 1e10
 
 
-def places(value, name="points"):
+def coordinates(value, name="points"):
     """Rows of three numbers (n, 3), float32 or float64; they need not be finite."""
     array = value
     if not isinstance(value, np.ndarray) or value.dtype != np.float32:
@@ -33,7 +33,7 @@ def places(value, name="points"):
 
 def points(name, value):
     """Rows of three finite numbers (n, 3), float64; a copy."""
-    array = places(value, name).astype(np.float64)
+    array = coordinates(value, name).astype(np.float64)
     if not np.isfinite(array).all():
         bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")

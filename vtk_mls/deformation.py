@@ -243,7 +243,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = arguments.places(points)
+        points = arguments.coordinates(points)
         with whole(progress) as progress:
             displacement, found = self._engine.forward(self, points, progress)
             v = points + displacement.astype(np.float64)
@@ -273,7 +273,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = arguments.places(points)
+        points = arguments.coordinates(points)
         with whole(progress) as progress:
             displacement, found = self._engine.forward(self, points, progress)
             displacement = displacement.astype(np.float32, copy=False)

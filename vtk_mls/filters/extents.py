@@ -8,7 +8,7 @@ import numpy as np
 
 from vtk_mls import arrays
 
-# Points beyond those next to a place: of interpolation, and of differences for gradients.
+# Points needed beyond those next to an origin: of interpolation, and of differences for gradients.
 _REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 GRADIENT_REACH = 2
 

@@ -24,9 +24,9 @@ from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
 from vtk_mls.vector_fields import contravariant, covariant
 
-# How far from a cut the side of a point is told, as a share of the extent of the control points or
-# of the distance from them: more than the device's float32 blurs.
-_BESIDE = 1e-5
+# Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
+# the control points or of the distance from them: more than the device's float32 blurs.
+_OFF_CUT = 1e-5
 # Points whose Jacobians are in memory at once.
 _CHUNK = 1 << 20
 
@@ -75,7 +75,7 @@ def output_type(mesh, splits):
 class Splits:
     """Divided meshes, kept for as long as the mesh (but for field data) and the cuts are the same.
 
-    Handles are dragged far more often than cuts are laid.
+    Control points are dragged far more often than cuts are laid.
     """
 
     def __init__(self):
@@ -99,7 +99,7 @@ class Warp:
     Parameters
     ----------
     wanted : MLSDeform
-        Says which arrays turn and which are to be made.
+        Says which arrays are covariant or contravariant, and which are to be made.
     deformation : Deformation
     mesh : vtkPointSet or vtkRectilinearGrid
     output : vtkPointSet
@@ -111,7 +111,7 @@ class Warp:
         self.wanted, self.deformation, self.mesh, self.output = wanted, deformation, mesh, output
         self.splits = splits if mesh.GetNumberOfCells() > 0 else None
         self.keeps_whole = deformation.cuts and splits is None
-        self.beside = None
+        self.offset = None
 
     def tasks(self):
         """Functions of a Progress, in their order."""
@@ -122,10 +122,10 @@ class Warp:
 
     def _split(self, progress):
         divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
-        handles = [region.control_points for region in self.deformation.regions]
-        offsets = arrays.to_numpy(divided.GetPoints().GetData()) - handles[0].centre
-        size = np.maximum(max(each.scale for each in handles), np.abs(offsets).max(axis=1))
-        self.beside = foot + _BESIDE * np.where(np.isfinite(size), size, 0)[:, None] * side
+        regions = [region.control_points for region in self.deformation.regions]
+        distance = np.abs(arrays.to_numpy(divided.GetPoints().GetData()) - regions[0].centre)
+        size = np.maximum(max(each.scale for each in regions), distance.max(axis=1))
+        self.offset = foot + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
@@ -135,8 +135,8 @@ class Warp:
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
             tasks.append(self._add_jacobian)
-        for attributes, places in (
-            (self.output.GetPointData(), lambda: self._beside(self._places())),
+        for attributes, make_points in (
+            (self.output.GetPointData(), lambda: self._off_cuts(self._points())),
             (self.output.GetCellData(), self._centres),
         ):
             directions = gradients.directions(
@@ -145,29 +145,29 @@ class Warp:
                 self.wanted.GetPushForwardArrays(),
             )
             if directions:
-                tasks.append(partial(self._turn, attributes, places, directions))
+                tasks.append(partial(self._transform, attributes, make_points, directions))
         run_all(tasks, progress)
 
     def _move(self, progress):
         searching, placing = progress.divided(4, 1)
-        field = self.deformation.forward_field(self._beside(self.before), searching)
+        field = self.deformation.forward_field(self._off_cuts(self.before), searching)
         placing.report(0)
         points, cells = self.output.GetPointData(), self.output.GetCellData()
         if self.keeps_whole:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn)
             void_arrays.hide(cells, torn)
-        places = self.before + field.displacement
-        set_places(self.output, places, self.output.GetPoints().GetDataType())
+        moved = self.before + field.displacement
+        set_places(self.output, moved, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
         arrays.add(points, "NoInverse", ~field.found)
         self._count("FailedInverses", np.count_nonzero(~field.found))
 
     def _add_jacobian(self, progress):
-        places = self._beside(self._places())
-        rows = np.empty((len(places), 9), np.float32)
+        at = self._off_cuts(self._points())
+        rows = np.empty((len(at), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in _jacobians(self.deformation, places, mapping):
+        for part, jacobian in _jacobians(self.deformation, at, mapping):
             rows[part] = jacobian.reshape(-1, 9)
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
@@ -178,12 +178,12 @@ class Warp:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             if isinstance(self.output, vtkUnstructuredGrid):
-                self._count("InvertedCells", inverted(self.output, self.before, self._places()))
+                self._count("InvertedCells", inverted(self.output, self.before, self._points()))
 
-    def _turn(self, attributes, places, directions, progress):
-        """Turn vectors of the points or cells, which are at `places()`."""
+    def _transform(self, attributes, make_points, directions, progress):
+        """Transform covariant and contravariant vectors at the points that a function gives."""
         values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
-        for part, jacobian in _jacobians(self.deformation, places(), progress):
+        for part, jacobian in _jacobians(self.deformation, make_points(), progress):
             for name, how in directions.items():
                 rows = values[name][part]
                 if how == "tangent":
@@ -194,16 +194,16 @@ class Warp:
         for name, rows in values.items():
             arrays.replace(attributes, name, rows)
 
-    def _beside(self, places):
-        """The places of points, or where they are on a cut, places beside it on their side."""
-        return places if self.beside is None else places + self.beside
+    def _off_cuts(self, points):
+        """`points`, those on a cut a little to the side on which their cells are."""
+        return points if self.offset is None else points + self.offset
 
-    def _places(self):
-        """Where the points are now."""
+    def _points(self):
+        """The points of the output (n, 3)."""
         return arrays.to_numpy(self.output.GetPoints().GetData())
 
     def _centres(self):
-        """Where the middles of the cells are now."""
+        """Centres of the output's cells (n, 3)."""
         centers = vtkCellCenters()
         centers.SetInputData(self.output)
         centers.VertexCellsOff()
@@ -240,14 +240,14 @@ def _stamp(thing):
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def _jacobians(deformation, places, progress):
-    """Slices of `places` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
-    starts = range(0, len(places), _CHUNK)
+def _jacobians(deformation, points, progress):
+    """Slices of `points` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
+    starts = range(0, len(points), _CHUNK)
     for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-        part = slice(start, min(start + _CHUNK, len(places)))
-        finite = np.isfinite(places[part]).all(axis=1)
+        part = slice(start, min(start + _CHUNK, len(points)))
+        finite = np.isfinite(points[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
-        jacobian[finite] = deformation.jacobian(places[part][finite], chunk)
+        jacobian[finite] = deformation.jacobian(points[part][finite], chunk)
         yield part, jacobian
 
 
