@@ -1,10 +1,14 @@
-"""Writes properties.md, the reference page of all properties, from the tables of the filters.
+"""Writes what users are told of the filters' properties, from their tables.
+
+It is the reference page properties.md, and types for editors in vtk_mls/filters/__init__.pyi.
 
 python docs/properties_page.py
 """
 
 from argparse import ArgumentParser
 from pathlib import Path
+
+import filter_stubs
 
 from vtk_mls.commands import deform, field
 from vtk_mls.filters import property_tables as tables
@@ -18,8 +22,13 @@ defaults, choices and help texts stand once. In Python a property `X` of a filte
 `SetX` and `GetX`; vectors are given as `SetX(1, 2, 3)` or as one sequence. In ParaView, also in
 `pvpython`, it is the property `X` of the proxy. Options are those of `vtk-mls deform` and `field`.
 """
+ARRAYS = """\
+Which point arrays of the input ControlPoints hold q - p and weights, if not `Displacement` and
+`Weight`, say `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)` and
+the same with 1 first; in ParaView the properties DisplacementArray and WeightArray. Drag and
+LatticeDimensions of ParaView's panel are for the mouse alone."""
 SECTIONS = (
-    ("MLSDeform and MLSDisplacementField", "", tables.DEFORMING),
+    ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),
     ("MLSDeform", "Beside those above:", tables.DEFORM),
     ("MLSDisplacementField", "Beside those above:", tables.DISPLACEMENT_FIELD),
     ("MLSControlPoints", "", tables.CONTROL_POINTS),
@@ -82,3 +91,4 @@ def _options():
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    filter_stubs.STUBS.write_text(filter_stubs.stubs(), encoding="utf-8")

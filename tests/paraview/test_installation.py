@@ -34,7 +34,7 @@ def pretend(tmp_path, monkeypatch):
     """Make a folder with a ParaView of some version that finds this; nothing else is found."""
     monkeypatch.setenv("PATH", "/usr/bin:/bin" if sys.platform != "win32" else "")
     monkeypatch.setattr("shutil.which", lambda name: None)
-    monkeypatch.setattr(installation, "_USUAL_PLACES", ())
+    monkeypatch.setattr(installation, "_USUAL_FOLDERS", ())
     monkeypatch.delenv("PYTHONPATH", raising=False)
 
     def make(version, found="", name="pv"):
@@ -63,7 +63,7 @@ def test_where_it_is_found(pretend, tmp_path, monkeypatch):
         installation.find(tmp_path)
     for place in (old, old.parent):
         assert installation.find(place) == installation.ParaView(old, (5, 9, 1))
-    monkeypatch.setattr(installation, "_USUAL_PLACES", (f"{tmp_path}/ParaView*/bin",))
+    monkeypatch.setattr(installation, "_USUAL_FOLDERS", (f"{tmp_path}/ParaView*/bin",))
     assert installation.find() == installation.ParaView(new, (5, 13, 2))
     monkeypatch.setattr("shutil.which", lambda name: str(old / name))
     assert installation.find().folder == old
@@ -121,7 +121,7 @@ def test_what_is_in_it(pretend, monkeypatch):
 def test_the_doctor_looks_into_it(pretend, monkeypatch):
     def look(found, name):
         folder = pretend("5.11.0", found, name)
-        monkeypatch.setattr(installation, "_USUAL_PLACES", (str(folder),))
+        monkeypatch.setattr(installation, "_USUAL_FOLDERS", (str(folder),))
         lines, problems = report()
         return next(line for line in lines if line.startswith("ParaView")), problems
 

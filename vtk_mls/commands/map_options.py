@@ -10,7 +10,7 @@ from vtk_mls.commands.running import read
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight] or the "
     "landmarks of BigWarp (p moving, q target); .vtp .vtk with point vectors Displacement; or, "
-    "with --deformed, places p alone"
+    "with --deformed, positions p alone"
 )
 
 
@@ -22,7 +22,7 @@ def add(parser):
     add(
         "--deformed",
         metavar="FILE",
-        help="the places q that the control points have moved to, any of the files of places: "
+        help="the positions q that the control points have moved to, any of the files of points: "
         "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
         "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtk. They go to the control points "
         "with the same labels if each point has one of its own, else to those at the same position",
@@ -74,7 +74,7 @@ def apply(options, algorithm):
 
 
 def remark(algorithm):
-    """What is to be said of control points that all rest, as in a file of places alone."""
+    """What is to be said of control points that all rest, as in a file of positions alone."""
     from vtk_mls import arrays
 
     displacement = algorithm.GetInputDataObject(1, 0).GetPointData().GetArray("Displacement")

@@ -2,12 +2,7 @@
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # as type checkers understand it
-if TYPE_CHECKING:
-    from vtk_mls.filters.control_points import MLSControlPoints
-    from vtk_mls.filters.deform import MLSDeform
-    from vtk_mls.filters.displacement_field import MLSDisplacementField
-
+# Types of these are in __init__.pyi.
 __all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField"]
 
 # Modules are imported when a name is first used: the command reads the tables of properties, and

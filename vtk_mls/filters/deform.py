@@ -26,37 +26,38 @@ from vtk_mls.filters.resampling import Resampling
 class MLSDeform(DeformingFilter):
     """Deforms an image or a mesh by control points.
 
-    On input port 0 is the dataset, on port 1 may be control points, on port 2 cuts (see
-    `DeformingFilter`). Composite data are deformed block by block. Field data pass.
+    Input port 0 takes the dataset, port 1 (optional) control points, port 2 (optional, repeatable)
+    cuts: see `DeformingFilter`. Composite data are deformed block by block. Field data are passed.
+    docs/properties.md lists the properties; `help` of a setter says what each is.
 
-    Images are resampled backward: the value at a place is the input's at where its material came
-    from (G, Eq. 2 of the paper). Point and cell arrays keep type, names and role; integers are
-    rounded; strings come from the nearest point, and so do label arrays and `vtkGhostType`. Where G
-    is the identity, values are the same to the bit.
+    Images are resampled with the backward map G (Eq. 2 of the paper): the value at v is the input's
+    at G(v). Point and cell arrays keep their types, names and attributes; integers are rounded;
+    strings, label arrays and `vtkGhostType` are taken from the nearest point. Where G is the
+    identity, values are unchanged to the bit.
 
-    Points of meshes are moved forward, by the exact inverse of G, so that a mesh and an image
-    deformed alike stay together. The output has the type of the input, but vtkRectilinearGrid
-    becomes vtkStructuredGrid. All arrays are kept, and "ForwardDisplacement" is the way of each
-    point. Where there is no inverse (the map folds, or what is there was pushed through a cut; a
-    point is NaN) "NoInverse" is 1, the point goes to the nearest place that was found, and the
-    field array "FailedInverses" counts.
+    Points of meshes are moved by the exact inverse of G, so that a mesh and an image deformed by
+    the same control points stay registered. The output has the type of the input, except that a
+    vtkRectilinearGrid becomes a vtkStructuredGrid. All arrays are kept, and "ForwardDisplacement"
+    is the displacement of each point. Where G has no inverse (the map folds, what is there was
+    pushed through a cut, or a coordinate is NaN) the point array "NoInverse" is 1, the point moves
+    to the nearest position that the search found, and the field array "FailedInverses" counts.
 
-    Directions turn: gradients as J_G^T (Eq. 29), namely the active normals, which keep length 1,
-    and the GradientVectorArrays; the PushForwardArrays as J_G^-1. In images they are 0 in the void
-    and outside.
+    Directions are transformed with the map: gradients covariantly, by J_G^T (Eq. 29), namely the
+    active normals, which keep length 1, and the GradientVectorArrays; the PushForwardArrays
+    contravariantly, by J_G^-1. In images they are 0 in the void and outside of the input.
 
-    With cuts, points of images have "Void" and "VoidDistance", cells "Void" (at their centre), and
-    `vtkGhostType` hides the void: its points, and the cells that it fills or touches. VTK's
-    surfaces, slices, thresholds and volume rendering leave these out. (vtkContourFilter does not
-    look at ghosts of images.) To clip or contour smoothly by VoidDistance turn HideVoid off, for
-    cells on the face must be there for that, and set VoidValues to "continued". Before VTK 9.3,
-    in whose vtkGeometryFilter hidden cells of images are a crash, only points are hidden: there a
-    threshold by Void leaves it out. Cells of meshes are split along cuts (see `splitting`); types
-    that cannot hold the pieces become vtkUnstructuredGrid.
+    With cuts, points of images have the arrays "Void" and "VoidDistance", cells "Void" (at their
+    centres), and `vtkGhostType` hides the void: its points, and the cells that it fills or touches.
+    VTK's surfaces, slices, thresholds and volume rendering leave these out (vtkContourFilter
+    ignores ghosts of images). To clip or contour by VoidDistance, which gives a smooth face, turn
+    HideVoid off, for cells on the face are needed then, and set VoidValues to "continued". Before
+    VTK 9.3, whose vtkGeometryFilter crashes on hidden cells of images, only points are hidden; a
+    threshold by Void leaves the void out there. Cells of meshes are split along cuts (see
+    `splitting`); types that cannot hold the pieces become vtkUnstructuredGrid.
 
-    Memory is that of input and output. Pieces of the output are made independently, so MPI
-    processes share the work; those of images are, put together, the whole to the bit. For a piece
-    just the extent of the input image that it needs is asked for; to know it, control points and
+    Memory is that of input and output. Pieces of the output are computed independently, so that MPI
+    processes share the work, and pieces of an image are, put together, the whole to the bit. Only
+    the extent of the input image that a piece needs is requested; to know it, control points and
     cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
     """
 

@@ -24,26 +24,28 @@ _CHUNK = 1 << 20
 class MLSDisplacementField(DeformingFilter):
     """Makes an image with the displacement G(v) - v of each of its points v.
 
-    On input port 0 is any dataset: an image gives its grid, everything else its bounds, filled
-    with SampleDimensions points (one across a direction in which it is flat). On port 1 are the
-    control points, on port 2 may be cuts (see `DeformingFilter`); with cuts there are "Void" and
-    "VoidDistance". The point array "BackwardDisplacement", three floats,
-    is the output's active scalars and vectors, as `vtkGridTransform` wants it; with that
-    transform `vtkImageReslice` deforms as `MLSDeform` does. (`vtkGridTransform` does not know
-    direction matrices.)
+    Input port 0 takes any dataset: an image gives its grid, everything else its bounds, which are
+    filled with SampleDimensions points (one across a direction in which they are flat). Port 1
+    (optional) takes control points, port 2 (optional, repeatable) cuts: see `DeformingFilter`.
+    docs/properties.md lists the properties; `help` of a setter says what each is.
 
-    With Inverse the map is the true inverse of G, F, which says where the material at x goes: the
-    active array is "ForwardDisplacement", F(x) - x. A point without a forward image (the map folds,
-    or a cut has been pushed over it) has the displacement to the nearest place that was found; the
-    point array "NoInverse" is 1 there, and the field array "FailedInverses" has their number. The
-    Jacobian is that of F, 0 there; there is no void. Pieces are the whole to the tolerance of
+    The point array "BackwardDisplacement", three floats, is the output's active scalars and
+    vectors, as `vtkGridTransform` wants it; with that transform `vtkImageReslice` deforms as
+    `MLSDeform` does (`vtkGridTransform` ignores direction matrices). With cuts there are "Void" and
+    "VoidDistance".
+
+    With Inverse the map is F, the true inverse of G, which says where the material at x goes: the
+    active array is "ForwardDisplacement", F(x) - x. Where F has no value (the map folds, or a cut
+    has been pushed over x) it is the displacement to the nearest position that the search found,
+    the point array "NoInverse" is 1, and the field array "FailedInverses" counts. The Jacobian is
+    that of F, and 0 there; there is no void. Pieces are the whole to the tolerance of
     `Deformation.forward` then.
 
-    No data of an input image is used, and just one cell of it is asked for. Pieces of the output
-    are made independently and are, put together, the whole to the bit. Another input is brought up
-    to date in RequestInformation, for its bounds. On several processes each takes its piece of it,
-    and the bounds are those of all pieces. (A block of composite data has the bounds that it has on
-    the process.)
+    No data of an input image is used, and only one cell of it is requested. Pieces of the output
+    are computed independently and are, put together, the whole to the bit. Another input is updated
+    in RequestInformation, for its bounds. On several processes each takes its piece of it, and the
+    bounds are those of all pieces. (A block of composite data has the bounds that it has on the
+    process.)
     """
 
     def __init__(self):

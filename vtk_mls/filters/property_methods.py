@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-_WIDTH = 92  # of docstrings, with what `help` puts before them
+_WIDTH = 88  # of docstrings, which stubs have with more before them
 
 
 def with_properties(table):

@@ -13,7 +13,7 @@ from vtk_mls.filters.properties import (
     FileName,
     Flag,
     Number,
-    Places,
+    Positions,
     Slider,
     Text,
     Vector,
@@ -48,9 +48,8 @@ MAP = (
     Slider(
         "Blend",
         1.0,
-        """Which part of their way from p to q the handles go: 0 leaves everything exactly as it
-        was.""",
-        more="So do control points on input port 1.",
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.""",
         low=0,
         high=1,
     ),
@@ -93,8 +92,8 @@ CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
 NU = Slider(
     "Nu",
     Deformation.nu,
-    """How fast the influence of control points behind a cut fades with the length of the way
-    round it. Must be greater than 1.""",
+    """How fast the influence of control points behind a cut falls with the length of the detour
+    around it. Must be greater than 1.""",
     more="The damping exponent of Eq. 28.",
     low=1.1,
     high=8,
@@ -102,8 +101,8 @@ NU = Slider(
 )
 
 # Control points of a filter's own.
-HANDLES = (
-    Places(
+OWN_CONTROL_POINTS = (
+    Positions(
         "DeformedPoints",
         (),
         """Positions q to which the handles are dragged, with the mouse in the view or here.
@@ -111,7 +110,7 @@ HANDLES = (
         more="Without any, q = p. Unused where input port 1 is connected.",
         unit="world coordinates",
     ),
-    Places(
+    Positions(
         "RestPoints",
         (),
         """Positions p of the handles in the undeformed space, one for each of those dragged;
@@ -133,7 +132,7 @@ HANDLES = (
 INTERPOLATION = Choice(
     "Interpolation",
     Sampling.interpolation,
-    "How values between the points of the input are made.",
+    "How values between the points of the input are interpolated.",
     choices=INTERPOLATIONS,
 )
 LABEL_ARRAYS = ArrayNames(
@@ -223,14 +222,15 @@ GRADIENT_ARRAY = ArrayName(
 GRADIENT_VECTOR_ARRAYS = ArrayNames(
     "GradientVectorArrays",
     (),
-    """Arrays of the input that are gradients; they are turned with the material. So are the
-    active normals, without being named.""",
+    """Arrays of the input that are gradients, and are transformed as such (covariantly). So are
+    the active normals, without being named.""",
     components=3,
 )
 PUSH_FORWARD_ARRAYS = ArrayNames(
     "PushForwardArrays",
     (),
-    "Arrays of vectors that move with the material, as velocities do.",
+    """Arrays of vectors that move with the material, as velocities do, and are transformed as such
+    (contravariantly).""",
     components=3,
 )
 VECTORS = (
@@ -245,8 +245,8 @@ JACOBIAN = (
         "GenerateJacobian",
         False,
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the place that the material now at v
-        came from. It turns gradients of the input into those of the output.""",
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.""",
         more="It is (I + J_D)^T of Eq. 29, row by row.",
     ),
     Flag(
@@ -282,7 +282,7 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *HANDLES)
+_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *OWN_CONTROL_POINTS)
 DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
@@ -319,14 +319,14 @@ FILES = (
     FileName(
         "DeformedFileName",
         "",
-        """File with the places q that control points were moved to, such as markups; or none. They
-        find their p by their labels, or else by their order.""",
+        """File with the positions q that control points were moved to, such as markups; or none.
+        They are matched with their p by labels, or else by order.""",
         **_FILE,
     ),
     SPACE,
 )
 LISTS = (
-    Places(
+    Positions(
         "DeformedPoints",
         (),
         """Positions q to which the control points are dragged, with the mouse in the view or
@@ -334,7 +334,7 @@ LISTS = (
         more="They count in every mode.",
         unit="world coordinates",
     ),
-    Places(
+    Positions(
         "RestPoints",
         (),
         "Positions p of the control points in the undeformed space.",

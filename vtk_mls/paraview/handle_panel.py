@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.filters import property_tables
+from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.paraview.property_xml import element, joined, visibility
 from vtk_mls.paraview.xml import arrays_of, bounds, choice, shown_when, vector, xml
 
@@ -14,7 +15,7 @@ _LATTICE = [
     for z in range(3)
 ]
 
-_DEFORMED, _REST, _WEIGHTS = property_tables.HANDLES
+_DEFORMED, _REST, _WEIGHTS = property_tables.OWN_CONTROL_POINTS
 _OWN = visibility(_WEIGHTS)
 
 
@@ -26,7 +27,7 @@ def draggable(deformed, rest, *hints):
             ("deformed", "rest"),
             "deformed",
             """What dragging a handle does: deformed bends; rest moves the handle itself to another
-            place of the material. It is also the one to add handles with.""",
+            point of the material. It is also the one to add handles with.""",
             xml("Hints", *hints),
             command="",
         ),
@@ -54,7 +55,7 @@ def _over_input(each):
     ParaView's bounds domain gives minima, centres and maxima of x, y, z in turn to a list that has
     as many elements as the domain has modes.
     """
-    steps = [step for place in _LATTICE for step in place]
+    steps = [step for handle in _LATTICE for step in handle]
     domain = bounds(",".join(("min", "mid", "max")[step] for step in steps))
     return element(each, domain, " ".join(str(step - 1) for step in steps))
 
@@ -96,14 +97,14 @@ HANDLES = [
     _array(
         "DisplacementArray",
         0,
-        "Displacement",
+        DISPLACEMENT,
         arrays_of("vectors", "ControlPoints"),
         "Point vector array of the control points with their displacement q - p.",
     ),
     _array(
         "WeightArray",
         1,
-        "Weight",
+        WEIGHT,
         arrays_of("factors", "ControlPoints"),
         """Point array of the control points with a positive factor for each; without it all count
         alike.""",

@@ -86,7 +86,7 @@ DEFORM = [
 DISPLACEMENT_FIELD = [
     documentation(
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
-        place that the material now at v came from."""
+        point that the material now at v came from."""
     ),
     *elements(tables.MAP),
     element(tables.CUT_TYPE),

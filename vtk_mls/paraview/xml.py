@@ -64,7 +64,7 @@ def limits(kind, **bounds):
 
 
 def bounds(modes):
-    """The domain of places that begin at minima, centres or maxima of the input's bounds."""
+    """The domain of positions that begin at minima, centres or maxima of the input's bounds."""
     return xml(
         "BoundsDomain",
         xml("RequiredProperties", xml("Property", name="Input", function="Input")),

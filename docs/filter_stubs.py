@@ -1,0 +1,111 @@
+"""Types of the filters for editors and type checkers, which do not see methods made from tables."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from vtk_mls import filters
+from vtk_mls.filters import properties
+
+STUBS = Path(filters.__file__).with_name("__init__.pyi")
+HEAD = '''"""Written by `python docs/properties_page.py` from the tables of properties."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+
+from vtk_mls import HalfPlane, Plane, Surface
+
+'''
+# What an algorithm of VTK has anyway, or what is not for users.
+INHERITED = ("ProcessRequest", "Request", "FillInputPortInformation", "is_")
+_CUT = "Plane | HalfPlane | Surface"
+
+
+def stubs():
+    """The text of the stubs."""
+    classes = [getattr(filters, name) for name in filters.__all__]
+    return HEAD + "\n".join(_class(each) for each in classes)
+
+
+def _class(kind):
+    lines = [
+        f"class {kind.__name__}(VTKPythonAlgorithmBase):",
+        "    def __init__(self) -> None: ...",
+    ]
+    known = set()
+    for each in kind.PROPERTIES:
+        known.update(each.methods())
+        lines += [_property_method(each, getattr(kind, name)) for name in each.methods()]
+    others = {
+        name: method
+        for base in reversed(kind.__mro__)
+        if base.__module__.startswith("vtk_mls")
+        for name, method in vars(base).items()
+        if inspect.isfunction(method) and not name.startswith(("_", *INHERITED))
+    }
+    lines += [_method(others[name]) for name in others if name not in known]
+    return "\n".join(lines) + "\n"
+
+
+def _property_method(each, method):
+    """A method of a property, with its help if it has all of it."""
+    name = method.__name__
+    gives = "int" if "NumberOf" in name else _type_of(each)
+    result = gives if name.startswith("Get") else "None"
+    taken = {"self": "", **_types_taken(each)}
+    parameters = [
+        f"{parameter}: {taken[parameter.name]}".removesuffix(": ")
+        for parameter in inspect.signature(method).parameters.values()
+    ]
+    head = f"    def {name}({', '.join(parameters)}) -> {result}:"
+    if " ".join(each.help.split()) not in " ".join(method.__doc__.split()):
+        return f"{head} ..."
+    text = method.__doc__.replace("\n", "\n        ").replace("        \n", "\n")
+    end = "\n        " if "\n" in text else ""
+    return f'{head}\n        """{text}{end}"""\n'
+
+
+def _method(method):
+    names = ", ".join(map(str, inspect.signature(method).parameters.values()))
+    return f"    def {method.__name__}({names}) -> Any: ..."
+
+
+def _types_taken(each):
+    """Types of what setters are given, by the names of their parameters."""
+    return {
+        "value": _type_of(each),
+        "values": "ArrayLike" if isinstance(each, properties.Rows) else "float | Sequence[float]",
+        "choice": f"Literal[{', '.join(_quoted(each))}]",
+        "wanted": "bool",
+        "text": "str | None",
+        "name": "str",
+        "cut": _CUT,
+        "index": "int",
+        "count": "int",
+        **dict.fromkeys(("x", "y", "z", "weight"), "float"),
+    }
+
+
+def _quoted(each):
+    return [f'"{choice}"' for choice in getattr(each, "choices", ())]
+
+
+def _type_of(each):
+    """The type of the value of a property."""
+    types = {
+        properties.Flag: "bool",
+        properties.Choice: "str",
+        properties.Text: "str",
+        properties.ArrayNames: "tuple[str, ...]",
+        properties.Cuts: f"tuple[{_CUT}, ...]",
+        properties.Positions: "tuple[tuple[float, float, float], ...]",
+        properties.Factors: "tuple[float, ...]",
+        properties.Number: type(each.default).__name__,
+    }
+    if isinstance(each, properties.Vector):
+        return f"tuple[{type(each.default[0]).__name__}, ...]"
+    return next(name for kind, name in types.items() if isinstance(each, kind))

@@ -1,0 +1,555 @@
+"""Written by `python docs/properties_page.py` from the tables of properties."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+
+from vtk_mls import HalfPlane, Plane, Surface
+
+class MLSControlPoints(VTKPythonAlgorithmBase):
+    def __init__(self) -> None: ...
+    def SetMode(self, choice: Literal["points", "lattice", "file"]) -> None:
+        """points: the rest positions are listed; lattice: they fill a box regularly; file: they
+        are read from one.
+
+        One of "points", "lattice", "file"; default: "points".
+        """
+
+    def GetMode(self) -> str: ...
+    def SetFileName(self, text: str | None) -> None:
+        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
+        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
+        list of deformed positions goes first, if it is not empty.
+
+        The path of a file; default: "".
+        """
+
+    def GetFileName(self) -> str: ...
+    def SetDeformedFileName(self, text: str | None) -> None:
+        """File with the positions q that control points were moved to, such as markups; or none.
+        They are matched with their p by labels, or else by order.
+
+        The path of a file; default: "".
+        """
+
+    def GetDeformedFileName(self) -> str: ...
+    def SetSpace(self, choice: Literal["lps", "ras"]) -> None:
+        """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
+        patient's left, y to the back, z to the head), as from MLS Image Reader.
+
+        One of "lps", "ras"; default: "lps".
+        """
+
+    def GetSpace(self) -> str: ...
+    def SetDeformedPoints(self, values: ArrayLike) -> None:
+        """Positions q to which the control points are dragged, with the mouse in the view or here,
+        one for each; none: they stay at rest.
+
+        They count in every mode.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
+    def GetNumberOfDeformedPoints(self) -> int: ...
+    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetRestPoints(self, values: ArrayLike) -> None:
+        """Positions p of the control points in the undeformed space.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfRestPoints(self, count: int) -> None: ...
+    def GetNumberOfRestPoints(self) -> int: ...
+    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetLatticeDimensions(self, *values: float | Sequence[float]) -> None:
+        """Number of control points in each direction of the lattice.
+
+        A single one lies in the middle.
+
+        (nx, ny, nz); default: (3, 3, 3).
+        """
+
+    def GetLatticeDimensions(self) -> tuple[int, ...]: ...
+    def SetBounds(self, *values: float | Sequence[float]) -> None:
+        """Box of the lattice: xmin, xmax, ymin, ymax, zmin, zmax.
+
+        (xmin, xmax, ymin, ymax, zmin, zmax), world coordinates; default: (-1.0, 1.0, -1.0, 1.0,
+        -1.0, 1.0).
+        """
+
+    def GetBounds(self) -> tuple[float, ...]: ...
+    def SetWeights(self, values: ArrayLike) -> None:
+        """A positive factor for each control point; empty: all count alike.
+
+        They count in every mode.
+
+        (n,) array_like; default: none.
+        """
+
+    def GetWeights(self) -> tuple[float, ...]: ...
+    def SetNumberOfWeights(self, count: int) -> None: ...
+    def GetNumberOfWeights(self) -> int: ...
+    def SetWeight(self, index: int, weight: float) -> None: ...
+    def GetOutput(self) -> Any: ...
+
+class MLSDeform(VTKPythonAlgorithmBase):
+    def __init__(self) -> None: ...
+    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial
+        bends most freely.
+
+        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
+        """
+
+    def GetKind(self) -> str: ...
+    def SetDegree(self, value: int) -> None:
+        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
+
+        An integer; default: 2.
+        """
+
+    def GetDegree(self) -> int: ...
+    def SetAlpha(self, value: float) -> None:
+        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
+        alpha). Must be greater than 0.
+
+        A number; default: 1.0.
+        """
+
+    def GetAlpha(self) -> float: ...
+    def SetBlend(self, value: float) -> None:
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.
+
+        A number; default: 1.0.
+        """
+
+    def GetBlend(self) -> float: ...
+    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
+        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+        half-plane has an edge through its origin, and begins there.
+
+        One of "none", "plane", "half-plane"; default: "none".
+        """
+
+    def GetCutType(self) -> str: ...
+    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
+        """A point of the plane, or of the edge of the half-plane.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
+        """
+
+    def GetCutOrigin(self) -> tuple[float, ...]: ...
+    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
+        """Normal of the plane or half-plane.
+
+        Its length does not count.
+
+        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
+        """
+
+    def GetCutNormal(self) -> tuple[float, ...]: ...
+    def SetCutInward(self, *values: float | Sequence[float]) -> None:
+        """Direction in which the half-plane extends from its edge; the edge is at a right angle to
+        it and to the normal.
+
+        Its part along the normal does not count.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
+        """
+
+    def GetCutInward(self) -> tuple[float, ...]: ...
+    def AddCut(self, cut: Plane | HalfPlane | Surface) -> None:
+        """Cuts beside those of CutType and of input port 2.
+
+        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
+        """
+
+    def ClearCuts(self) -> None: ...
+    def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
+    def SetNu(self, value: float) -> None:
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
+
+        The damping exponent of Eq. 28.
+
+        A number; default: 2.0.
+        """
+
+    def GetNu(self) -> float: ...
+    def SetDeformedPoints(self, values: ArrayLike) -> None:
+        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
+        that are not dragged hold the material where it is.
+
+        Without any, q = p. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
+    def GetNumberOfDeformedPoints(self) -> int: ...
+    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetRestPoints(self, values: ArrayLike) -> None:
+        """Positions p of the handles in the undeformed space, one for each of those dragged; to
+        begin with a lattice over the bounds of the input.
+
+        That lattice is ParaView's: without it there are none, and nothing moves. Those that
+        rest on the cut of CutType belong to neither of its sides and do not count: they would
+        hold it shut. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfRestPoints(self, count: int) -> None: ...
+    def GetNumberOfRestPoints(self) -> int: ...
+    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetWeights(self, values: ArrayLike) -> None:
+        """A positive factor for each handle; empty: all count alike.
+
+        (n,) array_like; default: none.
+        """
+
+    def GetWeights(self) -> tuple[float, ...]: ...
+    def SetNumberOfWeights(self, count: int) -> None: ...
+    def GetNumberOfWeights(self) -> int: ...
+    def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
+        """How values between the points of the input are interpolated.
+
+        One of "nearest", "linear", "cubic"; default: "linear".
+        """
+
+    def GetInterpolation(self) -> str: ...
+    def AddLabelArray(self, name: str) -> None:
+        """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
+        the interpolation is.
+
+        So are those that the input itself names in its field data LabelArrays, as the images of
+        segmentations do that `vtk_mls.io` reads.
+
+        Names; default: none.
+        """
+
+    def ClearLabelArrays(self) -> None: ...
+    def GetLabelArrays(self) -> tuple[str, ...]: ...
+    def SetBackground(self, value: float) -> None:
+        """Value where the deformed image has no material.
+
+        That is outside of the input and, unless values are continued there, in the void; in the
+        array vtkGhostType it is 0.
+
+        A number; default: 0.0.
+        """
+
+    def GetBackground(self) -> float: ...
+    def SetOutputGrid(self, choice: Literal["input", "fitted", "given"]) -> None:
+        """Grid of the output: that of the input; fitted, with the input's spacing but large enough
+        for the deformed volume; or given by dimensions, spacing and origin.
+
+        For "fitted" control points and cuts are updated in RequestInformation; "given" has the
+        directions of the input.
+
+        One of "input", "fitted", "given"; default: "input".
+        """
+
+    def GetOutputGrid(self) -> str: ...
+    def SetOutputDimensions(self, *values: float | Sequence[float]) -> None:
+        """Number of points of the output in each direction.
+
+        (nx, ny, nz); default: (64, 64, 64).
+        """
+
+    def GetOutputDimensions(self) -> tuple[int, ...]: ...
+    def SetOutputSpacing(self, *values: float | Sequence[float]) -> None:
+        """Distance of the output's points in each direction.
+
+        (x, y, z), world units; default: (1.0, 1.0, 1.0).
+        """
+
+    def GetOutputSpacing(self) -> tuple[float, ...]: ...
+    def SetOutputOrigin(self, *values: float | Sequence[float]) -> None:
+        """Position of the output's first point.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
+        """
+
+    def GetOutputOrigin(self) -> tuple[float, ...]: ...
+    def SetHideVoid(self, wanted: bool) -> None:
+        """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
+        clip or contour by VoidDistance at 0, which gives a smooth face.
+
+        True or False; default: True.
+        """
+
+    def GetHideVoid(self) -> bool: ...
+    def SetSplitCells(self, wanted: bool) -> None:
+        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells
+        that are torn are kept, marked in the cell array Void, and hidden.
+
+        True or False; default: True.
+        """
+
+    def GetSplitCells(self) -> bool: ...
+    def SetVoidValues(self, choice: Literal["background", "continued"]) -> None:
+        """What arrays hold in the void: the background; or continued, as if the material of each
+        side went on behind the face of the cut. Turn HideVoid off, contour or slice that and
+        clip the result by VoidDistance at 0: it ends at the face without steps.
+
+        One of "background", "continued"; default: "background".
+        """
+
+    def GetVoidValues(self) -> str: ...
+    def SetGradientArray(self, text: str | None) -> None:
+        """Point scalars whose gradient in the deformed volume is wanted, as the point array
+        Gradient, for shading: it follows the deformation exactly.
+
+        Three floats, per world unit: J_G^T (grad f)(G(v)), and across the face on the face of
+        the void unless values are continued behind it.
+
+        A name; default: "".
+        """
+
+    def GetGradientArray(self) -> str: ...
+    def AddGradientVectorArray(self, name: str) -> None:
+        """Arrays of the input that are gradients, and are transformed as such (covariantly). So
+        are the active normals, without being named.
+
+        Names; default: none.
+        """
+
+    def ClearGradientVectorArrays(self) -> None: ...
+    def GetGradientVectorArrays(self) -> tuple[str, ...]: ...
+    def SetNormalizeGradient(self, wanted: bool) -> None:
+        """Whether gradients get length 1.
+
+        True or False; default: False.
+        """
+
+    def GetNormalizeGradient(self) -> bool: ...
+    def AddPushForwardArray(self, name: str) -> None:
+        """Arrays of vectors that move with the material, as velocities do, and are transformed as
+        such (contravariantly).
+
+        Names; default: none.
+        """
+
+    def ClearPushForwardArrays(self) -> None: ...
+    def GetPushForwardArrays(self) -> tuple[str, ...]: ...
+    def SetGenerateJacobian(self, wanted: bool) -> None:
+        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.
+
+        It is (I + J_D)^T of Eq. 29, row by row.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobian(self) -> bool: ...
+    def SetGenerateJacobianDeterminant(self, wanted: bool) -> None:
+        """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
+        folded, and the field array FoldedVoxels with the number of such points.
+
+        The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells, with
+        the number of cells whose volume has changed its sign. If the output is made in pieces,
+        they are numbers of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobianDeterminant(self) -> bool: ...
+    def SetDevice(self, text: str | None) -> None:
+        """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device
+        as in 0:1; reference for the slow float64 specification in numpy.
+
+        A text; default: "".
+        """
+
+    def GetDevice(self) -> str: ...
+    def GetOutput(self) -> Any: ...
+    def SetInputData(self, *port_and_data) -> Any: ...
+    def DisconnectControlPoints(self) -> Any: ...
+    def DisconnectCuts(self) -> Any: ...
+
+class MLSDisplacementField(VTKPythonAlgorithmBase):
+    def __init__(self) -> None: ...
+    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial
+        bends most freely.
+
+        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
+        """
+
+    def GetKind(self) -> str: ...
+    def SetDegree(self, value: int) -> None:
+        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
+
+        An integer; default: 2.
+        """
+
+    def GetDegree(self) -> int: ...
+    def SetAlpha(self, value: float) -> None:
+        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
+        alpha). Must be greater than 0.
+
+        A number; default: 1.0.
+        """
+
+    def GetAlpha(self) -> float: ...
+    def SetBlend(self, value: float) -> None:
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.
+
+        A number; default: 1.0.
+        """
+
+    def GetBlend(self) -> float: ...
+    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
+        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+        half-plane has an edge through its origin, and begins there.
+
+        One of "none", "plane", "half-plane"; default: "none".
+        """
+
+    def GetCutType(self) -> str: ...
+    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
+        """A point of the plane, or of the edge of the half-plane.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
+        """
+
+    def GetCutOrigin(self) -> tuple[float, ...]: ...
+    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
+        """Normal of the plane or half-plane.
+
+        Its length does not count.
+
+        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
+        """
+
+    def GetCutNormal(self) -> tuple[float, ...]: ...
+    def SetCutInward(self, *values: float | Sequence[float]) -> None:
+        """Direction in which the half-plane extends from its edge; the edge is at a right angle to
+        it and to the normal.
+
+        Its part along the normal does not count.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
+        """
+
+    def GetCutInward(self) -> tuple[float, ...]: ...
+    def AddCut(self, cut: Plane | HalfPlane | Surface) -> None:
+        """Cuts beside those of CutType and of input port 2.
+
+        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
+        """
+
+    def ClearCuts(self) -> None: ...
+    def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
+    def SetNu(self, value: float) -> None:
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
+
+        The damping exponent of Eq. 28.
+
+        A number; default: 2.0.
+        """
+
+    def GetNu(self) -> float: ...
+    def SetDeformedPoints(self, values: ArrayLike) -> None:
+        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
+        that are not dragged hold the material where it is.
+
+        Without any, q = p. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
+    def GetNumberOfDeformedPoints(self) -> int: ...
+    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetRestPoints(self, values: ArrayLike) -> None:
+        """Positions p of the handles in the undeformed space, one for each of those dragged; to
+        begin with a lattice over the bounds of the input.
+
+        That lattice is ParaView's: without it there are none, and nothing moves. Those that
+        rest on the cut of CutType belong to neither of its sides and do not count: they would
+        hold it shut. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfRestPoints(self, count: int) -> None: ...
+    def GetNumberOfRestPoints(self) -> int: ...
+    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetWeights(self, values: ArrayLike) -> None:
+        """A positive factor for each handle; empty: all count alike.
+
+        (n,) array_like; default: none.
+        """
+
+    def GetWeights(self) -> tuple[float, ...]: ...
+    def SetNumberOfWeights(self, count: int) -> None: ...
+    def GetNumberOfWeights(self) -> int: ...
+    def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetInverse(self, wanted: bool) -> None:
+        """Whether to make the displacement to where the material goes, which moves points, instead
+        of the one to where it came from, which resamples images.
+
+        True or False; default: False.
+        """
+
+    def GetInverse(self) -> bool: ...
+    def SetSampleDimensions(self, *values: float | Sequence[float]) -> None:
+        """Number of points in each direction where the input is not an image.
+
+        (nx, ny, nz); default: (32, 32, 32).
+        """
+
+    def GetSampleDimensions(self) -> tuple[int, ...]: ...
+    def SetGenerateJacobian(self, wanted: bool) -> None:
+        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.
+
+        It is (I + J_D)^T of Eq. 29, row by row.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobian(self) -> bool: ...
+    def SetGenerateJacobianDeterminant(self, wanted: bool) -> None:
+        """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
+        folded, and the field array FoldedVoxels with the number of such points.
+
+        The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells, with
+        the number of cells whose volume has changed its sign. If the output is made in pieces,
+        they are numbers of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobianDeterminant(self) -> bool: ...
+    def SetDevice(self, text: str | None) -> None:
+        """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device
+        as in 0:1; reference for the slow float64 specification in numpy.
+
+        A text; default: "".
+        """
+
+    def GetDevice(self) -> str: ...
+    def GetOutput(self) -> Any: ...
+    def SetInputData(self, *port_and_data) -> Any: ...
+    def DisconnectControlPoints(self) -> Any: ...
+    def DisconnectCuts(self) -> Any: ...
