@@ -78,6 +78,7 @@ def test_sdist_is_complete(distributions):
     assert expected - names == set()
 
 
+@pytest.mark.long
 def test_wheel_in_a_fresh_environment(distributions, tmp_path):
     venv.create(tmp_path / "fresh", with_pip=True, symlinks=True)
     python = tmp_path / "fresh" / "bin" / "python"
