@@ -1,5 +1,7 @@
 """The kernels against the specification, on every device of this machine."""
 
+import threading
+
 import numpy as np
 import pytest
 from conftest import (
@@ -184,6 +186,28 @@ def test_threads_share_an_engine(key, rng):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(ask, sets))
     np.testing.assert_array_equal(alone, together)
+
+
+def test_one_question_waits_for_the_other(key, rng):
+    """Arguments of a kernel belong to one launch at a time."""
+    d, v = Deformation(*random_handles(rng, 5), device=key), rng.uniform(0, EXTENT, (10, 3))
+    d.backward(v)  # so that it takes no time below
+    answered, seen = threading.Event(), []
+
+    def ask():
+        d.backward(v)
+        answered.set()
+
+    def progress(fraction):
+        if not seen:
+            other.start()
+            seen.append(answered.wait(0.5))
+
+    other = threading.Thread(target=ask)
+    d.displacement_field((8, 8, 8), progress=progress)
+    other.join()
+    assert seen == [False]
+    assert answered.is_set()
 
 
 def test_one_point_per_work_item(key, kind_and_degree, rng, monkeypatch):
