@@ -22,6 +22,30 @@ for name in {names}:
 from vtk_mls.cli import main
 sys.exit(main(sys.argv[1:]))
 """
+# Runs the command; where the worker begins to import or to call something, code is run.
+AT = """
+import ctypes, importlib.abc, os, signal, sys, time
+
+def forever():
+    signal.pause()  # as C++ does: without the interpreter's eye on signals
+    while True:
+        ctypes.PyDLL(None).sleep(1)
+
+def meet():
+    {code}
+
+class Finder(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "{place}":
+            meet()
+
+sys.meta_path.insert(0, Finder())
+if "{place}" == "the replacing":
+    from vtk_mls.files import replacing
+    replacing._put_in_place = lambda *_: meet()
+from vtk_mls.cli import main
+sys.exit(main())
+"""
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 import SimpleITK as sitk
-from test_cli import FAST, files, run  # noqa: F401
-from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
+from command_fixtures import files, run  # noqa: F401
+from vtk_fixtures import DEFORMED, FAST, REST, messages  # noqa: F401
 
 from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.cli import main

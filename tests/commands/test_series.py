@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import run
-from test_supervision import AT
+from command_fixtures import AT, run
 from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkPoints

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from command_fixtures import PROJECT, files, run  # noqa: F401
+from command_fixtures import AT, PROJECT, files, run  # noqa: F401
 from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
@@ -15,31 +15,6 @@ from vtk_mls.commands import supervision
 pytestmark = pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
 
 DEFORM = ["deform", "in.vti", "handles.csv", "out.mhd", "--device", "reference"]
-
-# Runs the command; where the worker begins to import or to call something, code is run.
-AT = """
-import ctypes, importlib.abc, os, signal, sys, time
-
-def forever():
-    signal.pause()  # as C++ does: without the interpreter's eye on signals
-    while True:
-        ctypes.PyDLL(None).sleep(1)
-
-def meet():
-    {code}
-
-class Finder(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path, target=None):
-        if name == "{place}":
-            meet()
-
-sys.meta_path.insert(0, Finder())
-if "{place}" == "the replacing":
-    from vtk_mls.files import replacing
-    replacing._put_in_place = lambda *_: meet()
-from vtk_mls.cli import main
-sys.exit(main())
-"""
 PLACES = ["argparse", "numpy", "vtkmodules", "vtk_mls.filters", "the replacing"]
 STOP = "os.kill(os.getppid(), signal.{}); forever()"
 

@@ -185,3 +185,14 @@ def test_fitted_grid_follows_a_far_move(device):
     fitted = d.fitted_grid(source)
     got = d.resample([np.ones(source.shape)], Sampling(source, fitted))[0]
     assert got.sum() == pytest.approx(1000)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+def test_more_values_than_31_bits_count(key):
+    """Memory that nothing is written to costs none."""
+    grid = Grid((2**16, 2**15 + 1, 1))
+    image = np.zeros(grid.shape, np.uint8)
+    image[0, -1, -3:] = 5, 6, 7
+    corner = Grid((3, 1, 1), (2**16 - 3, 2**15, 0))
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=key)
+    assert d.resample([image], grid, corner)[0].tolist() == [[[5, 6, 7]]]

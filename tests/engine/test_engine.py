@@ -1,5 +1,7 @@
 """The kernels against the specification, on every device of this machine."""
 
+import threading
+
 import numpy as np
 import pytest
 from conftest import (
@@ -16,7 +18,7 @@ from conftest import (
 from drivers import check_kernels
 from pairwise import paired
 
-from vtk_mls import Deformation, Grid, HalfPlane, Sampling
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling
 from vtk_mls.engine import device, dispatch, engine
 
 pytestmark = pytest.mark.skipif(
@@ -139,6 +141,15 @@ def test_small_memory_gives_the_same_in_slabs(key, kind_and_degree, rng, monkeyp
     np.testing.assert_array_equal(d.resample([image], grid)[0], resampled)
 
 
+def test_points_on_both_sides_of_a_plane_go_in_slabs(key, rng, monkeypatch):
+    cut = Plane((128, 128, 128), (0.1, 0.2, 1))
+    d = deformation(*random_handles(rng, 15), ("rigid", 1), key, cuts=[cut])
+    v = rng.uniform(0, EXTENT, (5000, 3))
+    whole = d.backward(v)
+    monkeypatch.setattr(engine.on(dispatch.choose(key)), "memory", 4 * 24 * 1024)
+    np.testing.assert_allclose(d.backward(v), whole, rtol=0, atol=1e-4)
+
+
 def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     """As on a GPU, where the host's arrays are not the device's."""
     chosen = engine.on(dispatch.choose(key))
@@ -186,6 +197,28 @@ def test_threads_share_an_engine(key, rng):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(ask, sets))
     np.testing.assert_array_equal(alone, together)
+
+
+def test_one_question_waits_for_the_other(key, rng):
+    """Arguments of a kernel belong to one launch at a time."""
+    d, v = Deformation(*random_handles(rng, 5), device=key), rng.uniform(0, EXTENT, (10, 3))
+    d.backward(v)  # so that it takes no time below
+    answered, seen = threading.Event(), []
+
+    def ask():
+        d.backward(v)
+        answered.set()
+
+    def progress(fraction):
+        if not seen:
+            other.start()
+            seen.append(answered.wait(0.5))
+
+    other = threading.Thread(target=ask)
+    d.displacement_field((8, 8, 8), progress=progress)
+    other.join()
+    assert seen == [False]
+    assert answered.is_set()
 
 
 def test_one_point_per_work_item(key, kind_and_degree, rng, monkeypatch):

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,6 +153,19 @@ def test_whatever_ends_the_writing_leaves_nothing(tmp_path, error):
     with pytest.raises(error, match=r"x\.mhd"):
         write()
     assert _contents(tmp_path) == {"x.mhd": b"the old one"}
+
+
+def test_the_file_that_names_others_comes_last(tmp_path, monkeypatch):
+    """So that whoever finds it finds those, too."""
+    order = []
+    replace = Path.replace
+    monkeypatch.setattr(Path, "replace", lambda *both: (order.append(both[1].name), replace(*both)))
+    with replacing(tmp_path / "x.mhd") as new:
+        new.write_text("header")
+        new.with_suffix(".raw").write_text("values")
+        new.with_suffix(".zraw").write_text("values")
+    assert order[-1] == "x.mhd"
+    assert len(order) == 3
 
 
 def test_the_remains_of_a_killed_process_can_be_removed(tmp_path):

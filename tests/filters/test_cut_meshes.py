@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from conftest import DEVICES
 from mesh_fixtures import (
     CUTS,
     HIGH,
@@ -26,6 +27,7 @@ from mesh_fixtures import (
     sphere,
     split,
 )
+from pairwise import paired
 from vtk_fixtures import (
     REST,
     add_array,
@@ -356,8 +358,11 @@ def test_a_cut_elsewhere_changes_nothing(any_mesh):
     assert output.GetNumberOfPoints() == any_mesh.GetNumberOfPoints()
 
 
-@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
-@pytest.mark.parametrize("name", ["cells 10", "structured", "polyhedra"])
+@paired(
+    name=["cells 10", "structured", "polyhedra"],
+    cut=["plane", "half-plane", "polygon"],
+    device=["reference", *DEVICES],
+)
 def test_each_side_moves_by_its_own_map(name, cut, device):
     mesh, cut = MESHES[name](), CUTS[cut]
     output = update(deforming(mesh, control_points(REST, OPENED), device, cut))

@@ -3,6 +3,7 @@ points and cuts of several processes."""
 
 import numpy as np
 import pytest
+from pairwise import paired
 from vtk_fixtures import (
     DEFORMED,
     FAST,
@@ -103,13 +104,17 @@ def check(make, counts=(2, 7)):
             np.testing.assert_array_equal(got[key], values, err_msg=f"{key} of {count} pieces")
 
 
-@pytest.mark.parametrize("cuts", [(), (OPENED,), (Plane((4, 4, 3), (1, 0.3, 0.1)),)])
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@pytest.mark.parametrize(
-    ("grid", "void_values"),
-    [("input", "background"), ("fitted", "background"), ("given", "continued")],
+CUTS = {"none": (), "half-plane": (OPENED,), "plane": (Plane((4, 4, 3), (1, 0.3, 0.1)),)}
+
+
+@paired(
+    cuts=CUTS,
+    interpolation=INTERPOLATIONS,
+    grid_and_void=[("input", "background"), ("fitted", "background"), ("given", "continued")],
 )
-def test_pieces_of_a_deformed_image(interpolation, cuts, grid, void_values):
+def test_pieces_of_a_deformed_image(cuts, interpolation, grid_and_void):
+    cuts, (grid, void_values) = CUTS[cuts], grid_and_void
+
     def make():
         deform = pipeline(MLSDeform, cuts)
         deform.SetInterpolation(interpolation)

@@ -281,11 +281,6 @@ add(
     "return np.flatnonzero(here)",
     CUTS,
 )
-add(
-    "engine: 64-bit integers are summed in float",
-    '"uint16", "float32")\n',
-    '"uint16", "float32", "int64", "float64", "int32")\n',
-)
 add = _in("vtk_mls/engine/inverse.py", FORWARD)
 add("inverse: what is not found counts as found", "= 5e-6, 1e-5\n", "= 5e-3, 1e-2\n")
 add("inverse: no second start", "_STARTS = 4 ", "_STARTS = 0 ")

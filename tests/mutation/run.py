@@ -67,7 +67,7 @@ def main():
                 seconds = time.monotonic() - start
             results[fault] = found, seconds
             print(f"{number}/{len(chosen)} {fault.breaks}: {found} ({seconds:.0f} s)", flush=True)
-            if found:
+            if found and "::" in found:
                 known[fault.breaks] = found
             known_file.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n")
         sound = _passes(tree, [found for found, _ in results.values() if found and "::" in found])
