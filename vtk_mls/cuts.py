@@ -21,8 +21,10 @@ nothing changes.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.reals import real, shown
 
@@ -39,22 +41,26 @@ class Plane:
         Points on the plane itself belong to the side of `normal`.
     """
 
-    point: np.ndarray
-    normal: np.ndarray
+    point: NDArray[np.float64]
+    normal: NDArray[np.float64]
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, point: ArrayLike, normal: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         _set(self, point=_vector("point", self.point), normal=_direction("normal", self.normal))
 
-    def height(self, x):
+    def height(self, x: ArrayLike) -> NDArray[np.float64]:
         """Signed distance (...) of places `x` (..., 3) from the plane, world units."""
         return (x - self.point) @ self.normal
 
-    def void_distance(self, v, g):
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
         side = np.where(self.height(v) < 0, -1, 1)
         return side * self.height(g)
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
 
@@ -73,12 +79,16 @@ class HalfPlane:
         Direction from the edge into the cut; its part along `normal` does not count.
     """
 
-    point: np.ndarray
-    normal: np.ndarray
-    inward: np.ndarray
-    along: np.ndarray = field(init=False, repr=False)
+    point: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    inward: NDArray[np.float64]
+    along: NDArray[np.float64] = field(init=False, repr=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, point: ArrayLike, normal: ArrayLike, inward: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         normal, inward = _direction("normal", self.normal), _direction("inward", self.inward)
         across = inward - (inward @ normal) * normal
         if np.linalg.norm(across) < 1e-6:
@@ -94,17 +104,19 @@ class HalfPlane:
             along=np.cross(normal, inward),
         )
 
-    def frame(self, x):
+    def frame(
+        self, x: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Height over the cut, depth from the edge and place along it, (...) each."""
         offset = x - self.point
         return offset @ self.normal, offset @ self.inward, offset @ self.along
 
-    def blocks(self, v, q):
+    def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the cut is between `v` and `q` (..., 3)."""
         (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
         return ((s < 0) != (t < 0)) & (h * np.abs(t) + g * np.abs(s) > 0)
 
-    def bend(self, v, q):
+    def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where the detour from `v` to `q` bends (..., 3)."""
         (s, h, a), (t, g, b) = self.frame(v), self.frame(q)
         r_v, r_q = np.hypot(s, h), np.hypot(t, g)
@@ -112,7 +124,7 @@ class HalfPlane:
         share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
         return self.point + (a + (b - a) * share)[..., None] * self.along
 
-    def void_distance(self, v, g):
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous on each side."""
         (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
         to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
@@ -124,7 +136,7 @@ class HalfPlane:
         reach = np.minimum(to_cut, to_edge)
         return np.where(self.blocks(v, g), -reach, reach)
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         t, e, _ = self.frame(g)
         beside = e > 0
@@ -144,11 +156,15 @@ class Surface:
         Corners of each triangle, as rows of `points`. Orientation does not matter.
     """
 
-    points: np.ndarray
-    triangles: np.ndarray
-    boundary: np.ndarray = field(init=False, repr=False)
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int32]
+    boundary: NDArray[np.float64] = field(init=False, repr=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         points = real("points", self.points)
         rows = real("triangles", self.triangles)
         triangles = np.where(np.isfinite(rows), rows, -1).astype(np.int64)
@@ -179,7 +195,7 @@ class Surface:
         _set(self, points=points, triangles=triangles, boundary=points[edges[count % 2 == 1]])
 
     @classmethod
-    def polygon(cls, outline):
+    def polygon(cls, outline: ArrayLike) -> Surface:
         """The flat surface within `outline` (n, 3), a closed line of any shape, in order."""
         outline = real("outline", outline)
         if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
@@ -189,7 +205,7 @@ class Surface:
         fan = [(n, i, (i + 1) % n) for i in range(n)]
         return cls(np.vstack([outline, outline.mean(axis=0)]), fan)
 
-    def blocks(self, v, q):
+    def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether an odd number of triangles is between `v` and `q` (..., 3)."""
         v, q = np.broadcast_arrays(v, q)
         odd = np.zeros(v.shape[:-1], bool)
@@ -197,7 +213,7 @@ class Surface:
             odd ^= _crosses(v, q, *self.points[triangle])
         return odd
 
-    def bend(self, v, q):
+    def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Where the detour from `v` to `q` bends (..., 3); NaN for a closed surface."""
         v, q = np.broadcast_arrays(v, q)
         best, shortest = np.full(v.shape, np.nan), np.full(v.shape[:-1], np.inf)
@@ -209,7 +225,7 @@ class Surface:
             best = np.where(better[..., None], at, best)
         return best
 
-    def void_distance(self, v, g):
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Below 0 where the segment from `v` to `g` (m, 3) crosses; continuous off the cut."""
         reach = np.full(len(v), np.inf)
         for triangle in self.points[self.triangles]:
@@ -218,7 +234,7 @@ class Surface:
             reach = np.minimum(reach, _distance_of_segments(v, g, a, b))
         return np.where(self.blocks(v, g), -reach, reach)
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
         for triangle in self.points[self.triangles]:
