@@ -13,9 +13,10 @@ from vtk_fixtures import (
     update,
 )
 from vtkmodules.vtkCommonCore import VTK_FLOAT
-from vtkmodules.vtkCommonDataModel import VTK_TETRA
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 
-from vtk_mls import arrays
+from vtk_mls import Deformation, arrays
+from vtk_mls.announcements import announce
 from vtk_mls.filters import MLSDisplacementField
 
 
@@ -129,3 +130,36 @@ def test_every_filter(name):
     assert again.keys() == expected.keys()
     for key, values in expected.items():
         np.testing.assert_array_equal(again[key], values)
+
+
+@pytest.fixture
+def in_blocks():
+    """A filter on an image of three blocks."""
+    blocks = vtkMultiBlockDataSet()
+    for number in range(3):
+        blocks.SetBlock(number, make_image((4, 5, 6 + number)))
+    return deforming(blocks, GenerateJacobian=True)
+
+
+def test_blocks_share_the_progress(in_blocks):
+    update(in_blocks)
+    in_blocks.Modified()
+    seen = Observer(in_blocks)
+    update(in_blocks)
+    assert seen.told == sorted(seen.told)
+    assert len(set(seen.told)) > 6
+    assert seen.told[-1] == 1  # VTK says so, of the last block and of all
+
+
+def test_a_sentence_does_not_change_the_progress(in_blocks, monkeypatch):
+    asked = Deformation.jacobian_field
+
+    def jacobian_field(*arguments):
+        announce("Building kernels ...")
+        return asked(*arguments)
+
+    monkeypatch.setattr(Deformation, "jacobian_field", jacobian_field)
+    seen = Observer(in_blocks)
+    update(in_blocks)
+    assert seen.told == sorted(seen.told)
+    assert seen.told[-1] == 1

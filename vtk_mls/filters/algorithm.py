@@ -144,7 +144,9 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _show(self, sentence):
         """Show beside the progress bar what is done just now."""
         self.SetProgressText(sentence)
-        self.UpdateProgress(self.GetProgress() % 1)
+        # as far as before; VTK shifts and scales what it is told of one of several blocks
+        told = (self.GetProgress() - self.GetProgressShift()) / self.GetProgressScale()
+        self.UpdateProgress(told % 1)
 
     def _warn(self, sentence):
         text = f"{type(self).__name__}: {sentence}"
