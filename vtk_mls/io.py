@@ -21,8 +21,8 @@ from vtk_mls.files.blocks import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.files.vtk_io import failures_named
+from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.cut_inputs import surfaces
-from vtk_mls.filters.handle_lists import fill_polydata
 
 _PathLike = str | PathLike[str]
 _DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
@@ -196,7 +196,7 @@ def read_control_points(
     Returns
     -------
     vtkPolyData
-        As `handle_lists.fill_polydata` makes it, in LPS.
+        As `control_point_polydata.fill_polydata` makes it, in LPS.
 
     Raises
     ------

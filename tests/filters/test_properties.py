@@ -21,7 +21,7 @@ OTHER = {
     properties.FileName: "a.csv",
     properties.Flag: lambda default: not default,
     properties.Choice: "another",
-    properties.Places: ((1.0, 2.0, 3.0),),
+    properties.Positions: ((1.0, 2.0, 3.0),),
     properties.Slider: lambda default: default + 1,
     properties.Number: lambda default: default + 1,
     properties.Text: "cpu",

@@ -17,7 +17,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls import KINDS, Deformation, DeviceError, arrays
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
-from vtk_mls.filters.handle_lists import fill_polydata
+from vtk_mls.filters.control_point_polydata import fill_polydata
 
 # How far G(v) may be from x where v was called found, next to the size of what is deformed: what
 # the search leaves, and what the device's float32 blurs.

@@ -111,11 +111,11 @@ def _corners(blocks):
 
 def _summary(output, options):
     size = " x ".join(str(n) for n in output.GetDimensions())
-    way = "forward" if options.inverse else "backward"
+    direction = "forward" if options.inverse else "backward"
     if not options.jacobian:
-        return f"{size} {way} displacements, {options.kind}"
+        return f"{size} {direction} displacements, {options.kind}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)
-    return f"{size} {way} determinants, {options.kind}; {folded} of them not above 0"
+    return f"{size} {direction} determinants, {options.kind}; {folded} of them not above 0"
 
 
 def _remarks(output, options):

@@ -139,7 +139,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             return check_abort()
 
         with whole(report) as progress:
-            in_turn(tasks, progress)
+            run_all(tasks, progress)
 
     def _show(self, sentence):
         """Show beside the progress bar what is done just now."""
@@ -198,7 +198,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             self._muffled = None
 
 
-def in_turn(tasks, progress):
+def run_all(tasks, progress):
     """Call functions of a Progress, each with its part of the one given."""
     for task, part in zip(tasks, progress.divided(*[1] * len(tasks))):
         part.report(0)

@@ -8,14 +8,15 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtk_mls.files import control_point_files, provenance
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm
+from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.handle_arrows import fill_arrows
-from vtk_mls.filters.handle_lists import HandleLists, fill_polydata, numbers_of
+from vtk_mls.filters.own_control_points import OwnControlPoints, numbers_of
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.reals import shown
 
 
 @with_properties(property_tables.CONTROL_POINTS)
-class MLSControlPoints(HandleLists, Algorithm):
+class MLSControlPoints(OwnControlPoints, Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex; the point vectors "Displacement" are q - p; the point
@@ -35,12 +36,12 @@ class MLSControlPoints(HandleLists, Algorithm):
         elif mode == "file":
             filed = self._filed()
             defaults, labels = (filed.rest, filed.deformed, filed.weights), filed.labels
-        rest, deformed, weights = self._handles(*defaults)
-        handles, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
-        fill_polydata(handles, rest, deformed, weights, labels)
+        rest, deformed, weights = self._listed_control_points(*defaults)
+        points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
+        fill_polydata(points, rest, deformed, weights, labels)
         fill_arrows(arrows, rest, deformed)
         if mode == "file":
-            for polydata in (handles, arrows):
+            for polydata in (points, arrows):
                 provenance.keep(polydata, provenance.SPACE, ["LPS"])
         return 1
 

@@ -72,14 +72,14 @@ def surfaces(polydata):
         )
     parts.Update()
     result = parts.GetOutput()
-    places = arrays.to_numpy(result.GetPoints().GetData())
+    positions = arrays.to_numpy(result.GetPoints().GetData())
     corners = arrays.to_numpy(result.GetPolys().GetConnectivityArray()).reshape(-1, 3)
     part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[corners[:, 0]]
     found = []
     for number in range(part.max() + 1):
         used, rows = np.unique(corners[part == number], return_inverse=True)
         try:
-            found.append(Surface(places[used], rows.reshape(-1, 3)))
+            found.append(Surface(positions[used], rows.reshape(-1, 3)))
         except ValueError as error:
             raise ValueError(f"`Cuts` has no usable surface: {error}") from error
     return found

@@ -10,18 +10,18 @@ from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.handle_lists import HandleLists
+from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, requested_extent
 from vtk_mls.reals import real, shown
 
 _DISPLACEMENT, _WEIGHT = "Displacement", "Weight"
 _ANCHOR = np.zeros((1, 3))
-_ON_CUT = 1e-6  # times the extent of the handles
+_ON_CUT = 1e-6  # times the extent of the control points
 
 
 @with_properties(property_tables.DEFORMING)
-class DeformingFilter(HandleLists, Algorithm):
+class DeformingFilter(OwnControlPoints, Algorithm):
     """Base of the filters with control points and an image as output.
 
     The control points are polydata on input port 1, if something is connected there: points are p,
@@ -63,7 +63,7 @@ class DeformingFilter(HandleLists, Algorithm):
         self.SetInputDataObject(*port_and_data)
 
     def DisconnectControlPoints(self):
-        """Remove the input from port 1: the filter's own handles count again."""
+        """Remove the input from port 1: those of the properties count again."""
         self.RemoveAllInputConnections(1)
 
     def DisconnectCuts(self):
@@ -147,16 +147,18 @@ class DeformingFilter(HandleLists, Algorithm):
         """The deformation by the inputs of RequestData."""
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
-    def _deformation(self, handles, surfaces):
+    def _deformation(self, control_points, surfaces):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
-        names = self._handle_arrays(*handles) if handles else ()
+        names = self._control_point_arrays(*control_points) if control_points else ()
         cuts = self._all_cuts(surfaces)
-        data = _stamps(handles)
-        state = (data, names or self._handle_lists(), self.GetBlend(), cuts)
+        data = _stamps(control_points)
+        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts)
         state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
         if self._known is None or self._known[0] != state:
-            points = arrays.control_points(*handles, *names) if handles else self._own_handles()
-            rest, deformed, weights = points
+            if control_points:
+                rest, deformed, weights = arrays.control_points(*control_points, *names)
+            else:
+                rest, deformed, weights = self._own_control_points()
             deformation = Deformation(
                 rest,
                 self._blended(rest, deformed),
@@ -185,7 +187,7 @@ class DeformingFilter(HandleLists, Algorithm):
         kind = property_tables.CUT_TYPE.checked(self)
         return kind, self.GetCutOrigin(), self.GetCutNormal(), self.GetCutInward()
 
-    def _handle_arrays(self, polydata):
+    def _control_point_arrays(self, polydata):
         """Names of the arrays with q - p and, or None, with weights."""
         displacement = self._array_name(0, polydata) or _DISPLACEMENT
         weight = self._array_name(1, polydata) or _WEIGHT
@@ -193,9 +195,9 @@ class DeformingFilter(HandleLists, Algorithm):
             weight = None
         return displacement, weight
 
-    def _own_handles(self):
+    def _own_control_points(self):
         """p, q and weights by properties; without any, a control point that stays."""
-        rest, deformed, weights = self._handles()
+        rest, deformed, weights = self._listed_control_points()
         if np.abs(rest).max(initial=0) > np.finfo(np.float32).max:
             raise ValueError(
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
@@ -215,8 +217,8 @@ class DeformingFilter(HandleLists, Algorithm):
         """
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
         size = (high - low).max()
-        handles = np.concatenate([deformation.rest, deformation.deformed])
-        distance = np.abs(handles - (low + high) / 2).max()
+        positions = np.concatenate([deformation.rest, deformation.deformed])
+        distance = np.abs(positions - (low + high) / 2).max()
         if 0 < size < distance * np.finfo(np.float32).eps:
             name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"
             raise ValueError(
@@ -271,11 +273,11 @@ class DeformingFilter(HandleLists, Algorithm):
         return None
 
 
-def _is_on(cut, places):
-    """Whether places (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
+def _is_on(cut, positions):
+    """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
     with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
-        size = np.ptp(places, axis=0).max(initial=0)
-        return cut.void_distance(places, places) <= _ON_CUT * size
+        size = np.ptp(positions, axis=0).max(initial=0)
+        return cut.void_distance(positions, positions) <= _ON_CUT * size
 
 
 def _stamps(data):

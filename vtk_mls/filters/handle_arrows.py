@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkGlyph3D
 from vtkmodules.vtkFiltersSources import vtkArrowSource
 
-from vtk_mls.filters.handle_lists import fill_polydata
+from vtk_mls.filters.control_point_polydata import fill_polydata
 
 
 def fill_arrows(polydata, rest, deformed):

@@ -340,7 +340,7 @@ class Rows(Property):
         }
 
 
-class Places(Rows):
+class Positions(Rows):
     """Positions."""
 
     columns = ("x", "y", "z")

@@ -13,7 +13,7 @@ from vtk_mls.filters.properties import (
     FileName,
     Flag,
     Number,
-    Places,
+    Positions,
     Slider,
     Text,
     Vector,
@@ -102,8 +102,8 @@ NU = Slider(
 )
 
 # Control points of a filter's own.
-HANDLES = (
-    Places(
+OWN_CONTROL_POINTS = (
+    Positions(
         "DeformedPoints",
         (),
         """Positions q to which the handles are dragged, with the mouse in the view or here.
@@ -111,7 +111,7 @@ HANDLES = (
         more="Without any, q = p. Unused where input port 1 is connected.",
         unit="world coordinates",
     ),
-    Places(
+    Positions(
         "RestPoints",
         (),
         """Positions p of the handles in the undeformed space, one for each of those dragged;
@@ -282,7 +282,7 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *HANDLES)
+_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *OWN_CONTROL_POINTS)
 DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
@@ -326,7 +326,7 @@ FILES = (
     SPACE,
 )
 LISTS = (
-    Places(
+    Positions(
         "DeformedPoints",
         (),
         """Positions q to which the control points are dragged, with the mouse in the view or
@@ -334,7 +334,7 @@ LISTS = (
         more="They count in every mode.",
         unit="world coordinates",
     ),
-    Places(
+    Positions(
         "RestPoints",
         (),
         "Positions p of the control points in the undeformed space.",

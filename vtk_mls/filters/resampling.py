@@ -8,7 +8,7 @@ from functools import partial
 from vtk_mls import arrays
 from vtk_mls.files import provenance
 from vtk_mls.filters import gradients, void_arrays
-from vtk_mls.filters.algorithm import in_turn
+from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.extents import of_cells
 
 
@@ -87,7 +87,7 @@ class Resampling:
                 method, background = self._method(array)
                 passes.setdefault(background, []).append((number, method))
         tasks += [partial(fill, background, members) for background, members in passes.items()]
-        in_turn(tasks, progress)
+        run_all(tasks, progress)
         arrays.set_image_values(new, results, old)
 
     def _method(self, array):
@@ -102,7 +102,7 @@ class Resampling:
 
     def _mark_void(self, progress):
         """Add "Void" and "VoidDistance", and hide the void."""
-        in_turn([self._mark_points, self._mark_cells], progress)
+        run_all([self._mark_points, self._mark_cells], progress)
 
     def _mark_points(self, progress):
         void_distance = self.deformation.void_distance_field(self.target, progress)

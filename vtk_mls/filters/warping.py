@@ -19,7 +19,7 @@ from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import arrays
 from vtk_mls.filters import gradients, void_arrays
-from vtk_mls.filters.algorithm import in_turn
+from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.orientation import inverted
 from vtk_mls.filters.splitting import crossed, set_places, split
 from vtk_mls.vector_fields import contravariant, covariant
@@ -146,7 +146,7 @@ class Warp:
             )
             if directions:
                 tasks.append(partial(self._turn, attributes, places, directions))
-        in_turn(tasks, progress)
+        run_all(tasks, progress)
 
     def _move(self, progress):
         searching, placing = progress.divided(4, 1)

@@ -14,7 +14,7 @@ _LATTICE = [
     for z in range(3)
 ]
 
-_DEFORMED, _REST, _WEIGHTS = property_tables.HANDLES
+_DEFORMED, _REST, _WEIGHTS = property_tables.OWN_CONTROL_POINTS
 _OWN = visibility(_WEIGHTS)
 
 
@@ -54,7 +54,7 @@ def _over_input(each):
     ParaView's bounds domain gives minima, centres and maxima of x, y, z in turn to a list that has
     as many elements as the domain has modes.
     """
-    steps = [step for place in _LATTICE for step in place]
+    steps = [step for handle in _LATTICE for step in handle]
     domain = bounds(",".join(("min", "mid", "max")[step] for step in steps))
     return element(each, domain, " ".join(str(step - 1) for step in steps))
 

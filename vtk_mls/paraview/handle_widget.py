@@ -1,8 +1,8 @@
 """Handles under the mouse: what the plugin adds to ParaView's own widgets in its GUI.
 
-ParaView's handle widget edits one list of places. While an edit waits for Apply it is the pending
-("unchecked") value of a server-manager property, and whoever changes it, a drag, a table or a
-button, an event of the property tells so. Here these events are answered by pending edits of the
+ParaView's handle widget edits one list of positions. While an edit waits for Apply it is the
+pending ("unchecked") value of a server-manager property, and whoever changes it, a drag, a table or
+a button, an event of the property tells so. Here these events are answered by pending edits of the
 lists beside, so that Apply, Reset, Undo, trace and states work on all lists as on one.
 
 The widget joins the handles by a line, which moves all of them when it is dragged. It is made
@@ -211,8 +211,8 @@ class _Handles:
         rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
         listed = proxy.GetProperty("Mode").GetElement(0) == "points"
         if listed and deformed.GetNumberOfElements() == 0:
-            places = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
-            deformed.SetElements(places, len(places))
+            positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
+            deformed.SetElements(positions, len(positions))
             proxy.UpdateVTKObjects()
 
     def _deformed_edited(self, deformed, proxy):
@@ -246,7 +246,7 @@ class _Handles:
 
     def _correct(self, other, proxy, after):
         """Whether an edit is the second part of *+* or *-*: the table has appended a row or dropped
-        the last, now it has moved the others to their places. Then the lists beside follow.
+        the last, now it has moved the others to their positions. Then the lists beside follow.
         """
         if self._recounted is None or self._is_held:
             return False
@@ -266,10 +266,10 @@ class _Handles:
         if len(after) > len(before):
             first = _first_difference(before, after)
             new = after[first : first + len(after) - len(before)]
-            places = np.full(len(new), first)
+            indices = np.full(len(new), first)
             edits = {
-                other: lambda rows: np.insert(rows, places, new, axis=0),
-                "Weights": lambda rows: np.insert(rows, places, 1.0, axis=0),
+                other: lambda rows: np.insert(rows, indices, new, axis=0),
+                "Weights": lambda rows: np.insert(rows, indices, 1.0, axis=0),
             }
         else:
             kept = _kept(before, after)
@@ -343,9 +343,9 @@ def _shows(widget, proxy):
     """Whether a representation is the widget of a proxy's handles: ParaView keeps them alike."""
     if widget.GetXMLName() != "PolyLineWidgetRepresentation":
         return False
-    places = _elements(widget.GetProperty("HandlePositions"))
+    positions = _elements(widget.GetProperty("HandlePositions"))
     lists = (proxy.GetProperty(name) for name in ("RestPoints", "DeformedPoints"))
-    return any(places == _elements(each) for each in lists)
+    return any(positions == _elements(each) for each in lists)
 
 
 def _layout(proxy):
@@ -360,8 +360,8 @@ def _layout(proxy):
             )
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
-            places = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
-            return places, places, np.empty(0)
+            positions = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
+            return positions, positions, np.empty(0)
     return None
 
 

@@ -35,14 +35,14 @@ def along_world(image):
     dimensions = np.array(grid.dimensions)[order]
     first = np.zeros(3)
     first[order] = np.where(senses < 0, dimensions - 1, 0)
-    turned = Grid(
+    along = Grid(
         dimensions,
         grid.at(first[None])[0],
         np.array(grid.spacing)[order],
         grid.direction[:, order] * senses + 0.0,
     )
     result = vtkImageData()
-    ImageGeometry.of_grid(turned).apply_to(result)
+    ImageGeometry.of_grid(along).apply_to(result)
     backwards = tuple(2 - np.flatnonzero(senses < 0))
     values = [
         np.flip(np.transpose(old, [*(2 - np.array(order[::-1])), *range(3, old.ndim)]), backwards)

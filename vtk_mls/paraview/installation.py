@@ -17,7 +17,7 @@ from vtk_mls.resources import resource
 _SECONDS = 120
 SCENE = Path(__file__).with_name("scene.py")
 # Beside PATH; in each, the newest version is taken.
-_USUAL_PLACES = (
+_USUAL_FOLDERS = (
     "/Applications/ParaView*.app/Contents/MacOS",
     "C:/Program Files/ParaView*/bin",
     "/opt/ParaView*/bin",
@@ -168,18 +168,18 @@ def find(folder=None):
     """
     if folder is not None:
         folder = Path(folder)
-        places = [folder, folder / "bin", folder / "Contents/MacOS"]
+        folders = [folder, folder / "bin", folder / "Contents/MacOS"]
     else:
         on_path = shutil.which("paraview") or shutil.which("pvpython")
-        places = [Path(on_path).parent] if on_path else []
-        for pattern in map(os.path.expanduser, _USUAL_PLACES):
+        folders = [Path(on_path).parent] if on_path else []
+        for pattern in map(os.path.expanduser, _USUAL_FOLDERS):
             start = Path(pattern).anchor
             found = Path(start).glob(str(Path(pattern).relative_to(start))) if start else []
-            places += sorted(found, key=lambda place: _numbers(str(place)), reverse=True)
-    for place in places:
-        if _program(place, "pvpython").exists():
-            output = _output_of([_program(place, "pvpython"), "--version"], dict(os.environ))
-            return ParaView(place, _numbers(output.partition("version")[2]))
+            folders += sorted(found, key=lambda each: _numbers(str(each)), reverse=True)
+    for each in folders:
+        if _program(each, "pvpython").exists():
+            output = _output_of([_program(each, "pvpython"), "--version"], dict(os.environ))
+            return ParaView(each, _numbers(output.partition("version")[2]))
     if folder is not None:
         raise ValueError(f"`--paraview` {folder} has no ParaView: there is no pvpython in it")
     raise ValueError(

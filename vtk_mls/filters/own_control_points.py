@@ -1,26 +1,18 @@
-"""Control points by properties: lists of places and weights, and the polydata they make."""
+"""Control points that an algorithm has by its properties."""
 
 from __future__ import annotations
 
-import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray
-
-from vtk_mls import arrays
 from vtk_mls.reals import real, shown
 
 
-class HandleLists:
-    """What is asked of an algorithm that has control points of its own, by properties.
+class OwnControlPoints:
+    """An algorithm with the properties RestPoints, DeformedPoints and Weights."""
 
-    These are RestPoints, DeformedPoints and Weights.
-    """
-
-    def _handle_lists(self):
+    def _control_point_lists(self):
         """The lists as one value that can be compared."""
         return self.GetRestPoints(), self.GetDeformedPoints(), self.GetWeights()
 
-    def _handles(self, rest=None, deformed=None, weights=None):
+    def _listed_control_points(self, rest=None, deformed=None, weights=None):
         """p, q and weights.
 
         Parameters
@@ -57,33 +49,6 @@ class HandleLists:
         if len(listed["Weights"]):
             weights = listed["Weights"]
         return rest, rest if deformed is None else deformed, weights
-
-
-def fill_polydata(polydata, rest, deformed, weights, labels=()):
-    """Make control-point polydata, what `arrays.control_points` reads.
-
-    Parameters
-    ----------
-    polydata : vtkPolyData
-        Gets a vertex for each p, the active vectors "Displacement" = q - p, and "Weight" if there
-        are weights; float64.
-    rest, deformed : (n, 3) float64, world coordinates
-    weights : (n,) float64 or None
-    labels : list of n str, optional
-        Become the point array "Label" if any is not empty.
-    """
-    points = vtkPoints()
-    points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
-    polydata.SetPoints(points)
-    vertices = vtkCellArray()
-    vertices.SetData(arrays.ids(np.arange(len(rest) + 1)), arrays.ids(np.arange(len(rest))))
-    polydata.SetVerts(vertices)
-    arrays.add(polydata.GetPointData(), "Displacement", deformed - rest)
-    polydata.GetPointData().SetActiveVectors("Displacement")
-    if weights is not None:
-        arrays.add(polydata.GetPointData(), "Weight", weights)
-    if any(labels):
-        arrays.add_texts(polydata.GetPointData(), "Label", labels)
 
 
 def numbers_of(name, values, row):
