@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import vtkmodules.vtkRenderingFreeType  # noqa: F401  (text)
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
