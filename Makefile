@@ -7,7 +7,8 @@
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make bench    measure against other programs (LARGE=1: also 256^3)
-# make lint     check style only
+# make lint     check style and types only
+# make types    check the types of the public API, and of a program that uses it
 # make clean    remove what these commands made
 #
 # OPENCL=pocl takes a smaller OpenCL for the CPU than OPENCL=cpu does, and OPENCL=opencl none.
@@ -15,7 +16,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix mutation drivers fuzz accuracy bench lint clean
+.PHONY: demo check test matrix mutation drivers fuzz accuracy bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -44,9 +45,12 @@ matrix: lint .venv-slicer/made.stamp
 	$(PY) -m pytest --numprocesses auto --ignore $(ALONE)
 	$(PY) -m pytest --numprocesses 2 --dist loadgroup $(ALONE)
 
-lint: .venv/test-$(OPENCL).stamp
+lint: types
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+
+types: .venv/test-$(OPENCL).stamp
+	$(PY) -m mypy
 
 mutation: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/mutation/run.py --level $(LEVEL)
@@ -64,7 +68,7 @@ bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
-	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache build demo-output dist
+	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist
 
 # 3D Slicer's own readers, whose VTK must not meet ours
 .venv-slicer/made.stamp: .venv/made.stamp

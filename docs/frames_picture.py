@@ -17,8 +17,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkBillboardTextActor3D, vtkPo
 
 from vtk_mls import io
 from vtk_mls.demo import volumes
-from vtk_mls.demo.picture import DRAGGED, OVERSAMPLING, spheres
-from vtk_mls.demo.scene import fill, render, window
+from vtk_mls.demo.drawing import DRAGGED, OVERSAMPLING, fill, render, spheres, window
 from vtk_mls.files import frames
 
 SURFACE = 105  # T1 at which the brain ends

@@ -6,8 +6,10 @@ Errors are one sentence with the argument, what was expected, and what came.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls import cuts as shapes
 from vtk_mls.grid import Grid
@@ -19,7 +21,7 @@ LARGEST = 1e37
 FARTHEST = 1e10
 
 
-def coordinates(value, name="points"):
+def coordinates(value: ArrayLike, name: str = "points") -> NDArray[Any]:
     """Rows of three numbers (n, 3), float32 or float64; they need not be finite."""
     array = value
     if not isinstance(value, np.ndarray) or value.dtype != np.float32:
@@ -31,7 +33,7 @@ def coordinates(value, name="points"):
     return np.ascontiguousarray(array)
 
 
-def points(name, value):
+def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Rows of three finite numbers (n, 3), float64; a copy."""
     array = coordinates(value, name).astype(np.float64)
     if not np.isfinite(array).all():
@@ -40,7 +42,7 @@ def points(name, value):
     return array
 
 
-def control_points(name, value):
+def control_points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """As `points`, but within what float32 holds: displacements are float32."""
     array = points(name, value)
     far = np.abs(array).max(axis=1, initial=0) > LARGEST

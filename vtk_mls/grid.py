@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,7 +132,7 @@ class Grid:
             self.index_to_world
         ).T
 
-    def covers(self, index: ArrayLike) -> NDArray[np.bool_]:
+    def covers(self, index: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""
         return ((index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)).all(axis=1)
 
@@ -166,7 +166,7 @@ def _snapped(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(values - whole) < 1e-7, whole, values)
 
 
-def fitted_grid(deformation, source: Grid, progress: Progress = SILENT) -> Grid:
+def fitted_grid(deformation: Any, source: Grid, progress: Progress = SILENT) -> Grid:
     """Smallest grid in line with `source` found to hold the deformed volume.
 
     The backward map is sampled all over a box, inside and on its faces. The box grows on each

@@ -91,7 +91,7 @@ class Sampling:
         """Whether values go on in the void."""
         return self.void_values == "continued"
 
-    def methods(self, count) -> tuple[str, ...]:
+    def methods(self, count: int) -> tuple[str, ...]:
         """The interpolation of each of `count` arrays."""
         if isinstance(self.interpolation, str):
             return (self.interpolation,) * count

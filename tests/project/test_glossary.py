@@ -85,7 +85,7 @@ RIGHT = {
         "vtk_mls/paraview/*": MOUSE,
         "paraview_plugin/*": MOUSE,
         "vtk_mls/filters/handle_*.py": MOUSE,
-        "vtk_mls/io.py": "the name of a module",
+        "vtk_mls/filters/control_points.py": "the name of a module",
         "vtk_mls/engine/device.py": "OpenCL's handle of an object",
     },
     "handles": {
@@ -104,22 +104,16 @@ RIGHT = {
 # Files whose words are still being changed.
 FOR_NOW = [
     "opencl/*",
-    "paraview_plugin/*",
     "vtk_mls/arguments.py",
-    "vtk_mls/commands/*",
     "vtk_mls/control_points.py",
     "vtk_mls/cuts.py",
+    "vtk_mls/cuts/*",
     "vtk_mls/deformation.py",
     "vtk_mls/engine/*",
-    "vtk_mls/filters/*",
-    "vtk_mls/fitting.py",
-    "vtk_mls/grid.py",
-    "vtk_mls/guesses.py",
-    "vtk_mls/paraview/*",
+    "vtk_mls/filters/splitting.py",
+    "vtk_mls/filters/warping.py",
+    "vtk_mls/kinds/*",
     "vtk_mls/reference.py",
-    "vtk_mls/regions.py",
-    "vtk_mls/sampling.py",
-    "vtk_mls/vector_fields.py",
 ]
 
 

@@ -130,7 +130,7 @@ for name in ("paraview", "paraview.util", "paraview.util.vtkAlgorithm"):
 for name in ("vtkmodules", "vtkmodules.vtkCommonDataModel"):
     sys.modules[name] = types.ModuleType(name)
     vars(sys.modules[name]).update(vtkImageData=None)
-head = open({plugin!r}).read().partition("from vtk_mls import")[0]
+head = open({plugin!r}).read().partition("from vtk_mls.")[0]
 names = {{"__file__": {plugin!r}}}
 exec(compile(head, {plugin!r}, "exec"), names)
 print(names["vtk_mls"].__version__, names["vtk_mls"].__file__)

@@ -18,7 +18,7 @@ rest = [(0, 0, 0), (1, 0, 0)]
 deformed = np.zeros((2, 3))
 half_plane = HalfPlane((0, 0, 0), (0, 1, 0), inward=(0, 0, 1))
 surface = Surface.polygon([(20, 60, 90), (90, 60, 90), (90, 60, 150)])
-cuts = [half_plane, surface, Plane((0, 0, 0), (1, 0, 0))]
+cuts = (half_plane, surface, Plane((0, 0, 0), (1, 0, 0)))
 deformation = Deformation(rest, deformed, kind="rigid", alpha=1, cuts=cuts, device="reference")
 points = deformation.rest
 
@@ -41,4 +41,4 @@ deformation.backward(points, progress=3)  # type: ignore[arg-type]
 deformation.fitted_grid("grid")  # type: ignore[arg-type]
 deformation.nothing  # type: ignore[attr-defined]  # noqa: B018
 Deformation(rest, deformed, kind=3)  # type: ignore[arg-type]
-Grid("grid")  # type: ignore[arg-type]
+Grid()  # type: ignore[call-arg]

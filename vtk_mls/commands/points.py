@@ -59,21 +59,21 @@ def run(options):
 
 
 def _moved(landmarks, deformation, options):
-    """New places (n, 3), NaN where there is none."""
+    """New positions (n, 3), NaN where there is none."""
     import numpy as np
 
     from vtk_mls.progress import whole
 
     is_placed = landmarks.is_placed
-    places = landmarks.positions[is_placed]
+    positions = landmarks.positions[is_placed]
     bar = draw_bar if shows_progress(options) else None
     if options.inverse:
         with whole(bar) as progress:
             mapping, finding = progress.divided(1, 1)
-            new = deformation.backward(places, mapping)
-            new[deformation.void(places, finding)] = np.nan
+            new = deformation.backward(positions, mapping)
+            new[deformation.void(positions, finding)] = np.nan
     else:
-        new = deformation.forward(places, bar)
+        new = deformation.forward(positions, bar)
     if bar:
         print(file=sys.stderr)
     moved = np.full_like(landmarks.positions, np.nan)

@@ -14,8 +14,10 @@ nothing changes.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
@@ -37,11 +39,15 @@ class Surface(Obstacle):
         Corners of each triangle, as rows of `points`. Orientation does not matter.
     """
 
-    points: np.ndarray
-    triangles: np.ndarray
-    boundary: np.ndarray = field(init=False, repr=False)
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int32]
+    boundary: NDArray[np.float64] = field(init=False, repr=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         points = real("points", self.points)
         rows = real("triangles", self.triangles)
         triangles = np.where(np.isfinite(rows), rows, -1).astype(np.int64)
@@ -74,7 +80,7 @@ class Surface(Obstacle):
     kernel = "surface"
 
     @classmethod
-    def polygon(cls, outline):
+    def polygon(cls, outline: ArrayLike) -> Surface:
         """The flat surface within `outline` (n, 3), a closed line of any shape, in order."""
         outline = real("outline", outline)
         if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
@@ -84,7 +90,7 @@ class Surface(Obstacle):
         fan = [(n, i, (i + 1) % n) for i in range(n)]
         return cls(np.vstack([outline, outline.mean(axis=0)]), fan)
 
-    def blocks(self, v, q):
+    def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether an odd number of triangles is between `v` and `q` (..., 3)."""
         v, q = np.broadcast_arrays(v, q)
         odd = np.zeros(v.shape[:-1], bool)

@@ -17,6 +17,7 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
+from vtk_mls.demo.drawing import fill, render, window
 from vtk_mls.demo.scene import (
     EDGE,
     LIGHTS,
@@ -26,11 +27,8 @@ from vtk_mls.demo.scene import (
     add,
     brain,
     control_points,
-    fill,
     marked,
     pulled_open,
-    render,
-    window,
 )
 
 SURFACE = 105  # T1 at which the brain ends, of 255

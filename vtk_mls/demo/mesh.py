@@ -44,19 +44,8 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingVolume import vtkProjectedTetrahedraMapper
 
-from vtk_mls.demo.picture import BACKGROUND
-from vtk_mls.demo.scene import (
-    LIGHTS,
-    TISSUES,
-    VIEW,
-    brain,
-    control_points,
-    fill,
-    marked,
-    pulled_open,
-    render,
-    window,
-)
+from vtk_mls.demo.drawing import BACKGROUND, fill, render, window
+from vtk_mls.demo.scene import LIGHTS, TISSUES, VIEW, brain, control_points, marked, pulled_open
 
 EDGE_LENGTH, LARGEST = 3, 20  # mm of the triangles that TetGen gets, mm^3 of its tetrahedra
 SURFACE = 90  # T1 at which the mesh ends

@@ -10,29 +10,25 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import vtkmodules.vtkRenderingFreeType  # noqa: F401  (text)
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkLookupTable, vtkPoints
+from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import (
-    vtkGlyph3D,
     vtkPolyDataNormals,
     vtkSurfaceNets3D,
     vtkTubeFilter,
 )
-from vtkmodules.vtkFiltersSources import vtkConeSource, vtkLineSource, vtkSphereSource
-from vtkmodules.vtkImagingCore import vtkImageShrink3D
-from vtkmodules.vtkIOImage import vtkPNGWriter
+from vtkmodules.vtkFiltersSources import vtkConeSource, vtkLineSource
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
     vtkPolyDataMapper,
     vtkRenderer,
-    vtkRenderWindow,
-    vtkTextActor,
-    vtkWindowToImageFilter,
 )
 from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
+
+from vtk_mls.demo import drawing
+from vtk_mls.demo.drawing import BACKGROUND, DRAGGED, PINNED, REST, actor_of, blank, spheres, text
 
 PANELS = {
     "original": "orange handles are dragged, blue ones stay",
@@ -42,9 +38,6 @@ PANELS = {
     "polynomial": "also bends (degree 2)",
 }
 PANEL = (480, 640)  # pixels
-OVERSAMPLING = 2
-BACKGROUND = (0.07, 0.09, 0.13)
-DRAGGED, PINNED, REST = (1.0, 0.55, 0.10), (0.25, 0.62, 1.0), (0.62, 0.66, 0.72)
 TISSUES = {
     1: (0.80, 0.16, 0.16),  # blood
     2: (0.93, 0.68, 0.60),  # brain
@@ -67,10 +60,7 @@ TISSUES = {
 def draw(directory: Path) -> Path:
     """Write `directory`/demo.png from the .vti files and the control points there."""
     rest, deformed = _control_points(directory / "handles.vtp")
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(0)
-    window.SetSize(OVERSAMPLING * PANEL[0] * len(PANELS), OVERSAMPLING * PANEL[1])
+    window = blank(PANEL[0] * len(PANELS), PANEL[1])
     window.SetNumberOfLayers(2)
     for i, (name, caption) in enumerate(PANELS.items()):
         viewport = (i / len(PANELS), 0, (i + 1) / len(PANELS), 1)
@@ -88,11 +78,8 @@ def draw(directory: Path) -> Path:
             _look_from_above(renderer.GetActiveCamera())
             window.AddRenderer(renderer)
             renderer.ResetCameraClippingRange()
-    window.Render()
-    if not window.SupportsOpenGL():
-        raise SystemExit("VTK found no OpenGL that it can draw with")
     picture = directory / "demo.png"
-    write(window, picture)
+    drawing.draw(window, picture)
     return picture
 
 
@@ -172,21 +159,6 @@ def _drag(rest, deformed, at_rest):
         yield from _arrow(start, end, DRAGGED if at_rest else REST)
 
 
-def spheres(centres, radius, colour):
-    points = vtkPoints()
-    points.SetData(numpy_to_vtk(centres, deep=True))
-    balls = vtkPolyData()
-    balls.SetPoints(points)
-    sphere = vtkSphereSource()
-    sphere.SetRadius(radius)
-    sphere.SetThetaResolution(24)
-    sphere.SetPhiResolution(24)
-    glyphs = vtkGlyph3D()
-    glyphs.SetInputData(balls)
-    glyphs.SetSourceConnection(sphere.GetOutputPort())
-    return _actor(glyphs, colour)
-
-
 def _arrow(start, end, colour):
     """A shaft and a head that ends at the surface of the control point's sphere."""
     along = (end - start) / np.linalg.norm(end - start)
@@ -205,32 +177,7 @@ def _arrow(start, end, colour):
     head.SetHeight(14.0)
     head.SetRadius(6.0)
     head.SetResolution(24)
-    return _actor(shaft, colour), _actor(head, colour)
-
-
-def _actor(source, colour):
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputConnection(source.GetOutputPort())
-    actor = vtkActor()
-    actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(colour)
-    actor.GetProperty().SetAmbient(0.35)
-    actor.GetProperty().SetDiffuse(0.65)
-    return actor
-
-
-def text(text, height, size, bold):
-    actor = vtkTextActor()
-    actor.SetInput(text)
-    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-    actor.SetPosition(0.5, height)
-    font = actor.GetTextProperty()
-    font.SetFontFamilyToArial()
-    font.SetFontSize(size * OVERSAMPLING)
-    font.SetBold(bold)
-    font.SetColor((1.0, 1.0, 1.0) if bold else (0.72, 0.77, 0.84))
-    font.SetJustificationToCentered()
-    return actor
+    return actor_of(shaft, colour), actor_of(head, colour)
 
 
 def _ambient_occlusion():
@@ -251,20 +198,6 @@ def _look_from_above(camera):
     camera.SetFocalPoint(285, 235, 100)
     camera.SetPosition(285, 235, -1400)
     camera.SetViewUp(1, 0, 0)
-
-
-def write(window, file):
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    smooth = vtkImageShrink3D()
-    smooth.SetInputConnection(grab.GetOutputPort())
-    smooth.SetShrinkFactors(OVERSAMPLING, OVERSAMPLING, 1)
-    smooth.AveragingOn()
-    writer = vtkPNGWriter()
-    writer.SetInputConnection(smooth.GetOutputPort())
-    writer.SetFileName(str(file))
-    writer.Write()
 
 
 if __name__ == "__main__":

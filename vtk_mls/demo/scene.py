@@ -1,4 +1,4 @@
-"""What the pictures of the cut brain share: brain, control points, cut, and the drawing."""
+"""What the pictures of the cut brain share: the brain, its control points and cut."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth, vtkImageGradient
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
-from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow
 
 from vtk_mls import HalfPlane
 from vtk_mls.demo import volumes
-from vtk_mls.demo.picture import BACKGROUND, DRAGGED, OVERSAMPLING, PINNED, spheres, text, write
+from vtk_mls.demo.drawing import DRAGGED, PINNED, spheres
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 # In millimetres: x to the right, y to the front, z up. The cut runs down to its edge at EDGE.
@@ -26,8 +25,6 @@ LOWER, UPPER = np.array([15.0, -30.0, 0.0]), np.array([181.0, 262.0, 176.0])  # 
 MIDDLE = (98.0, 118.0, 93.0)  # of the picture
 VIEW = (1.0, 0.2, 1.1)  # from the middle towards the eye
 LIGHTS = {(0.0, 0.6, 0.8): 1.0, (0.8, -0.6, 0.15): 0.42}  # directions and intensities
-TITLES = 0.86  # from here up, as a part of the height
-WIDTH, HEIGHT = 2400, 740  # pixels
 TISSUES = {0: (0.25, 0.06, 0.07), 70: (0.4, 0.11, 0.11), 135: (0.72, 0.42, 0.38)} | {
     175: (0.86, 0.62, 0.55),
     205: (0.98, 0.93, 0.86),
@@ -100,59 +97,3 @@ def add(image, name, values):
     array = numpy_to_vtk(values, deep=True)
     array.SetName(name)
     image.GetPointData().AddArray(array)
-
-
-def window(panels, lights):
-    """A window side by side for that many renderers."""
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(0)
-    window.SetSize(OVERSAMPLING * WIDTH, OVERSAMPLING * HEIGHT)
-    for i in range(panels):
-        scene = vtkRenderer()
-        scene.SetViewport(i / panels, 0, (i + 1) / panels, TITLES)
-        scene.SetBackground(BACKGROUND)
-        scene.AutomaticLightCreationOff()
-        for towards, intensity in lights.items():
-            light = vtkLight()
-            light.SetLightTypeToSceneLight()
-            light.SetPosition(towards)
-            light.SetIntensity(intensity)
-            scene.AddLight(light)
-        window.AddRenderer(scene)
-    return window
-
-
-def fill(window, i, title, caption, *actors):
-    """Put actors into a panel, below its title."""
-    scene = window.GetRenderers().GetItemAsObject(i)
-    left, _, right, _ = scene.GetViewport()
-    titles = vtkRenderer()
-    titles.SetViewport(left, TITLES, right, 1)
-    titles.SetBackground(BACKGROUND)
-    titles.AddViewProp(text(title, 0.55, 34, bold=True))
-    titles.AddViewProp(text(caption, 0.15, 23, bold=False))
-    window.AddRenderer(titles)
-    for actor in actors:
-        scene.AddActor(actor)
-
-
-def render(window, view, middle, scale, file, others=()):
-    """Draw all panels from the direction `view` of `middle`, and write the picture.
-
-    `others` maps panels to directions of their own.
-    """
-    for number in range(window.GetRenderers().GetNumberOfItems()):
-        scene = window.GetRenderers().GetItemAsObject(number)
-        towards = dict(others).get(number, view)
-        camera = scene.GetActiveCamera()
-        camera.ParallelProjectionOn()
-        camera.SetParallelScale(scale)
-        camera.SetFocalPoint(middle)
-        camera.SetPosition(np.array(middle) + 600 * np.array(towards))
-        camera.SetViewUp(0, 0, 1)
-        scene.ResetCameraClippingRange()
-    window.Render()
-    if not window.SupportsOpenGL():
-        raise SystemExit("VTK found no OpenGL that it can draw with")
-    write(window, file)

@@ -14,7 +14,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import volumes
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import Stored, Volume
 
 _TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -152,13 +152,14 @@ def _values(header, file, path, shape):
     order = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
     dtype = np.dtype(_DTYPES[kind]).newbyteorder(">" if _is_true(order) else "<")
     encoding = "gzip" if _is_true(header.get("CompressedData", "False")) else "raw"
-    is_text = not _is_true(header.get("BinaryData", "True"))
-    if is_text and encoding != "raw":
-        raise ValueError("its values cannot be both text and compressed")
+    if not _is_true(header.get("BinaryData", "True")):
+        if encoding != "raw":
+            raise ValueError("its values cannot be both text and compressed")
+        encoding = "text"
     skip = int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
-        return _read_values(file, path, dtype, shape, encoding, is_text, 0)
+        return _read_values(file, path, Stored(dtype, shape, encoding), 0)
     slabs, rest = [], shape
     if len(names) > 1:
         if shape[0] % len(names):
@@ -167,7 +168,7 @@ def _values(header, file, path, shape):
     for name in names:
         data = volumes.named_file(path, name)
         with data.open("rb") as each:
-            slabs.append(_read_values(each, data, dtype, rest, encoding, is_text, skip))
+            slabs.append(_read_values(each, data, Stored(dtype, rest, encoding), skip))
     return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
 
 
@@ -187,9 +188,9 @@ def _data_files(text, file):
     return [text]
 
 
-def _read_values(file, path, dtype, shape, encoding, is_text, skip):
-    size = path.stat().st_size
-    if is_text:
+def _read_values(file, path, stored, skip):
+    (dtype, shape, encoding), size = stored, path.stat().st_size
+    if encoding == "text":
         count, words = math.prod(shape), file.read().split()
         if len(words) < count:
             raise ValueError(f"expected {count} values, got {len(words)}")

@@ -24,7 +24,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import frames, volumes
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import Stored, Volume
 
 _TYPES = {
     "i1": ("signed char", "int8", "int8_t"),
@@ -294,16 +294,17 @@ def _values(fields, file, path, sizes):
     dtype, shape = np.dtype(_ORDERS[order] + _DTYPES[fields["type"]]), sizes[::-1]
     lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
     if "data file" not in fields:
-        return _read_values(file, path, dtype, shape, encoding, lines, skip)
+        return _read_values(file, path, Stored(dtype, shape, encoding), lines, skip)
     name = fields["data file"]
     if name.split()[0] == "LIST" or "%" in name:
         raise ValueError("its values are in several files; give one file")
     data = volumes.named_file(path, name)
     with data.open("rb") as file:
-        return _read_values(file, data, dtype, shape, encoding, lines, skip)
+        return _read_values(file, data, Stored(dtype, shape, encoding), lines, skip)
 
 
-def _read_values(file, path, dtype, shape, encoding, lines, skip):
+def _read_values(file, path, stored, lines, skip):
+    dtype, shape, encoding = stored
     count, size = math.prod(shape), path.stat().st_size
     for _ in range(max(lines, 0)):
         if not file.readline():

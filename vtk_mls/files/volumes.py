@@ -8,6 +8,7 @@ import io
 import zlib
 from dataclasses import dataclass
 from pathlib import PurePosixPath, PureWindowsPath
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,14 @@ class Volume:
     is_vector: bool = False
     space: str = ""
     header: tuple = ()
+
+
+class Stored(NamedTuple):
+    """How a file stores values: `encoding` is "text", or as of `unpacked`."""
+
+    dtype: np.dtype
+    shape: tuple
+    encoding: str
 
 
 def unpacked(file, encoding):
