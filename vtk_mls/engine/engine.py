@@ -213,7 +213,7 @@ class Engine:
                 self._sample(rest, vectors, source, method, 0.0, rows)
             with self._exchanged(rows) as moved:
                 self._launch(
-                    "turn",
+                    "covariant",
                     (("LANES", self.device.lanes),),
                     count,
                     np.int64(count),
