@@ -25,8 +25,8 @@ TOLERANCE = {
     ("polynomial", 2): (2e-3, 1e-3),
     ("polynomial", 3): (2e-2, 5e-3),
 }
-for _kind in set(KINDS) - {kind for kind, _ in TOLERANCE}:
-    TOLERANCE[_kind, 1] = (2e-4, 1e-4)
+for _kind in KINDS:
+    TOLERANCE.setdefault((_kind, 1), (2e-4, 1e-4))
 KINDS_AND_DEGREES = list(TOLERANCE)
 
 

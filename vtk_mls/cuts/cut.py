@@ -28,7 +28,7 @@ class Cut:
 
     @property
     def plane(self):
-        """The `Plane` in which the cut lies; None if it is curved and has `triangles`."""
+        """The `Plane` in which the cut lies; None if it is curved: then it has `points` and `triangles`."""
         return None
 
     @property
