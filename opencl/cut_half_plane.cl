@@ -35,9 +35,7 @@ inline frame_t half_plane_control_point(__global const float *cut, int k, vec q)
 }
 
 inline integer half_plane_blocks(__global const float *cut, frame_t a, frame_t b) {
-  integer apart = (a.s < 0) != (b.s < 0);
-  if (!ANY(apart)) return apart;
-  return apart & (fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0);
+  return ((a.s < 0) != (b.s < 0)) & (fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0);
 }
 
 inline real half_plane_detour(__global const float *cut, frame_t a, frame_t b, vec *bend) {

@@ -18,28 +18,29 @@ inline __global const float *edge_of(__global const float *cut, int i) {
   return triangle_of(cut, as_int(cut[0])) + (long)i * EDGE_SIZE;
 }
 
-#define BLUR 1e-6f  // times a way: below it float32 does not tell on which side of an edge it passes
+// Times the length of a segment: below it float32 does not tell on which side of an edge it passes.
+#define BLUR 1e-6f
 
-// On which side of the edge a - b the line along `way` passes: the sign of `side`, or where that is
-// in the blur, of the line moved aside, so that one through a corner passes one of its triangles.
-inline integer right_of(real side, vec way, real blur, __global const float *a,
+// On which side of the edge a - b the line along `segment` passes: the sign of `side`, or where that
+// is in the blur, of the line moved aside, so that one through a corner passes one of its triangles.
+inline integer right_of(real side, vec segment, real blur, __global const float *a,
                         __global const float *b) {
-  float3 turn = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);
-  real aside = fma(way.x, turn.x, fma(way.y, turn.y, way.z * turn.z));
+  float3 moment = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);
+  real aside = fma(segment.x, moment.x, fma(segment.y, moment.y, segment.z * moment.z));
   return select(side, aside, fabs(side) <= blur) < 0;
 }
 
 // Whether the segment v - q passes the triangle; of two that share an edge just one.
 inline integer crosses_triangle(__global const float *corners, vec v, vec q) {
   vec a = vec_sub(load3(corners), v), b = vec_sub(load3(corners + 3), v),
-      c = vec_sub(load3(corners + 6), v), way = vec_sub(q, v);
+      c = vec_sub(load3(corners + 6), v), segment = vec_sub(q, v);
   vec ab = cross3(a, b), bc = cross3(b, c), ac = cross3(a, c);
   vec normal = {ab.x + bc.x - ac.x, ab.y + bc.y - ac.y, ab.z + bc.z - ac.z};
-  real from = -dot3(a, normal), to = from + dot3(way, normal);
-  real blur = BLUR * (fabs(way.x) + fabs(way.y) + fabs(way.z));
-  integer right_ab = right_of(dot3(way, ab), way, blur, corners, corners + 3),
-          right_bc = right_of(dot3(way, bc), way, blur, corners + 3, corners + 6),
-          right_ac = right_of(dot3(way, ac), way, blur, corners, corners + 6);
+  real from = -dot3(a, normal), to = from + dot3(segment, normal);
+  real blur = BLUR * (fabs(segment.x) + fabs(segment.y) + fabs(segment.z));
+  integer right_ab = right_of(dot3(segment, ab), segment, blur, corners, corners + 3),
+          right_bc = right_of(dot3(segment, bc), segment, blur, corners + 3, corners + 6),
+          right_ac = right_of(dot3(segment, ac), segment, blur, corners, corners + 6);
   return ((from < 0) != (to < 0)) & (right_ab == right_bc) & (right_bc != right_ac);
 }
 
@@ -52,9 +53,9 @@ inline integer surface_blocks(__global const float *cut, vec v, vec q) {
 
 // Where the detour v - b - q over an edge bends.
 inline vec bend_on_edge(__global const float *edge, vec v, vec q) {
-  vec a = load3(edge), way = vec_sub(load3(edge + 3), a);
-  real length = sqrt(dot3(way, way));
-  vec along = vec_scale(1 / length, way);
+  vec a = load3(edge), segment = vec_sub(load3(edge + 3), a);
+  real length = sqrt(dot3(segment, segment));
+  vec along = vec_scale(1 / length, segment);
   vec to_v = vec_sub(v, a), to_q = vec_sub(q, a);
   real l_v = dot3(to_v, along), l_q = dot3(to_q, along);
   vec off_v = vec_madd(-l_v, along, to_v), off_q = vec_madd(-l_q, along, to_q);
@@ -78,10 +79,10 @@ inline real surface_detour(__global const float *cut, vec v, vec q, vec *bend) {
 }
 
 inline real distance_to_segment(vec x, vec a, vec b) {
-  vec way = vec_sub(b, a), to = vec_sub(x, a);
-  real share = dot3(to, way) / most(dot3(way, way), (real)(1e-30f));
+  vec segment = vec_sub(b, a), to = vec_sub(x, a);
+  real share = dot3(to, segment) / most(dot3(segment, segment), (real)(1e-30f));
   share = least(most(share, (real)(0)), (real)(1));
-  return distance3(to, vec_scale(share, way));
+  return distance3(to, vec_scale(share, segment));
 }
 
 inline real distance_to_triangle(__global const float *corners, vec x) {

@@ -83,14 +83,14 @@ inline integer on_side(const cuts_t *cuts, vec x, real size) {
   return inside;
 }
 
-inline vec drift_of(const cuts_t *cuts) {
-  const float *drift = cuts->numbers.drift;
-  return (vec){drift[0], drift[1], drift[2]};
+inline vec mean_displacement_of(const cuts_t *cuts) {
+  const float *mean_displacement = cuts->numbers.mean_displacement;
+  return (vec){mean_displacement[0], mean_displacement[1], mean_displacement[2]};
 }
 
-// Local place where the material at v came from, for its displacement less drift.
+// Local place where the material at v came from, for its displacement less the mean displacement.
 inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
-  return vec_add(vec_add(v, d), drift_of(cuts));
+  return vec_add(vec_add(v, d), mean_displacement_of(cuts));
 }
 
 // Whether a cut that one can go round is between v and g.
@@ -140,7 +140,7 @@ inline real to_damping(real ratio, float damping) {
 
 // What the cuts between v and a control point make of the squared distance.
 typedef struct {
-  real ratio;  // product of (detour / way)^2
+  real ratio;  // product of (detour / distance)^2
   integer anything, unreachable;
 } detours_t;
 
@@ -167,7 +167,7 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
   }
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
-// product of (detour / way)^(nu / alpha) over the cuts in the way.
+// product of (detour / distance)^(nu / alpha) over the cuts between.
 inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
   detours_t detours = {1, 0, 0};
 #define LENGTHEN(shape) EACH_DETOUR(shape, add_detour(&detours, blocked, length2, d2);)
@@ -178,7 +178,7 @@ inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec 
   return select(d2, (real)(2 * UNREACHABLE), detours.unreachable);
 }
 
-// Change of log(detour / way) as v moves, for the leg from the bend to v.
+// Change of log(detour / distance) as v moves, for the leg from the bend to v.
 inline vec detour_slope(vec leg, real length2, vec away) {
   real scale = 1 / most(sqrt(dot3(leg, leg)) * sqrt(most(length2, (real)(0))), 1e-30f);
   return vec_sub(away, vec_scale(scale, leg));
@@ -194,20 +194,20 @@ inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, r
   return vec_scale((real)(cuts->numbers.nu), slope);
 }
 
-// The opening: below 0 where the way from v to its origin g crosses a cut, so that there is nothing
-// at v; continuous on each side of the cuts. Local units.
-inline real opening_of(const cuts_t *cuts, vec v, vec g) {
-  real opening = FLT_MAX;
+// The void distance: below 0 where the segment from v to its origin g crosses a cut, so that there
+// is nothing at v; continuous on each side of the cuts. Local units.
+inline real void_distance_of(const cuts_t *cuts, vec v, vec g) {
+  real void_distance = FLT_MAX;
   for (int i = 0; i < cuts->numbers.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), g);
-    opening = least(opening, cuts->planes[i].side * height);
+    void_distance = least(void_distance, cuts->planes[i].side * height);
   }
 #define OPEN(shape)                                                                               \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    opening = least(opening, shape##_void_distance(cut, shape##_place(cut, v),                    \
-                                                   shape##_place(cut, g)));                       \
+    real here = shape##_void_distance(cut, shape##_place(cut, v), shape##_place(cut, g));         \
+    void_distance = least(void_distance, here);                                                   \
   }
   SHAPES(OPEN)
-  return opening;
+  return void_distance;
 }

@@ -89,7 +89,8 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
     int i = min(first + b, stop - 1);
     __global const float *values = values_at(map, i);
-    w[b] = first + b < stop ? TO_SUM(handle_weight(map, i, &fit->pivot, &fit->view)) : (sum_t)(0);
+    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->view))
+                            : (sum_t)(0);
     u[b] = displacement_at(map, i, &fit->pivot);
     UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
     sums->weight += w[b];
@@ -124,20 +125,21 @@ inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
   for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
 }
 
-inline void add_handles(const map_t *map, sums_t *sums, int first, int stop, const fit_t *fit) {
+inline void add_control_points(const map_t *map, sums_t *sums, int first, int stop,
+                               const fit_t *fit) {
   for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
 }
 
 inline void sum_up(const map_t *map, const fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
 #ifdef USE_FP64
-  add_handles(map, sums, 0, map->numbers.count, fit);
+  add_control_points(map, sums, 0, map->numbers.count, fit);
 #else
   int block = block_of(map);
   for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
-    add_handles(map, &part, start, min(start + block, map->numbers.count), fit);
+    add_control_points(map, &part, start, min(start + block, map->numbers.count), fit);
     add_sums(map, sums, &part);
   }
 #endif
@@ -199,7 +201,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   return fit;
 }
 
-// G(v) - v - drift, Eq. 26.
+// G(v) - v - mean displacement, Eq. 26.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   sum_vec sum = fit->mean;
@@ -239,7 +241,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   }
   for (int i = 0; i < map->numbers.count; ++i) {
     __global const float *values = values_at(map, i);
-    real w = handle_weight(map, i, pivot, &fit->view);
+    real w = control_point_weight(map, i, pivot, &fit->view);
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     sum_t influence = fit->share;
     sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));

@@ -13,7 +13,7 @@ typedef struct {
   view_t view;
   pivot_t pivot;
   real share;       // r / W: weight of the sums next to the total weight
-  vec u;            // p* - q*, less drift
+  vec u;            // p* - q*, less the mean displacement
   vec s;            // v - q*
   quaternion_t rotation;
   integer doubtful; // lanes that are reflected
@@ -46,12 +46,12 @@ inline void add_pair(sums_t *sums, real w, vec q, vec u) {
 #endif
 }
 
-inline void add_handle(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+inline void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                        const view_t *view) {
   __global const control_point_t *at = map->control_points + i;
   vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  add_pair(sums, handle_weight(map, i, pivot, view), q, u);
+  add_pair(sums, control_point_weight(map, i, pivot, view), q, u);
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {
@@ -100,7 +100,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
   for (int i = 0; i < map->numbers.count; ++i) {
     vec p, q;
     pair_of(map, i, pivot, &p, &q);
-    real w = handle_weight(map, i, pivot, &fit->view);
+    real w = control_point_weight(map, i, pivot, &fit->view);
     real size = w * w * dot3(p, p) * dot3(q, q);
     p_axis = vec_select(p_axis, p, size > heaviest);
     q_axis = vec_select(q_axis, q, size > heaviest);
@@ -118,7 +118,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
     for (int i = start; i < stop; ++i) {
       vec p, q;
       reflected_pair(map, i, fit, &p, &q);
-      add_pair(&part, handle_weight(map, i, pivot, &fit->view), q, vec_sub(p, q));
+      add_pair(&part, control_point_weight(map, i, pivot, &fit->view), q, vec_sub(p, q));
     }
     add_sums(&sums, &part);
   }
@@ -145,7 +145,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part = {0};
     int stop = min(start + block, map->numbers.count);
-    for (int i = start; i < stop; ++i) add_handle(&part, map, i, pivot, &fit.view);
+    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit.view);
     add_sums(&sums, &part);
   }
   // k itself, in the sum with weight c, has its own share
@@ -174,8 +174,8 @@ inline fit_t fit_at(const map_t *map, vec v) {
   }
   fit.factor = 0;
 #if SIMILARITY
-  mat turn = turn_of(fit.between);
-  mat s = turned_back(&turn, &fit.c);
+  mat change = rotation_change(fit.between);
+  mat s = rotated_back(&change, &fit.c);
   fit.spread = sums.spread - dot3(q, sums.q);
   integer flat = fit.spread <= 1e-30f;
   real r_max = s.a[0] + s.a[4] + s.a[8];
@@ -184,10 +184,10 @@ inline fit_t fit_at(const map_t *map, vec v) {
   return fit;
 }
 
-// G(v) - v - drift.
+// G(v) - v - mean displacement.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
-  mat turn = turn_of(fit->rotation);
-  vec moved = mat_vec(&turn, fit->s);
+  mat change = rotation_change(fit->rotation);
+  vec moved = mat_vec(&change, fit->s);
 #if SIMILARITY
   moved = vec_madd(fit->factor, vec_add(moved, fit->s), moved);
 #endif
@@ -199,12 +199,12 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   vec near = pivot_slope(map, pivot, &fit->view);
-  mat turn = turn_of(fit->between), rotation = turn, c = fit->c;
+  mat change = rotation_change(fit->between), rotation = change, c = fit->c;
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
-  mat s = turned_back(&turn, &c);
+  mat s = rotated_back(&change, &c);
   real mu = 1 + fit->factor;
-  vec turned_s = mat_vec(&rotation, reflected(fit, fit->q_mirror, fit->s));
-  vec moved = vec_scale(mu, turned_s);
+  vec rotated_s = mat_vec(&rotation, reflected(fit, fit->q_mirror, fit->s));
+  vec moved = vec_scale(mu, rotated_s);
   real stiffness[6], flexibility[6];
   stiffness_of(&s, stiffness);
   invert_symmetric(stiffness, flexibility);
@@ -212,18 +212,18 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   line_of(&c, &a, &b);
   vec both = vec_add(a, b);
   real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
-  real opening = 1 / most(1 + dot3(a, b), 1e-10f);
+  real gain = 1 / most(1 + dot3(a, b), 1e-10f);
 
   mat jacobian = {{0}};
   for (int i = 0; i < map->numbers.count; ++i) {
-    real w = handle_weight(map, i, pivot, &fit->view);
+    real w = control_point_weight(map, i, pivot, &fit->view);
     vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     vec p, q;
     reflected_pair(map, i, fit, &p, &q);
     p = vec_sub(p, fit->p);
     q = vec_sub(q, fit->q);
-    vec turned = mat_vec(&rotation, q);
-    vec influence = vec_scale(fit->share, vec_madd(-mu, turned, p));
+    vec rotated = mat_vec(&rotation, q);
+    vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
     if (map->numbers.rotation_rank == 2) {
       vec torque = cross3(q, transposed_mat_vec(&rotation, p));
       vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
@@ -232,17 +232,17 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
       vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
       vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
       vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
-      influence = vec_madd(opening, cross3(omega, moved), influence);
+      influence = vec_madd(gain, cross3(omega, moved), influence);
     }
 #if SIMILARITY
-    real stretch = dot3(p, turned) - mu * dot3(q, q);
+    real stretch = dot3(p, rotated) - mu * dot3(q, q);
     integer flat = fit->spread <= 1e-30f;
-    influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), turned_s, influence);
+    influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
 #endif
     add_outer(&jacobian, reflected(fit, fit->p_mirror, influence), slope);
   }
-  turn = turn_of(fit->rotation);
+  change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
-    jacobian.a[i] += turn.a[i] + fit->factor * (turn.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
+    jacobian.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }

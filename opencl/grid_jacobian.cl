@@ -1,7 +1,7 @@
 #include "on_grid.cl"
 
 // (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
-KERNEL void grid_jacobian(MAP_PARAMETERS, LATTICE_PARAMETERS, __global float *restrict jacobian) {
+KERNEL void grid_jacobian(MAP_PARAMETERS, GRID_PARAMETERS, __global float *restrict jacobian) {
   FIT_ON_GRID
   mat j = moved_jacobian(&map, &fit);
   for (int l = 0; l < lanes; ++l)

@@ -1,10 +1,10 @@
 #include "source_index.cl"
 
-// The same, and what turns a gradient there: after the indices follow nine planes of dG/dv. With
-// cuts also the opening, local units times `scale`.
-KERNEL void grid_source_frame(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMETERS
+// The same, and the Jacobian for a gradient there: after the indices follow nine planes of dG/dv.
+// With cuts also the void distance, local units times `scale`.
+KERNEL void grid_source_frame(MAP_PARAMETERS, GRID_PARAMETERS, SOURCE_PARAMETERS
 #if CUTS
-                              , const float scale, __global float *restrict opening
+                              , const float scale, __global float *restrict void_distance
 #endif
 ) {
   FIT_ON_GRID
@@ -15,7 +15,7 @@ KERNEL void grid_source_frame(MAP_PARAMETERS, LATTICE_PARAMETERS, SOURCE_PARAMET
     STORE_KEPT(index + (3 + i) * count, entry)
   }
 #if CUTS
-  const real open = scale * OPENING;
-  STORE_KEPT(opening, open)
+  const real nothing = scale * VOID_DISTANCE;
+  STORE_KEPT(void_distance, nothing)
 #endif
 }

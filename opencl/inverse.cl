@@ -1,7 +1,8 @@
-// The inverse of the backward map: for places x the way to v = x + way with G(v) = x.
+// The inverse of the backward map: for places x the displacement v - x to v with G(v) = x.
 //
-// All x are less drift, and local. The map's displacement d(v) = G(v) - v is small next to v, so
-// what is searched is the way with way + d(x + way) = 0: no digits are lost in v - x.
+// All x are less the mean displacement, and local. The map's displacement d(v) = G(v) - v is small
+// next to v, so what is searched is the displacement s with s + d(x + s) = 0: no digits are lost in
+// v - x.
 
 #include "map.cl"
 
@@ -19,28 +20,29 @@ inline real size_of(vec x) {
   return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
 }
 
-// x - G(x + way), with the fit there.
-inline vec residual(const map_t *map, vec x, vec way, fit_t *fit) {
-  *fit = fit_at(map, vec_add(x, way));
-  return vec_scale((real)(-1), vec_add(way, moved(map, fit)));
+// x - G(x + displacement), with the fit there.
+inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
+  *fit = fit_at(map, vec_add(x, displacement));
+  return vec_scale((real)(-1), vec_add(displacement, moved(map, fit)));
 }
 
 #if CUTS
-// The place of x with its drift.
-inline vec drifted(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
+// The place of x itself.
+inline vec undisplaced(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
 
-// Whether the way leads through a cut that one can go round: the material is not there.
-inline integer is_blocked(const map_t *map, vec x, vec way) {
-  return blocked(&map->cuts, drifted(&map->cuts, x), vec_add(x, way));
+// Whether the displacement leads through a cut that one can go round: the material is not there.
+inline integer is_blocked(const map_t *map, vec x, vec displacement) {
+  return blocked(&map->cuts, undisplaced(&map->cuts, x), vec_add(x, displacement));
 }
 
-// Whether the way leads through any cut.
-inline integer is_cut_off(const map_t *map, vec x, vec way) {
-  return is_blocked(map, x, way) | !on_side(&map->cuts, vec_add(x, way), size_of(x));
+// Whether the displacement leads through any cut.
+inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
+  return is_blocked(map, x, displacement) |
+         !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
 }
 #else
-#define is_blocked(map, x, way) ((integer)(0))
-#define is_cut_off(map, x, way) ((integer)(0))
+#define is_blocked(map, x, displacement) ((integer)(0))
+#define is_cut_off(map, x, displacement) ((integer)(0))
 #endif
 
 // d with (I + J) d = r for the Jacobian J of the displacement; r itself where I + J is singular.
@@ -55,13 +57,13 @@ inline vec newton_step(const mat *jacobian, vec r) {
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), step), r, singular);
 }
 
-// Newton's method from a first guess in `way`; what is left next to the size of x. A step that comes
-// hardly closer, or leads through a cut, is halved, and the next one is at most twice as long: where
-// there is no inverse the search is soon over. One that is stuck at a cut may pass it from then on:
+// Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
+// that comes hardly closer, or leads through a cut, is halved, and the next one is at most twice as
+// long: where there is no inverse the search is soon over. One that is stuck at a cut may pass it from then on:
 // the place may be beyond what is hidden from x.
-inline real newton(const map_t *map, vec x, vec *way) {
+inline real newton(const map_t *map, vec x, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
-  vec step = {0, 0, 0}, trial = *way;
+  vec step = {0, 0, 0}, trial = *displacement;
   integer passing = 0;
   for (int i = 0; i < TRIALS; ++i) {
     fit_t fit;
@@ -70,7 +72,7 @@ inline real newton(const map_t *map, vec x, vec *way) {
     integer better = distance < left * fma(-DECREASE, share, (real)(1)), stopped = 0;
     if (i > 0) stopped = better & !passing & is_blocked(map, x, trial);
     better &= !stopped;
-    *way = vec_select(*way, trial, better);
+    *displacement = vec_select(*displacement, trial, better);
     left = select(left, distance, better);
     share = select(share * 0.5f, least(2 * share, (real)(1)), better);
     integer stuck = stopped & (share <= SMALLEST_SHARE);
@@ -82,20 +84,20 @@ inline real newton(const map_t *map, vec x, vec *way) {
       mat jacobian = moved_jacobian(map, &fit);
       step = vec_select(step, newton_step(&jacobian, r), better);
     }
-    trial = vec_madd(share, step, *way);
+    trial = vec_madd(share, step, *displacement);
   }
   return left / size_of(x);
 }
 
-// Broyden's method from a first guess in `way` and one for dv/dx in `response`: no Jacobians, no
-// step control. What is left next to the size of x, before a last step.
-inline real broyden(const map_t *map, vec x, vec *way, mat *response) {
+// Broyden's method from a first guess in `displacement` and one for dv/dx in `response`: no
+// Jacobians, no step control. What is left next to the size of x, before a last step.
+inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   real left = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
   vec step = {0, 0, 0};
   for (int i = 0; i < CHORDS; ++i) {
     fit_t fit;
     integer open = left > close;
-    vec r = residual(map, x, *way, &fit);
+    vec r = residual(map, x, *displacement, &fit);
     left = select(left, length3(r), open);
     // the response to the last step was not `step`, as foreseen, but step - t
     vec t = mat_vec(response, r);
@@ -103,21 +105,21 @@ inline real broyden(const map_t *map, vec x, vec *way, mat *response) {
     real gain = 1 / most(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
     add_outer(response, vec_scale(gain, t), transposed_mat_vec(response, step));
     step = vec_scale(fma(change, gain, (real)(1)), t);
-    *way = vec_select(*way, vec_add(*way, step), open);
+    *displacement = vec_select(*displacement, vec_add(*displacement, step), open);
     if (!ANY(left > close)) break;
   }
   return left / size_of(x);
 }
 
-// A sample of the map in memory: v (3), G(v) less drift (3).
+// A sample of the map in memory: v (3), G(v) less the mean displacement (3).
 #define SAMPLE_SIZE 6
 
-// The way to the sample that the map brings nearest to x, but farther than `*tried` (squared), which
-// becomes its distance.
-inline vec way_to_nearest(const map_t *map, vec x, int count, __global const float *samples,
-                          real *tried) {
+// The displacement to the sample that the map brings nearest to x, but farther than `*tried`
+// (squared), which becomes its distance.
+inline vec displacement_to_nearest(const map_t *map, vec x, int count,
+                                   __global const float *samples, real *tried) {
   real nearest = FLT_MAX;
-  vec way = {0, 0, 0};
+  vec displacement = {0, 0, 0};
   for (int i = 0; i < count; ++i, samples += SAMPLE_SIZE) {
     vec miss = vec_sub(x, (vec){samples[3], samples[4], samples[5]});
     real d2 = dot3(miss, miss);
@@ -125,14 +127,14 @@ inline vec way_to_nearest(const map_t *map, vec x, int count, __global const flo
     if (!ANY(nearer)) continue;
     vec there = vec_sub((vec){samples[0], samples[1], samples[2]}, x);
     nearer &= !is_blocked(map, x, there);
-    way = vec_select(way, there, nearer);
+    displacement = vec_select(displacement, there, nearer);
     nearest = select(nearest, d2, nearer);
   }
   *tried = nearest;
-  return way;
+  return displacement;
 }
 
-// First guesses: ways at the nodes of a regular lattice.
+// First guesses: displacements at the nodes of a regular grid.
 typedef struct {
   __global const float4 *nodes;  // (nz, ny, nx)
   int4 dimensions;               // 2 at least
@@ -153,8 +155,8 @@ inline integer cell_along(real index, int nodes, real *place) {
   return cell;
 }
 
-// The way at x, trilinear, and dv/dx.
-inline void guess_at(const guess_t *guess, vec x, vec *way, mat *response) {
+// The displacement at x, trilinear, and dv/dx.
+inline void guess_at(const guess_t *guess, vec x, vec *displacement, mat *response) {
   const float4 low = guess->low, density = guess->density;
   const int nx = guess->dimensions.x, ny = guess->dimensions.y;
   real a, b, c;
@@ -173,9 +175,9 @@ inline void guess_at(const guess_t *guess, vec x, vec *way, mat *response) {
     float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
     float4 dx = density.x * (d0 + w * (d1 - d0)), dy = density.y * (e0 + w * (e1 - e0)),
            dz = density.z * (n1 - n0), n = n0 + w * (n1 - n0);
-    LANE(way->x, l) = n.x;
-    LANE(way->y, l) = n.y;
-    LANE(way->z, l) = n.z;
+    LANE(displacement->x, l) = n.x;
+    LANE(displacement->y, l) = n.y;
+    LANE(displacement->z, l) = n.z;
     LANE(response->a[0], l) = 1 + dx.x;
     LANE(response->a[1], l) = dy.x;
     LANE(response->a[2], l) = dz.x;

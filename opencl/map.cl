@@ -8,11 +8,11 @@
 #include "weights.cl"
 #include FIT
 
-// G(v) - v - drift; where no control point can be reached, nothing moves.
+// G(v) - v - mean displacement; where no control point can be reached, nothing moves.
 inline vec moved(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
 #if CUTS
-  vec still = vec_scale((real)(-1), drift_of(&map->cuts));
+  vec still = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
   d = vec_select(d, still, fit->pivot.d2 >= UNREACHABLE);
 #endif
   return d;

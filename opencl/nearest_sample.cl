@@ -1,17 +1,17 @@
 #include "inverse.cl"
 
-// For places x less drift the way to the best of some samples of the map, in three planes. Those that
-// the map brings as near as `tried` (squared), or nearer, are left out.
+// For places x less the mean displacement the displacement to the best of some samples of the map, in
+// three planes. Those that the map brings as near as `tried` (squared), or nearer, are left out.
 KERNEL void nearest_sample(MAP_PARAMETERS, const long points_count,
                            __global const float *restrict points, const int sample_count,
                            __global const float *restrict samples, __global float *restrict tried,
-                           __global float *restrict ways) {
+                           __global float *restrict displacements) {
   const map_t map = MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);
   real distance2 = load_plane(tried, points_count, first);
-  vec way = way_to_nearest(&map, x, sample_count, samples, &distance2);
-  store_points(ways, way, points_count, first);
+  vec displacement = displacement_to_nearest(&map, x, sample_count, samples, &distance2);
+  store_points(displacements, displacement, points_count, first);
   store_plane(tried, distance2, points_count, first);
 }

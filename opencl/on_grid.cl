@@ -1,7 +1,7 @@
 // What the kernels over a grid share.
 
 #include "map.cl"
-#include "lattice.cl"
+#include "grid.cl"
 
 // Lanes of a grid that belong to this launch.
 #if CUTS
@@ -17,11 +17,11 @@
 // What every kernel over a grid begins with: indices of its points `at` and on, and the fit there.
 #define FIT_ON_GRID                                          \
   const map_t map = MAP;                                     \
-  const lattice_t lattice = LATTICE;                         \
-  const long count = lattice.stop - lattice.first;           \
+  const grid_t grid = GRID;                         \
+  const long count = grid.stop - grid.first;           \
   const long at = (long)get_global_id(0) * LANES;            \
   if (at >= count) return;                                   \
   const int lanes = (int)min((long)LANES, count - at);       \
-  const vec here = lattice_index(&lattice, lattice.first + at); \
+  const vec here = grid_index(&grid, grid.first + at); \
   LEAVE_UNLESS_KEPT                                          \
   const fit_t fit = fit_at(&map, transformed(frame, here));

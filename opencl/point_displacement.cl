@@ -1,6 +1,6 @@
 #include "map.cl"
 
-// G(v) - v - drift in three planes, local frame.
+// G(v) - v - mean displacement in three planes, local frame.
 KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
                                __global const float *restrict points,
                                __global float *restrict displacement) {

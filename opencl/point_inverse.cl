@@ -1,19 +1,22 @@
 #include "inverse.cl"
 
-// For places x less drift the way to v with G(v) = x, from first guesses in `ways`, three planes;
-// and what is left of it next to the size of x.
+// For places x less the mean displacement the displacement to v with G(v) = x, from first guesses in
+// `displacements`, three planes; and what is left of it next to the size of x.
 KERNEL void point_inverse(MAP_PARAMETERS, const long points_count,
-                          __global const float *restrict points, __global float *restrict ways,
+                          __global const float *restrict points,
+                          __global float *restrict displacements,
                           __global float *restrict left) {
   const map_t map = MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
-  vec x = load_points(points, points_count, first), way = load_points(ways, points_count, first);
+  vec x = load_points(points, points_count, first);
+  vec displacement = load_points(displacements, points_count, first);
 #if CUTS
-  way = vec_select(way, drift_of(&map.cuts), is_blocked(&map, x, way));  // to x itself
+  vec to_x = mean_displacement_of(&map.cuts);
+  displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
 #endif
-  real rest = newton(&map, x, &way);
-  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, way));
-  store_points(ways, way, points_count, first);
+  real rest = newton(&map, x, &displacement);
+  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
+  store_points(displacements, displacement, points_count, first);
   store_plane(left, rest, points_count, first);
 }

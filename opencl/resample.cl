@@ -37,7 +37,7 @@ inline void tap_weights(real t, real w[TAPS]) {
 }
 
 // Along one axis with n points, of which `count` from `first` on are there: taps and weights at x,
-// and whether x is inside and on the lattice.
+// and whether x is inside and on a grid point.
 typedef struct {
   integer tap[TAPS], nearest, inside, exact;
   real weight[TAPS];

@@ -5,7 +5,7 @@
 typedef struct { real w, x, y, z; } quaternion_t;
 
 // R - I of a unit quaternion, Eq. 10.
-inline mat turn_of(quaternion_t q) {
+inline mat rotation_change(quaternion_t q) {
   real x = 2 * q.x, y = 2 * q.y, z = 2 * q.z;
   return (mat){{-(y * q.y + z * q.z), x * q.y - z * q.w, x * q.z + y * q.w,
                 x * q.y + z * q.w, -(x * q.x + z * q.z), y * q.z - x * q.w,
@@ -25,13 +25,13 @@ inline quaternion_t unit4(quaternion_t q) {
 }
 
 // S = R^T C.
-inline mat turned_back(const mat *turn, const mat *c) {
+inline mat rotated_back(const mat *change, const mat *c) {
   mat s;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      s.a[3 * i + j] = fma(turn->a[i], c->a[j],
-                           fma(turn->a[3 + i], c->a[3 + j],
-                               fma(turn->a[6 + i], c->a[6 + j], c->a[3 * i + j])));
+      s.a[3 * i + j] = fma(change->a[i], c->a[j],
+                           fma(change->a[3 + i], c->a[3 + j],
+                               fma(change->a[6 + i], c->a[6 + j], c->a[3 * i + j])));
   return s;
 }
 
@@ -132,11 +132,11 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   return unit4(q);
 }
 
-// Best twist about the longest axis of C. Near a line the other ways to the rotation hardly see
+// Best twist about the longest axis of C. Near a line what else finds the rotation hardly see
 // the twist, up to turning it by 180 degrees; about a given axis the optimum is explicit.
 inline quaternion_t twisted(quaternion_t q, const mat *c) {
-  mat turn = turn_of(q);
-  mat s = turned_back(&turn, c);
+  mat change = rotation_change(q);
+  mat s = rotated_back(&change, c);
   vec t = torque_of(&s);
   real off01 = s.a[1] + s.a[3], off02 = s.a[2] + s.a[6], off12 = s.a[5] + s.a[7];
   vec axis = {2 * s.a[0], off01, off02};
@@ -153,17 +153,17 @@ inline quaternion_t twisted(quaternion_t q, const mat *c) {
   real length = sqrt(fma(cosine, cosine, sine * sine));
   // half the angle: (1 + cos, sin), or (|sin|, 1 - cos) where that is larger
   real w = select(fabs(sine), length + cosine, cosine >= 0);
-  real turned = select(copysign(length - cosine, sine), sine, cosine >= 0);
+  real rotated = select(copysign(length - cosine, sine), sine, cosine >= 0);
   integer none = length < 1e-20f;
   w = select(w, (real)(1), none);
-  turned = select(turned, (real)(0), none);
-  return unit4(product(q, (quaternion_t){w, turned * axis.x, turned * axis.y, turned * axis.z}));
+  rotated = select(rotated, (real)(0), none);
+  return unit4(product(q, (quaternion_t){w, rotated * axis.x, rotated * axis.y, rotated * axis.z}));
 }
 
 // One Newton step on the rotations, where it is safe.
 inline quaternion_t polished(quaternion_t q, const mat *c) {
-  mat turn = turn_of(q);
-  mat s = turned_back(&turn, c);
+  mat change = rotation_change(q);
+  mat s = rotated_back(&change, c);
   real k[6], inverse[6];
   stiffness_of(&s, k);
   invert_symmetric(k, inverse);
@@ -232,8 +232,8 @@ inline quaternion_t line_rotation(vec a, vec b, float4 flip_axis) {
   vec halved = {a.x + b.x, a.y + b.y, a.z + b.z};
   integer opposite = dot3(halved, halved) < 1e-10f;
   halved = unit3(halved);
-  vec turn = cross3(b, halved);
-  quaternion_t q = {dot3(halved, b), turn.x, turn.y, turn.z};
+  vec axis = cross3(b, halved);
+  quaternion_t q = {dot3(halved, b), axis.x, axis.y, axis.z};
   q.w = select(q.w, (real)(0), opposite);
   q.x = select(q.x, (real)(flip_axis.x), opposite);
   q.y = select(q.y, (real)(flip_axis.y), opposite);

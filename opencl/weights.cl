@@ -1,8 +1,8 @@
 // The weights of Eq. 2 and 27: c_i / |q_i - v|^(2 alpha), for every power and distance in float32.
 //
 // Behind a cut a control point is as far away as its damped weight makes it: all distances here are
-// such distances. k is the control point nearest to v, e the distance of the second nearest. All other control
-// points are summed with weights (e / d_i)^(2 alpha) <= 1, which neither vanish nor overflow; the
+// such distances. k is the control point nearest to v, e the distance of the second nearest. All
+// other control points are summed with weights (e / d_i)^(2 alpha) <= 1, which neither vanish nor overflow; the
 // share r = (d_k / e)^(2 alpha) relates them to the weight of k. Coordinates are relative to k, so
 // k itself adds to no sum but the total weight, and r = 0 (v on a control point) is exact.
 
@@ -10,7 +10,7 @@
 #error "MAP_NUMBERS or CONTROL_POINT is missing: members of the structs below"
 #endif
 
-// A control point in memory: q, its weight factor c, u = p - q - drift.
+// A control point in memory: q, its weight factor c, u = p - q - mean displacement.
 typedef struct { CONTROL_POINT } control_point_t;
 
 // `count` of the control points, `alpha`, and what the kind of maps has beside (vtk_mls/kinds).
@@ -56,7 +56,7 @@ typedef struct {
   integer k;  // nearest control point
   vec q;      // q_k
   vec x;      // v - q_k
-  vec u;      // p_k - q_k - drift
+  vec u;      // p_k - q_k - mean displacement
   real c;     // its weight factor
   real d2;    // |x|^2
   real e2;    // squared distance of the second nearest
@@ -72,7 +72,7 @@ inline real straight_distance2(__global const control_point_t *at, vec v) {
   return fma(dx, dx, fma(dy, dy, dz * dz));
 }
 
-inline real handle_distance2(const map_t *map, int i, const view_t *view) {
+inline real control_point_distance2(const map_t *map, int i, const view_t *view) {
   __global const control_point_t *at = map->control_points + i;
   real d2 = straight_distance2(at, view->v);
 #if CUTS
@@ -85,7 +85,7 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
   real first = FLT_MAX, second = FLT_MAX;
   integer k = 0;
   for (int i = 0; i < map->numbers.count; ++i) {
-    real d2 = handle_distance2(map, i, view);
+    real d2 = control_point_distance2(map, i, view);
     integer nearer = d2 < first;
     second = least(second, most(first, d2));
     first = least(first, d2);
@@ -119,11 +119,12 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
 }
 
 // Weight of a control point next to the others but k.
-inline real handle_weight(const map_t *map, int i, const pivot_t *pivot, const view_t *view) {
+inline real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
+                                 const view_t *view) {
 #if KNOWN
-  real d2 = i < KNOWN ? view->known[i] : handle_distance2(map, i, view);
+  real d2 = i < KNOWN ? view->known[i] : control_point_distance2(map, i, view);
 #else
-  real d2 = handle_distance2(map, i, view);
+  real d2 = control_point_distance2(map, i, view);
 #endif
   real w = map->control_points[i].c *
            power(pivot->e2 / most(d2, pivot->e2), map->numbers.alpha);

@@ -73,6 +73,8 @@ def own_map(kind, degree, rng):
     if kind == "affine":
         matrix = rotation + rng.normal(0, 0.2, (3, 3))
         return lambda v: (v - 128) @ matrix.T + 120
+    if kind != "polynomial":  # every kind has the translations
+        return lambda v: v + [3, -8, 5]
     count = {1: 3, 2: 9, 3: 19}[degree]
     coefficients = rng.normal(0, 0.3, (count, 3))
     return lambda v: 128 + 128 * monomial_values((v - 128) / 128, degree) @ coefficients

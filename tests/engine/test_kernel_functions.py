@@ -120,7 +120,7 @@ def test_products_of_vectors_and_matrices(of, rng):
 def test_quaternions_are_rotations(of, rng):
     q = np.hstack([units(rng, (COUNT, 4)), units(rng, (COUNT, 4))])
     body = f"""{quaternion("p", range(4))} {quaternion("q", range(4, 8))}
-    mat m = turn_of(p); for (int i = 0; i < 9; ++i) r[i] = m.a[i];
+    mat m = rotation_change(p); for (int i = 0; i < 9; ++i) r[i] = m.a[i];
     quaternion_t s = product(p, q); r[9] = s.w; r[10] = s.x; r[11] = s.y; r[12] = s.z;"""
     got = of(ROTATION, body, q, 13)
     q = np.float32(q)
@@ -135,7 +135,7 @@ def test_a_small_turn_has_all_its_digits(of, rng):
     angle = 10 ** rng.uniform(-12, -3, COUNT)
     axis = units(rng, (COUNT, 3))
     q = np.column_stack([np.cos(angle / 2), np.sin(angle / 2)[:, None] * axis])
-    body = f"{quaternion('q', range(4))} mat m = turn_of(q); r[0] = m.a[1]; r[1] = m.a[2];"
+    body = f"{quaternion('q', range(4))} mat m = rotation_change(q); r[0] = m.a[1]; r[1] = m.a[2];"
     got = of(ROTATION, body, q, 2)
     truth = np.column_stack([-axis[:, 2], axis[:, 1]]) * angle[:, None]
     assert (np.abs(got - truth).max(axis=1) <= 1e-6 * angle + angle**2).all()
@@ -254,13 +254,13 @@ def test_monomials(of, degree, functions, rng):
     np.testing.assert_allclose(got[:, functions:], slopes, atol=2e-6)
 
 
-def test_points_of_a_lattice(of):
+def test_points_of_a_grid(of):
     """Whatever the row is that a vector begins in, also in rows shorter than it."""
     for nx, ny in ((1, 1), (3, 2), (7, 5), (40, 3)):
         first = np.repeat(np.arange(97.0), 16)[:, None]
-        body = f"""lattice_t lattice = {{0, 100000, {nx}, {ny}, (int4)(5, -2, 3, 0)}};
-        vec at = lattice_index(&lattice, (long)LANE(a[0], 0)); {results("at", "xyz")}"""
-        got = of(["lattice.cl"], body, first, 3)
+        body = f"""grid_t grid = {{0, 100000, {nx}, {ny}, (int4)(5, -2, 3, 0)}};
+        vec at = grid_index(&grid, (long)LANE(a[0], 0)); {results("at", "xyz")}"""
+        got = of(["grid.cl"], body, first, 3)
         lanes = of.args[1]
         n = first[:, 0].astype(int) + np.arange(len(first)) % lanes
         truth = np.column_stack([n % nx + 5, n // nx % ny - 2, n // nx // ny + 3])
@@ -271,7 +271,7 @@ def test_affine_transforms(of, rng):
     t, x = rng.normal(size=12).astype(np.float32), rng.normal(size=(COUNT, 3)).astype(np.float32)
     body = f"""float16 t; for (int i = 0; i < 12; ++i) ((float *)&t)[i] = table[i];
     vec y = transformed(t, {AXES}); {results("y", "xyz")}"""
-    got = of(["lattice.cl"], body, x, 3, table=t)
+    got = of(["grid.cl"], body, x, 3, table=t)
     columns = t.reshape(4, 3).astype(float)
     np.testing.assert_allclose(got, x.astype(float) @ columns[:3] + columns[3], atol=3e-6)
 

@@ -409,6 +409,6 @@ def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch)
 def test_the_engine_says_when_it_builds():
     chosen = dispatch.choose(DEVICES[0])
     constants = (("LANES", 1), ("UNLIKE", "others"))
-    _, sentences = announced(device.kernel, chosen, "turn", constants)
+    _, sentences = announced(device.kernel, chosen, "covariant", constants)
     assert sentences == ["Building OpenCL kernels"]
-    assert announced(device.kernel, chosen, "turn", constants)[1] == []
+    assert announced(device.kernel, chosen, "covariant", constants)[1] == []

@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.reals import real, shown
+
+if TYPE_CHECKING:
+    from vtk_mls.control_points import ControlPoints
+    from vtk_mls.cuts.plane import Plane
 
 
 class Cut:
     """A surface that keeps control points from acting on what is behind."""
 
-    def void_distance(self, v, g):
-        """How far places `v` (m, 3) that come from `g` (m, 3) are from being void: (m,).
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far points `v` (m, 3) that come from `g` (m, 3) are from being void: (m,).
 
         Below 0 where the segment from v to g crosses the cut; continuous on each side of it. For
         v = g the distance from the cut.
         """
         raise NotImplementedError
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         raise NotImplementedError
 
-    def farthest(self, control_points) -> float:
+    def farthest(self, control_points: ControlPoints) -> float:
         """How far the cut is from the centre of control points, in their local frame."""
         raise NotImplementedError
 
     @property
-    def plane(self):
-        """The `Plane` in which the cut lies; None if it is curved and has `triangles`."""
+    def plane(self) -> Plane | None:
+        """The `Plane` in which the cut lies; None if it is curved.
+
+        A curved one has `points` and `triangles`.
+        """
         return None
 
     @property
-    def bounds(self):
+    def bounds(self) -> NDArray[np.float64]:
         """Lowest and highest coordinates (2, 3) of the cut; infinite ones if it has no end."""
         return np.array([np.full(3, -np.inf), np.full(3, np.inf)])
 
@@ -50,34 +60,34 @@ class Obstacle(Cut):
         Name of the shape in the kernels.
     """
 
-    kernel = None
+    kernel: str
 
-    def blocks(self, v, q):
+    def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the cut is between `v` and `q` (..., 3): (...) bool."""
         raise NotImplementedError
 
-    def bend(self, v, q):
+    def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
         """The point b (..., 3) where the detour from `v` to `q` bends; NaN where there is none."""
         raise NotImplementedError
 
-    def spanning(self):
+    def spanning(self) -> NDArray[np.float64]:
         """Points (n, 3) that tell how far away the cut is."""
         raise NotImplementedError
 
-    def record(self, control_points) -> list:
+    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
         """What the kernels read of the cut: arrays of floats or ints, in the local frame."""
         raise NotImplementedError
 
     @classmethod
-    def constants(cls, count) -> dict:
+    def constants(cls, count: int) -> dict[str, Any]:
         """Build constants of the kernel file for `count` such cuts."""
         return {}
 
-    def farthest(self, control_points):
+    def farthest(self, control_points: ControlPoints) -> float:
         return np.abs(control_points.local(self.spanning())).max()
 
 
-def vector(name, value):
+def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The three finite numbers that an argument `name` must be."""
     numbers = real(name, value, "three numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all():
@@ -85,7 +95,7 @@ def vector(name, value):
     return numbers
 
 
-def direction(name, value):
+def direction(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The unit vector along what an argument `name` must be."""
     along = vector(name, value)
     largest = np.abs(along).max()
@@ -95,7 +105,7 @@ def direction(name, value):
     return along / np.linalg.norm(along)
 
 
-def freeze(cut, **values):
+def freeze(cut: Cut, **values: NDArray[Any]) -> None:
     """Set attributes of a frozen cut, to arrays that cannot be written to."""
     for name, value in values.items():
         value.flags.writeable = False

@@ -7,12 +7,17 @@ the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, direction, freeze, vector
 from vtk_mls.cuts.plane import Plane
 from vtk_mls.linear_algebra import unit
+
+if TYPE_CHECKING:
+    from vtk_mls.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +34,16 @@ class HalfPlane(Obstacle):
         Direction from the edge into the cut; its part along `normal` does not count.
     """
 
-    point: np.ndarray
-    normal: np.ndarray
-    inward: np.ndarray
-    along: np.ndarray = field(init=False, repr=False)
+    point: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    inward: NDArray[np.float64]
+    along: NDArray[np.float64] = field(init=False, repr=False)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:
+
+        def __init__(self, point: ArrayLike, normal: ArrayLike, inward: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
         normal, inward = direction("normal", self.normal), direction("inward", self.inward)
         across = inward - (inward @ normal) * normal
         if np.linalg.norm(across) < 1e-6:
@@ -52,23 +61,25 @@ class HalfPlane(Obstacle):
 
     kernel = "half_plane"
 
-    def frame(self, x):
-        """Height over the cut, depth from the edge and place along it, (...) each."""
+    def frame(
+        self, x: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Height over the cut, depth from the edge and position along it, (...) each."""
         offset = x - self.point
         return offset @ self.normal, offset @ self.inward, offset @ self.along
 
-    def blocks(self, v, q):
+    def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
         return ((s < 0) != (t < 0)) & (h * np.abs(t) + g * np.abs(s) > 0)
 
-    def bend(self, v, q):
+    def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
         (s, h, a), (t, g, b) = self.frame(v), self.frame(q)
         r_v, r_q = np.hypot(s, h), np.hypot(t, g)
         total = r_v + r_q
         share = np.divide(r_v, total, out=np.zeros_like(total), where=total > 0)
         return self.point + (a + (b - a) * share)[..., None] * self.along
 
-    def void_distance(self, v, g):
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
         to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
         # from the edge to the segment, seen along the edge
@@ -79,27 +90,27 @@ class HalfPlane(Obstacle):
         reach = np.minimum(to_cut, to_edge)
         return np.where(self.blocks(v, g), -reach, reach)
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         t, e, _ = self.frame(g)
         beside = e > 0
         t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
         out = unit(t[:, None] * self.normal + e[:, None] * self.inward)
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
-    def spanning(self):
+    def spanning(self) -> NDArray[np.float64]:
         return self.point[None]
 
-    def record(self, control_points):
+    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
         """The half-plane, then each control point: its frame, and its distance from the edge."""
-        place = control_points.local(self.point)
+        point = control_points.local(self.point)
         frames = np.stack(self.frame(control_points.deformed), axis=1) / control_points.scale
         radius = np.hypot(frames[:, :1], frames[:, 1:2])
-        return [place, self.normal, self.inward, self.along, np.hstack([frames, radius])]
+        return [point, self.normal, self.inward, self.along, np.hstack([frames, radius])]
 
     @classmethod
-    def constants(cls, count):
+    def constants(cls, count: int) -> dict[str, Any]:
         return {"HALF_PLANES": count}
 
     @property
-    def plane(self):
+    def plane(self) -> Plane | None:
         return Plane(self.point, self.normal)

@@ -6,15 +6,15 @@ too short, by as much as the surface bulges between the legs (a hemispherical cu
 axis: sqrt(2) r instead of pi r / 2 from rim to pole). It is chosen because it is continuous, has no
 search over paths, and is exact where it matters: at grazing, and far from the surface.
 
-Blocked means an odd number of crossings. Where a way begins to be blocked it touches the boundary,
-there the detour is the way itself, and influence is continuous; at a fold it crosses twice, and
-nothing changes.
+Blocked means an odd number of crossings. Where a segment begins to be blocked it touches the
+boundary, there the detour is the segment itself, and influence is continuous; at a fold it crosses
+twice, and nothing changes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,9 @@ from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
 from vtk_mls.linear_algebra import unit
 from vtk_mls.reals import real
+
+if TYPE_CHECKING:
+    from vtk_mls.control_points import ControlPoints
 
 # No direction that surfaces have by design: a segment through an edge counts as moved along it.
 _ASIDE = np.array([0.5377, 0.2863, 0.7930])
@@ -98,7 +101,7 @@ class Surface(Obstacle):
             odd ^= _crosses(v, q, *self.points[triangle])
         return odd
 
-    def bend(self, v, q):
+    def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
         v, q = np.broadcast_arrays(v, q)
         best, shortest = np.full(v.shape, np.nan), np.full(v.shape[:-1], np.inf)
         for a, b in self.boundary:
@@ -109,7 +112,7 @@ class Surface(Obstacle):
             best = np.where(better[..., None], at, best)
         return best
 
-    def void_distance(self, v, g):
+    def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         reach = np.full(len(v), np.inf)
         for triangle in self.points[self.triangles]:
             reach = np.minimum(reach, _from_triangle(g, *triangle)[0])
@@ -117,7 +120,7 @@ class Surface(Obstacle):
             reach = np.minimum(reach, _distance_of_segments(v, g, a, b))
         return np.where(self.blocks(v, g), -reach, reach)
 
-    def away(self, v, g):
+    def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
         for triangle in self.points[self.triangles]:
             distance, direction = _from_triangle(g, *triangle)
@@ -125,27 +128,27 @@ class Surface(Obstacle):
             nearest = np.minimum(nearest, distance)
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
-    def spanning(self):
+    def spanning(self) -> NDArray[np.float64]:
         return self.points
 
-    def record(self, control_points):
+    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
         """Numbers of triangles and of edges, corners of the triangles, ends of the edges."""
         corners = self.points[np.sort(self.triangles, axis=1)]
         numbers = np.array([len(corners), len(self.boundary)])
         return [numbers, control_points.local(corners), control_points.local(self.boundary)]
 
     @classmethod
-    def constants(cls, count):
+    def constants(cls, count: int) -> dict[str, Any]:
         return {"ASIDE": f"(float3)({', '.join(f'{x}f' for x in _ASIDE)})"}
 
     @property
-    def plane(self):
+    def plane(self) -> Plane | None:
         centre = self.points.mean(axis=0)
         size, axes = np.linalg.svd(self.points - centre, full_matrices=False)[1:]
         return Plane(centre, axes[2]) if size[2] <= 1e-9 * size[0] else None
 
     @property
-    def bounds(self):
+    def bounds(self) -> NDArray[np.float64]:
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
 
@@ -156,13 +159,13 @@ def _crosses(v, q, a, b, c):
     """
     normal = np.cross(b - a, c - a)
     apart = ((v - a) @ normal < 0) != ((q - a) @ normal < 0)
-    way, moment = q - v, np.cross(v, q)
+    step, moment = q - v, np.cross(v, q)
 
     def right_of(x, y):
         # sign of the volume of v, q, x, y; a line through a corner counts as moved aside
-        parts = np.concatenate([way * np.cross(x, y), moment * (y - x)], axis=-1)
+        parts = np.concatenate([step * np.cross(x, y), moment * (y - x)], axis=-1)
         side, blur = parts.sum(axis=-1), 1e-14 * np.abs(parts).sum(axis=-1)
-        return np.where(np.abs(side) <= blur, np.cross(_ASIDE, way) @ (y - x), side) < 0
+        return np.where(np.abs(side) <= blur, np.cross(_ASIDE, step) @ (y - x), side) < 0
 
     ab, bc, ac = right_of(a, b), right_of(b, c), right_of(a, c)
     return apart & (ab == bc) & (bc != ac)
@@ -180,7 +183,7 @@ def _bend_on_edge(v, q, a, b):
 
 
 def _from_triangle(x, a, b, c):
-    """Distances (m,) of places `x` (m, 3) from a triangle, and the unit vectors away from it."""
+    """Distances (m,) of points `x` (m, 3) from a triangle, and the unit vectors away from it."""
     normal = unit(np.cross(b - a, c - a))
     inside = np.ones(len(x), bool)
     distance, offset = np.full(len(x), np.inf), np.zeros_like(x)

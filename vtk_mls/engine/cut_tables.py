@@ -22,7 +22,9 @@ def cut_tables(deformation, region, grid=None):
         {
             "damping": np.float32(deformation.nu / (2 * deformation.alpha)),
             "nu": np.float32(deformation.nu),
-            "drift": np.float32(control_points.mean_displacement / control_points.scale),
+            "mean_displacement": np.float32(
+                control_points.mean_displacement / control_points.scale
+            ),
             "plane_count": np.int32(len(deformation.planes)),
         }
     )

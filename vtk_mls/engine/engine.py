@@ -202,7 +202,7 @@ class Engine:
         count = len(vectors)
         with self.memory.exchanged(vectors) as changed:
             self.launcher.launch(
-                "turn",
+                "covariant",
                 (("LANES", self.device.lanes),),
                 count,
                 np.int64(count),

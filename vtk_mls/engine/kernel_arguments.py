@@ -47,7 +47,7 @@ def not_empty(table):
 
 
 def lattice(grid, part, control_points):
-    """Kernel arguments of the points `part` of `grid`, with their way to the local frame."""
+    """Kernel arguments of the points `part` of `grid`, with the transform to the local frame."""
     frame = transform(
         grid.index_to_world / control_points.scale, control_points.local(grid.whole.origin)
     )
@@ -57,7 +57,7 @@ def lattice(grid, part, control_points):
 
 
 def transform(matrix, offset):
-    """An affine transform as `transformed` in lattice.cl takes it."""
+    """An affine transform as `transformed` in grid.cl takes it."""
     packed = np.zeros(16, np.float32)
     packed[:12] = np.concatenate([np.asarray(matrix).T.ravel(), offset])
     return packed
@@ -66,10 +66,10 @@ def transform(matrix, offset):
 def to_source(source, target, control_points, continued):
     """First arguments of the kernels that tell where in `source` points of `target` come from."""
     matrix, offset = target.whole.index_transform(source.whole)
-    turn = np.linalg.inv(source.index_to_world)
+    to_index = np.linalg.inv(source.index_to_world)
     return (
-        transform(matrix, offset + turn @ control_points.mean_displacement),
-        transform(turn * control_points.scale, np.zeros(3)),
+        transform(matrix, offset + to_index @ control_points.mean_displacement),
+        transform(to_index * control_points.scale, np.zeros(3)),
         np.int32(continued),
     )
 

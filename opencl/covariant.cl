@@ -1,10 +1,11 @@
-// Gradients and normals that moved, turned by the map that moved them. Build constants: README.md.
+// Gradients and normals, which are covariant, under the map that moved them. Build constants:
+// README.md.
 
 #include "types.cl"
 
 // J^T n (Eq. 29) in place of each of `count` vectors n, interleaved; of length 1 (or 0) if
 // `normalise`. `source` is what `grid_source_frame` stores: after three planes nine of J = dG/dv.
-KERNEL void turn(const long count, __global const float *restrict source, const int normalise,
+KERNEL void covariant(const long count, __global const float *restrict source, const int normalise,
                  __global float *restrict vectors) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;

@@ -4,29 +4,29 @@ typedef struct {
   long first, stop;  // the points of this launch
   int nx, ny;
   int4 start;        // index of the first point in the whole grid
-} lattice_t;
+} grid_t;
 
 // `frame` takes indices of the whole grid to the local frame.
-#define LATTICE_PARAMETERS                                                       \
-  const long lattice_first, const long lattice_stop, const int nx, const int ny, \
-      const int4 lattice_start, const float16 frame
-#define LATTICE \
-  { lattice_first, lattice_stop, nx, ny, lattice_start }
+#define GRID_PARAMETERS                                                       \
+  const long grid_first, const long grid_stop, const int nx, const int ny, \
+      const int4 grid_start, const float16 frame
+#define GRID \
+  { grid_first, grid_stop, nx, ny, grid_start }
 
 // Indices (i, j, k) in the whole grid of the points n, n + 1, ... n + LANES - 1.
-inline vec lattice_index(const lattice_t *lattice, long n) {
-  long row = n / lattice->nx;
-  integer i, j = (int)(row % lattice->ny), k = (int)(row / lattice->ny);
-  for (int l = 0; l < LANES; ++l) LANE_INT(i, l) = (int)(n % lattice->nx) + l;
-  while (ANY(i >= lattice->nx)) {
-    integer over = i >= lattice->nx;
-    i = select(i, i - lattice->nx, over);
+inline vec grid_index(const grid_t *grid, long n) {
+  long row = n / grid->nx;
+  integer i, j = (int)(row % grid->ny), k = (int)(row / grid->ny);
+  for (int l = 0; l < LANES; ++l) LANE_INT(i, l) = (int)(n % grid->nx) + l;
+  while (ANY(i >= grid->nx)) {
+    integer over = i >= grid->nx;
+    i = select(i, i - grid->nx, over);
     j = select(j, j + 1, over);
-    over = j >= lattice->ny;
-    j = select(j, j - lattice->ny, over);
+    over = j >= grid->ny;
+    j = select(j, j - grid->ny, over);
     k = select(k, k + 1, over);
   }
-  int4 start = lattice->start;
+  int4 start = grid->start;
   return (vec){TO_REAL(i + start.x), TO_REAL(j + start.y), TO_REAL(k + start.z)};
 }
 
