@@ -420,8 +420,8 @@ add = _in("vtk_mls/files/markups.py", LANDMARKS, "tests/files/test_slicer_markup
 add("markups: the number of a frame", '{"0": "RAS", "1": "LPS"', '{"0": "LPS", "1": "LPS"')
 add(
     "markups: written in another frame than the file says",
-    "places[number + i] * factors)",
-    "places[number + i])",
+    "positions[number + i] * factors)",
+    "positions[number + i])",
 )
 add = _in("vtk_mls/files/replacing.py", "tests/files/test_replacing.py")
 add("replacing: permissions of the old file", "shutil.copymode(old, file)", "pass")
@@ -435,7 +435,7 @@ _in(
     FORMATS,
     "tests/files/test_hostile_files.py",
     "tests/files/test_io.py",
-)("broken files: a data file anywhere", 'or ".." in way.parts', "")
+)("broken files: a data file anywhere", 'or ".." in path.parts', "")
 _in("vtk_mls/files/mesh_frames.py", "tests/files/test_mesh_frames.py")(
     "mesh files: normals stay in RAS",
     "attributes.GetVectors(), attributes.GetNormals(),",

@@ -102,19 +102,7 @@ RIGHT = {
     "place": {"vtk_mls/doctor.py": "a function of `proof`"},
 }
 # Files whose words are still being changed.
-FOR_NOW = [
-    "opencl/*",
-    "vtk_mls/arguments.py",
-    "vtk_mls/control_points.py",
-    "vtk_mls/cuts.py",
-    "vtk_mls/cuts/*",
-    "vtk_mls/deformation.py",
-    "vtk_mls/engine/*",
-    "vtk_mls/filters/splitting.py",
-    "vtk_mls/filters/warping.py",
-    "vtk_mls/kinds/*",
-    "vtk_mls/reference.py",
-]
+FOR_NOW = []
 
 
 def misused(name, text):
