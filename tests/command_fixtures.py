@@ -42,7 +42,7 @@ class Finder(importlib.abc.MetaPathFinder):
 sys.meta_path.insert(0, Finder())
 if "{place}" == "the replacing":
     from vtk_mls.files import replacing
-    replacing._put_in_place = lambda *_: meet()
+    replacing._move_over = lambda *_: meet()
 from vtk_mls.cli import main
 sys.exit(main())
 """

@@ -115,22 +115,14 @@ def test_wheel_in_a_fresh_environment(distributions, tmp_path):
     assert (python.parent / "vtk-mls").is_file()
 
 
-# The head of the plugin file, in a Python without site-packages that is told of stand-ins for
-# ParaView and VTK only; beside the "script" is a clone.
+# The head of the plugin file, in a Python without site-packages; beside the "script" is a clone.
 PLUGIN = """
 import sys
-import types
 
 sys.path.insert(0, {folder!r})
 if {early}:
     import vtk_mls
-for name in ("paraview", "paraview.util", "paraview.util.vtkAlgorithm"):
-    sys.modules[name] = types.ModuleType(name)
-    vars(sys.modules[name]).update(smhint=None, smproperty=None, smproxy=None)
-for name in ("vtkmodules", "vtkmodules.vtkCommonDataModel"):
-    sys.modules[name] = types.ModuleType(name)
-    vars(sys.modules[name]).update(vtkImageData=None)
-head = open({plugin!r}).read().partition("from vtk_mls.")[0]
+head = open({plugin!r}).read().partition("from vtk_mls.paraview import")[0]
 names = {{"__file__": {plugin!r}}}
 exec(compile(head, {plugin!r}, "exec"), names)
 print(names["vtk_mls"].__version__, names["vtk_mls"].__file__)
