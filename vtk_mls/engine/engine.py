@@ -78,6 +78,7 @@ class Engine:
         self.memory = device.handle.global_mem_size // 2 // devices.sharers(device)
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # handle set -> buffers
+        self._at_any_points = weakref.WeakKeyDictionary()  # region -> constants, arguments
         self._kept = None
         self._lock = threading.RLock()  # a kernel's arguments belong to one launch at a time
 
@@ -357,6 +358,14 @@ class Engine:
 
     def _map(self, deformation, region, grid):
         """Build constants and shared kernel arguments of the map in a region."""
+        if grid is not None:
+            return self._described(deformation, region, grid)
+        if region not in self._at_any_points:  # a region belongs to one deformation
+            self._at_any_points[region] = self._described(deformation, region, grid)
+        return self._at_any_points[region]
+
+    def _described(self, deformation, region, grid):
+        """The same, made anew: those of cuts depend on the grid."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
         numbers = kernel_arguments.record(
