@@ -28,7 +28,7 @@ class Cut:
 
     @property
     def plane(self):
-        """The `Plane` in which the cut lies; None if curved: then it has `points` and `triangles`."""
+        """The `Plane` in which the cut lies; None if curved, with `points` and `triangles`."""
         return None
 
     @property
