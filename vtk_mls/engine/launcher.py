@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import weakref
 from contextlib import ExitStack
 
@@ -179,6 +180,14 @@ class RegionMap:
             )
         return local
 
+    @functools.cached_property
+    def _without_grid(self):
+        """Build constants and arguments at points: a search launches many kernels with them."""
+        return self.launcher.map(self.deformation, self.region, None)
+
     def _launch(self, name, grid, count, *arguments):
-        constants, shared = self.launcher.map(self.deformation, self.region, grid)
+        if grid is None:
+            constants, shared = self._without_grid
+        else:
+            constants, shared = self.launcher.map(self.deformation, self.region, grid)
         self.launcher.launch(name, constants, count, *shared, *arguments)
