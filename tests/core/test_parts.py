@@ -130,8 +130,8 @@ def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
     first, dimensions = PARTS[2]
     source, there = needed(d, grid, grid.part(first, dimensions), 1)
     monkeypatch.setattr(chosen.memory, "in_place", False)
-    monkeypatch.setattr(chosen, "memory", image[there].nbytes)
-    (got,) = d.resample([image[there]], source, grid.part(first, dimensions), "cubic")
+    monkeypatch.setattr(chosen.memory, "limit", image[there].nbytes)
+    (got,) = d.resample([image[there]], Sampling(source, grid.part(first, dimensions), "cubic"))
     np.testing.assert_array_equal(got, expected[block(first, dimensions)])
 
 
