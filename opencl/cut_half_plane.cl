@@ -8,14 +8,14 @@
 #define HALF_PLANE_SIZE 12
 #define FRAME_SIZE 4
 
-// A place in the frame of a half-plane: height, depth, place along the edge, distance to it.
+// A point in the frame of a half-plane: height, depth, position along the edge, distance to it.
 typedef struct { real s, h, l, r; } frame_t;
-typedef frame_t half_plane_place_t;
+typedef frame_t half_plane_point_t;
 typedef struct { frame_t frame[HALF_PLANES]; } half_plane_view_t;
 
 inline int half_plane_count(__global const float *table) { return HALF_PLANES; }
 
-inline frame_t half_plane_place(__global const float *cut, vec x) {
+inline frame_t half_plane_point(__global const float *cut, vec x) {
   vec offset = vec_sub(x, load3(cut));
   real s = dot3(offset, load3(cut + 3)), h = dot3(offset, load3(cut + 6));
   return (frame_t){s, h, dot3(offset, load3(cut + 9)), sqrt(fma(s, s, h * h))};
@@ -23,7 +23,7 @@ inline frame_t half_plane_place(__global const float *cut, vec x) {
 
 inline half_plane_view_t half_plane_view(__global const float *table, vec v) {
   half_plane_view_t view;
-  for (int i = 0; i < HALF_PLANES; ++i) view.frame[i] = half_plane_place(record_of(table, i), v);
+  for (int i = 0; i < HALF_PLANES; ++i) view.frame[i] = half_plane_point(record_of(table, i), v);
   return view;
 }
 

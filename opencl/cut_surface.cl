@@ -8,7 +8,7 @@
 #define TRIANGLE_SIZE 9
 #define EDGE_SIZE 6
 
-PLAIN_PLACES(surface)
+PLAIN_POINTS(surface)
 
 inline __global const float *triangle_of(__global const float *cut, int i) {
   return cut + 2 + (long)i * TRIANGLE_SIZE;

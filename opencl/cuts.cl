@@ -1,7 +1,7 @@
 // Cuts (section 4): the damping of Eq. 28, and the void. Rules of the shapes: vtk_mls/cuts.
 //
 // Full planes do not appear here as obstacles: the host gives each of their sides its own control
-// points, and a launch computes the places of one side (`in_region`).
+// points, and a launch computes the points of one side (`in_region`).
 
 #if !defined(PLANE) || !defined(CUT_NUMBERS)
 #error "PLANE or CUT_NUMBERS is missing: members of the structs below"
@@ -41,12 +41,12 @@ inline real distance3(vec a, vec b) {
 
 inline real clamp01(real x) { return least(most(x, (real)(0)), (real)(1)); }
 
-// The functions of a shape that takes places as they are, and keeps nothing of them.
-#define PLAIN_PLACES(shape)                                                                       \
-  typedef vec shape##_place_t;                                                                    \
+// The functions of a shape that takes points as they are, and keeps nothing of them.
+#define PLAIN_POINTS(shape)                                                                       \
+  typedef vec shape##_point_t;                                                                    \
   typedef vec shape##_view_t;                                                                     \
   inline int shape##_count(__global const float *table) { return count_of(table); }               \
-  inline vec shape##_place(__global const float *cut, vec x) { return x; }                        \
+  inline vec shape##_point(__global const float *cut, vec x) { return x; }                        \
   inline vec shape##_view(__global const float *table, vec v) { return v; }                       \
   inline vec shape##_seen(const vec *view, int i) { return *view; }                               \
   inline vec shape##_control_point(__global const float *cut, int k, vec q) { return q; }
@@ -88,7 +88,7 @@ inline vec mean_displacement_of(const cuts_t *cuts) {
   return (vec){mean_displacement[0], mean_displacement[1], mean_displacement[2]};
 }
 
-// Local place where the material at v came from, for its displacement less the mean displacement.
+// Local point where the material at v came from, for its displacement less the mean displacement.
 inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
   return vec_add(vec_add(v, d), mean_displacement_of(cuts));
 }
@@ -99,7 +99,7 @@ inline integer blocked(const cuts_t *cuts, vec v, vec g) {
 #define BLOCK(shape)                                                                              \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    anything |= shape##_blocks(cut, shape##_place(cut, v), shape##_place(cut, g));                \
+    anything |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));                \
   }
   SHAPES(BLOCK)
   return anything;
@@ -112,7 +112,7 @@ inline integer blocked(const cuts_t *cuts, vec v, vec g) {
 #define KNOWN 0
 #endif
 
-// A place with what the cuts need to know of it.
+// A point with what the cuts need to know of it.
 #define SHAPE_VIEW(shape) shape##_view_t shape;
 typedef struct {
   vec v;
@@ -156,7 +156,7 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
 #define EACH_DETOUR(shape, statement)                                                             \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    shape##_place_t from = shape##_seen(&view->shape, i),                                         \
+    shape##_point_t from = shape##_seen(&view->shape, i),                                         \
                     to = shape##_control_point(cut, k, q);                                        \
     integer blocked = shape##_blocks(cut, from, to);                                              \
     if (ANY(blocked)) {                                                                           \
@@ -205,7 +205,7 @@ inline real void_distance_of(const cuts_t *cuts, vec v, vec g) {
 #define OPEN(shape)                                                                               \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    real here = shape##_void_distance(cut, shape##_place(cut, v), shape##_place(cut, g));         \
+    real here = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
     void_distance = least(void_distance, here);                                                   \
   }
   SHAPES(OPEN)

@@ -1,4 +1,4 @@
-// The inverse of the backward map: for places x the displacement v - x to v with G(v) = x.
+// The inverse of the backward map: for points x the displacement v - x to v with G(v) = x.
 //
 // All x are less the mean displacement, and local. The map's displacement d(v) = G(v) - v is small
 // next to v, so what is searched is the displacement s with s + d(x + s) = 0: no digits are lost in
@@ -27,7 +27,7 @@ inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
 }
 
 #if CUTS
-// The place of x itself.
+// The position of x itself.
 inline vec undisplaced(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
 
 // Whether the displacement leads through a cut that one can go round: the material is not there.
@@ -60,7 +60,7 @@ inline vec newton_step(const mat *jacobian, vec r) {
 // Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
 // that comes hardly closer, or leads through a cut, is halved, and the next one is at most twice as
 // long: where there is no inverse the search is soon over. One that is stuck at a cut may pass it from then on:
-// the place may be beyond what is hidden from x.
+// the position may be beyond what is hidden from x.
 inline real newton(const map_t *map, vec x, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
@@ -147,11 +147,11 @@ typedef struct {
 #define GUESS \
   { nodes, dimensions, low, density }
 
-// Index of the cell below, along one axis, and the place in it.
-inline integer cell_along(real index, int nodes, real *place) {
+// Index of the cell below, along one axis, and the share of it.
+inline integer cell_along(real index, int nodes, real *share) {
   index = least(most(index, (real)(0)), (real)(nodes - 1));
   integer cell = TO_INTEGER(least(index, (real)(nodes - 2)));
-  *place = index - TO_REAL(cell);
+  *share = index - TO_REAL(cell);
   return cell;
 }
 

@@ -1,6 +1,6 @@
 #include "inverse.cl"
 
-// For places x less the mean displacement the displacement to the best of some samples of the map, in
+// For points x less the mean displacement the displacement to the best of some samples of the map, in
 // three planes. Those that the map brings as near as `tried` (squared), or nearer, are left out.
 KERNEL void nearest_sample(MAP_PARAMETERS, const long points_count,
                            __global const float *restrict points, const int sample_count,

@@ -1,6 +1,6 @@
 #include "inverse.cl"
 
-// For places x less the mean displacement v - x, world units, interleaved, from a grid of first
+// For points x less the mean displacement v - x, world units, interleaved, from a grid of first
 // guesses; and what is left of G(v) = x next to the size of x.
 KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
                           __global const float *restrict points, GUESS_PARAMETERS,

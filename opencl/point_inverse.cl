@@ -1,6 +1,6 @@
 #include "inverse.cl"
 
-// For places x less the mean displacement the displacement to v with G(v) = x, from first guesses in
+// For points x less the mean displacement the displacement to v with G(v) = x, from first guesses in
 // `displacements`, three planes; and what is left of it next to the size of x.
 KERNEL void point_inverse(MAP_PARAMETERS, const long points_count,
                           __global const float *restrict points,

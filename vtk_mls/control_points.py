@@ -13,8 +13,8 @@ import numpy as np
 
 from vtk_mls.kinds.kind import Kind
 
-# Control points are in one place if they are no farther apart than this share of the world.
-_ONE_PLACE = 1e-12
+# Control points coincide if they are no farther apart than this share of the world.
+_COINCIDENT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class ControlPoints:
     kind : Kind
         Of the maps that are fitted to them.
     world : float, world units
-        The size of all that is deformed: the scale where the control points are in one place.
+        The size of all that is deformed: the scale where the control points coincide.
     centre, scale : (3,) float64 and float, world coordinates
         The local frame: (x - centre) / scale. All tolerances are in its units.
     mean_displacement : (3,) float64, world units
@@ -59,7 +59,7 @@ class ControlPoints:
             "deformed": deformed,
             "weights": weights,
             "centre": centre,
-            "scale": float(size if size > _ONE_PLACE * self.world else self.world),
+            "scale": float(size if size > _COINCIDENT * self.world else self.world),
             "mean_displacement": (rest - deformed).mean(axis=0),
         }
         local = (deformed - centre) / values["scale"]

@@ -123,5 +123,5 @@ def _verdict(each, verdict):
     else:
         yield "is not used"
     yield from verdict.failures
-    kept = proof.place(each)
+    kept = proof.record_path(each)
     yield f"verdict kept in {kept}" if kept and kept.exists() else "verdict not kept"

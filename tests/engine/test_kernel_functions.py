@@ -296,7 +296,7 @@ def half_plane(rng):
 def test_a_detour_round_a_half_plane_is_the_shortest(of, rng):
     table = half_plane(rng)
     x = rng.uniform(-1, 1, (COUNT, 6))
-    body = f"""{V_AND_Q} frame_t b = half_plane_place(table, q), f = half_plane_place(table, v);
+    body = f"""{V_AND_Q} frame_t b = half_plane_point(table, q), f = half_plane_point(table, v);
     vec at; r[0] = sqrt(half_plane_detour(table, f, b, &at));
     r[1] = at.x; r[2] = at.y; r[3] = at.z;
     r[4] = select((real)(0), (real)(1), half_plane_blocks(table, f, b) != 0);"""

@@ -85,7 +85,7 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
     assert proof.verdicts([FAKE]) == [verdict]
     monkeypatch.setattr(proof, "_known", {})  # another process
     assert announced(proof.verdicts, [FAKE]) == ([verdict], [])
-    assert json.loads(proof.place(FAKE).read_text())["device"] == str(FAKE)
+    assert json.loads(proof.record_path(FAKE).read_text())["device"] == str(FAKE)
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_children_that_cannot_be_started(fresh, monkeypatch):
         (verdict,), sentences = announced(proof.verdicts, [FAKE])
         assert verdict == proof.Verdict(16, proven=False)
         assert "the widest vectors that are known to be safe" in sentences[-1]
-        assert not proof.place(FAKE).exists()
+        assert not proof.record_path(FAKE).exists()
 
 
 def test_a_device_that_a_child_does_not_find(fresh):
@@ -191,7 +191,7 @@ while sum(name.startswith("here") for name in os.listdir(place)) < 3:
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"lanes": 3}', '{"lanes": "x", "time": 0}', "\0"])
 def test_broken_records_do_no_harm(child, text, monkeypatch):
     child("")
-    place = proof.place(FAKE)
+    place = proof.record_path(FAKE)
     place.parent.mkdir(parents=True)
     place.write_text(text)
     assert proof.verdicts([FAKE])[0].lanes == 16

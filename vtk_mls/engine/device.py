@@ -172,12 +172,10 @@ def _listed():
     devices = []
     for p, platform in enumerate(platforms):
         try:
-            control_points = platform.get_devices()
+            handles = platform.get_devices()
         except cl.Error:  # a platform without devices
             continue
-        devices += [
-            _described(f"{p}:{d}", platform, handle) for d, handle in enumerate(control_points)
-        ]
+        devices += [_described(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
     return devices, "OpenCL has no device"
 
 

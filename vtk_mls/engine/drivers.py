@@ -78,8 +78,8 @@ def _fill(folder, library):
     """
     usual = os.environ.get("OPENCL_VENDOR_PATH") or "/etc/OpenCL/vendors"
     found = {}
-    for place in (Path(usual), Path(sys.prefix, "etc/OpenCL/vendors")):
-        for icd in sorted(place.glob("*.icd")):
+    for path in (Path(usual), Path(sys.prefix, "etc/OpenCL/vendors")):
+        for icd in sorted(path.glob("*.icd")):
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 found.setdefault(icd.name, icd.read_text().strip())
     names = {name: path for name, path in found.items() if _could_be_loaded(path)}

@@ -44,9 +44,9 @@ def _elsewhere(driver):
     The runtime asks the system for the path, which sees through symbolic links.
     """
     name = hashlib.sha256(str(driver).encode()).hexdigest()[:12]
-    places = [caches.folder(), Path(tempfile.gettempdir())]
-    for place in filter(None, places):
-        folder = place / "vtk_mls" / "intel" / name
+    paths = [caches.folder(), Path(tempfile.gettempdir())]
+    for path in filter(None, paths):
+        folder = path / "vtk_mls" / "intel" / name
         if not _is_plain(folder):
             continue
         with contextlib.suppress(OSError):

@@ -46,7 +46,7 @@ def not_empty(table):
     return table if table.size else np.zeros(1, table.dtype)
 
 
-def lattice(grid, part, control_points):
+def grid_points(grid, part, control_points):
     """Kernel arguments of the points `part` of `grid`, with the transform to the local frame."""
     frame = transform(
         grid.index_to_world / control_points.scale, control_points.local(grid.whole.origin)

@@ -142,8 +142,8 @@ class RegionMap:
 
     def launch_on_grid(self, name, grid, part, *arguments):
         """Launch a kernel for the points `part` of a grid."""
-        lattice = kernel_arguments.lattice(grid, part, self.control_points)
-        self._launch(name, grid.whole, part.stop - part.start, *lattice, *arguments)
+        points = kernel_arguments.grid_points(grid, part, self.control_points)
+        self._launch(name, grid.whole, part.stop - part.start, *points, *arguments)
 
     def launch_from_source(self, name, sampling, part, *outputs):
         """Launch a kernel that finds the origins of the points `part` of the target."""

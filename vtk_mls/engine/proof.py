@@ -148,7 +148,7 @@ def described(device: devices.Device) -> list[str]:
     return [*about, device.version, device.driver]
 
 
-def place(device: devices.Device) -> Path | None:
+def record_path(device: devices.Device) -> Path | None:
     """The file that keeps the verdict on `device`; None where nothing can be kept."""
     folder = records.folder()
     return folder and folder / records.name(identity(device))

@@ -39,15 +39,15 @@ def read(file: str) -> dict | None:
 
 def write(file: str, record: dict):
     """Keep `record`, whole or not at all."""
-    place = folder()
+    path = folder()
     with contextlib.suppress(OSError):
-        if place is None:
+        if path is None:
             return
-        place.mkdir(parents=True, exist_ok=True)
-        handle, beside = tempfile.mkstemp(dir=place)
+        path.mkdir(parents=True, exist_ok=True)
+        handle, beside = tempfile.mkstemp(dir=path)
         with os.fdopen(handle, "w") as out:
             json.dump(record, out, indent=1)
-        os.replace(beside, place / file)
+        os.replace(beside, path / file)
 
 
 @contextlib.contextmanager
@@ -55,8 +55,8 @@ def one_at_a_time():
     """Waits while another process of this user is here, where the system can do that."""
     with contextlib.ExitStack() as stack:
         with contextlib.suppress(OSError):
-            if fcntl is not None and (place := folder()) is not None:
-                place.mkdir(parents=True, exist_ok=True)
-                lock = stack.enter_context(open(place / "lock", "w"))
+            if fcntl is not None and (path := folder()) is not None:
+                path.mkdir(parents=True, exist_ok=True)
+                lock = stack.enter_context(open(path / "lock", "w"))
                 fcntl.flock(lock, fcntl.LOCK_EX)
         yield

@@ -97,10 +97,10 @@ def checks(engine):
         return max(_most(np.abs(a - b)) for a, b in pairs)
 
     def of_the_inverse():
-        places = rigid.backward(points[~rigid.void(points)])
-        displacement, found = engine.forward(rigid, places)
-        back = rigid.backward((places + displacement)[found])
-        return _most(np.abs(back - places[found])) / EXTENT if found.mean() > 0.9 else np.nan
+        origins = rigid.backward(points[~rigid.void(points)])
+        displacement, found = engine.forward(rigid, origins)
+        back = rigid.backward((origins + displacement)[found])
+        return _most(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
 
     yield "affine map at points", lambda: (at_points(), 1e-5)
     yield "similarity map on a grid", lambda: (on_grid(similarity), 1e-5)

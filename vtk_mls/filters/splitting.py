@@ -57,7 +57,7 @@ from vtk_mls.progress import SILENT
 _MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
 _ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
 
-_POINT, _HEIGHT, _FOOT, _SIDE, _PLACE = "_Point", "_Height", "_Foot", "_Side", "_Place"
+_POINT, _HEIGHT, _FOOT, _SIDE, _POSITION = "_Point", "_Height", "_Foot", "_Side", "_Position"
 _CELL = "_Cell"
 
 # Types of which the pieces get the right cell data from VTK's clipping: those with straight edges.
@@ -88,7 +88,7 @@ def split(mesh, cuts, progress=SILENT):
     Aborted
     """
     grid = _unstructured(mesh)
-    extent = _extent(_places(grid))
+    extent = _extent(_positions(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
@@ -99,10 +99,11 @@ def split(mesh, cuts, progress=SILENT):
     if grid is not whole:  # what is divided has no points without cells any more
         grid = _appended([grid, _without_cells(whole)])
     foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
-    for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _PLACE):
+    for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _POSITION):
         grid.GetPointData().RemoveArray(name)
     has_points = isinstance(mesh, vtkPointSet)
-    set_places(grid, _places(grid), mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE)
+    kept = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
+    set_positions(grid, _positions(grid), kept)
     for of in ("GetPointData", "GetCellData"):
         arrays.set_roles(getattr(grid, of)(), getattr(mesh, of)())
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), foot, side
@@ -114,7 +115,7 @@ def crossed(mesh, cuts):
     Of cells with many corners only those count that follow each other; of points none.
     """
     grid = _unstructured(mesh)
-    places, (corners, starts) = _places(grid), _corners(grid)
+    positions, (corners, starts) = _positions(grid), _corners(grid)
     sizes, types = np.diff(starts), arrays.cell_types(grid)
     found = np.zeros(len(sizes), bool)
     for cut in cuts:
@@ -123,28 +124,28 @@ def crossed(mesh, cuts):
         few = candidates & (sizes <= _MANY)
         for size in np.unique(sizes[few]):
             some = np.flatnonzero(few & (sizes == size))
-            x = places[corners[starts[some][:, None] + np.arange(size)]]
+            x = positions[corners[starts[some][:, None] + np.arange(size)]]
             for a, b in zip(*np.triu_indices(size, 1)):
                 found[some] |= cut.void_distance(x[:, a], x[:, b]) < 0
         for cell in np.flatnonzero(candidates & ~few):
-            x = places[corners[starts[cell] : starts[cell + 1]]]
+            x = positions[corners[starts[cell] : starts[cell + 1]]]
             found[cell] |= (cut.void_distance(x[:-1], x[1:]) < 0).any()
     return found
 
 
-def set_places(dataset, places, vtk_type):
+def set_positions(dataset, positions, vtk_type):
     """Set the points of a vtkPointSet to (n, 3) numbers, as VTK_FLOAT or VTK_DOUBLE."""
     points = vtkPoints()
     points.SetDataType(vtk_type)
     dtype = np.float32 if vtk_type == VTK_FLOAT else np.float64
-    points.SetData(arrays.from_numpy(places.astype(dtype, copy=False), vtk_type))
+    points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
     dataset.SetPoints(points)
 
 
 def _unstructured(mesh):
     """A copy as vtkUnstructuredGrid, with float64 points and without global ids of points."""
     grid = _appended([mesh])
-    set_places(grid, _places(grid), VTK_DOUBLE)
+    set_positions(grid, _positions(grid), VTK_DOUBLE)
     ids = grid.GetPointData().GetGlobalIds()
     if ids is not None:
         grid.GetPointData().RemoveArray(ids.GetName())
@@ -152,9 +153,9 @@ def _unstructured(mesh):
     return grid
 
 
-def _extent(places):
+def _extent(positions):
     """Size of a mesh, though some of its points (n, 3) be nowhere or far away from all others."""
-    x = places[np.isfinite(places).all(axis=1)]
+    x = positions[np.isfinite(positions).all(axis=1)]
     if len(x) < 2:
         return 1.0
     spread = 4 * np.median(np.abs(x - np.median(x, axis=0)), axis=0).max()  # if they fill a box
@@ -169,8 +170,8 @@ def _divided(grid, cut, extent, progress):
     if not touched.any():
         return grid
     cloud = arrays.cell_types(grid) == VTK_POLY_VERTEX  # nothing to divide
-    places = _places(grid)
-    _set_array(grid, _POINT, np.arange(len(places), dtype=np.float64))
+    positions = _positions(grid)
+    _set_array(grid, _POINT, np.arange(len(positions), dtype=np.float64))
     _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
     crossing, above = touched & (low < 0) & (high > 0) & ~cloud, touched & ((low >= 0) | cloud)
     progress.report(0.2)
@@ -180,12 +181,12 @@ def _divided(grid, cut, extent, progress):
     parts = [(0, _appended([_extracted(grid, ~touched), undivided]))]
     parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
-    keys = _keys(parts, cut, places, extent)
+    keys = _keys(parts, cut, positions, extent)
     progress.report(0.8)
     return _joined([part for _, part in parts], keys)
 
 
-def _keys(parts, cut, places, extent):
+def _keys(parts, cut, positions, extent):
     """Keys of the points of parts above (1), below (-1) and off (0) a cut.
 
     An old point has its number as key; those on the cut get others on each side, which is noted.
@@ -193,7 +194,7 @@ def _keys(parts, cut, places, extent):
     height_of = _height_function(cut)
     keys, edges = [], []
     for side, part in parts:
-        x, point = _places(part), _values(part, _POINT)
+        x, point = _positions(part), _values(part, _POINT)
         on_cut = np.flatnonzero(np.abs(_values(part, _HEIGHT)) <= _ON_CUT * extent)
         normal = _normals(height_of, x[on_cut], extent)
         foot = -height_of(x[on_cut])[:, None] * normal
@@ -205,15 +206,15 @@ def _keys(parts, cut, places, extent):
             _set_array(part, name, values)
         sides = np.zeros(len(x))
         sides[on_cut[parted]] = side % 3
-        nearest = np.clip(np.rint(point), 0, len(places) - 1).astype(np.int64)
-        is_old = (point == nearest) & _same(places[nearest], x)
-        keys.append(np.where(is_old, nearest + len(places) * sides, -1))
-        # new points are the same if they are on the same edge, at the same place
+        nearest = np.clip(np.rint(point), 0, len(positions) - 1).astype(np.int64)
+        is_old = (point == nearest) & _same(positions[nearest], x)
+        keys.append(np.where(is_old, nearest + len(positions) * sides, -1))
+        # new points are the same if they are on the same edge, at the same point
         edges.append(np.column_stack([x / extent * 1e10, point * 1e6, sides])[~is_old])
     _, number = np.unique(np.rint(np.concatenate(edges)), axis=0, return_inverse=True)
     counts = np.cumsum([len(rows) for rows in edges])
     for key, some in zip(keys, np.split(number.reshape(-1), counts)):
-        key[key < 0] = 3 * len(places) + some
+        key[key < 0] = 3 * len(positions) + some
     return keys
 
 
@@ -226,15 +227,15 @@ def _joined(parts, keys):
     """The parts as one mesh in which points with the same key are one."""
     grid = _appended(parts)
     keys = np.concatenate(keys).astype(np.int64)
-    _set_array(grid, _PLACE, _places(grid))
+    _set_array(grid, _POSITION, _positions(grid))
     coordinates = np.column_stack([keys & 0x1FFFF, keys >> 17 & 0x1FFFF, keys >> 34])
-    set_places(grid, coordinates, VTK_DOUBLE)
+    set_positions(grid, coordinates, VTK_DOUBLE)
     clean = vtkStaticCleanUnstructuredGrid()
     clean.SetInputData(grid)
     clean.SetTolerance(0)
     clean.Update()
     grid = clean.GetOutput()
-    set_places(grid, _values(grid, _PLACE), VTK_DOUBLE)
+    set_positions(grid, _values(grid, _POSITION), VTK_DOUBLE)
     return grid
 
 
@@ -244,18 +245,18 @@ def _heights(grid, cut, tolerance):
     Distances up to `tolerance` are 0; points far from a bounded cut or nowhere, and cells with one,
     have infinite ones.
     """
-    places, (corners, starts) = _places(grid), _corners(grid)
-    near = np.ones(len(places), bool)
+    positions, (corners, starts) = _positions(grid), _corners(grid)
+    near = np.ones(len(positions), bool)
     lowest, highest = cut.bounds
     if np.isfinite([lowest, highest]).all():
         touching = np.ones(len(starts) - 1, bool)
         for axis in range(3):
-            low, high = _range(places[:, axis], corners, starts)
+            low, high = _range(positions[:, axis], corners, starts)
             touching &= (low <= highest[axis]) & (high >= lowest[axis])
-        near = np.zeros(len(places), bool)
+        near = np.zeros(len(positions), bool)
         near[corners[np.repeat(touching, np.diff(starts))]] = True
-    height = np.full(len(places), np.inf)
-    height[near] = _height_function(cut)(places[near])
+    height = np.full(len(positions), np.inf)
+    height[near] = _height_function(cut)(positions[near])
     height[~np.isfinite(height)] = np.inf
     height[np.abs(height) <= tolerance] = 0
     low, high = _range(height, corners, starts)
@@ -264,7 +265,7 @@ def _heights(grid, cut, tolerance):
 
 
 def _height_function(cut):
-    """The signed distance from a cut as a function of places (n, 3)."""
+    """The signed distance from a cut as a function of points (n, 3)."""
     plane = cut.plane
     if plane is not None:
         return plane.height
@@ -274,20 +275,20 @@ def _height_function(cut):
     oriented.Update()
     distance.SetInput(oriented.GetOutput())
 
-    def height(places):
-        result = arrays.from_numpy(np.empty(len(places)), VTK_DOUBLE)
+    def height(positions):
+        result = arrays.from_numpy(np.empty(len(positions)), VTK_DOUBLE)
         vtkImplicitFunction.EvaluateFunction(
-            distance, arrays.from_numpy(places, VTK_DOUBLE), result
+            distance, arrays.from_numpy(positions, VTK_DOUBLE), result
         )
         return arrays.to_numpy(result).copy()
 
     return height
 
 
-def _normals(height_of, places, extent):
+def _normals(height_of, positions, extent):
     """Directions (n, 3) in which the signed distance grows."""
     steps = _ON_CUT * extent * np.eye(3)
-    slopes = [height_of(places + step) - height_of(places - step) for step in steps]
+    slopes = [height_of(positions + step) - height_of(positions - step) for step in steps]
     normals = np.stack(slopes, axis=1)
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
 
@@ -304,8 +305,8 @@ def _clipped(grid):
     numbers, types = np.arange(grid.GetNumberOfCells()), arrays.cell_types(grid)
     arrays.add(grid.GetCellData(), _CELL, numbers)
     straight = np.isin(types, _STRAIGHT)
-    ways = [(straight, _clip), (~straight, _clip_apart)]
-    pairs = [clip(_extracted(grid, cells)) for cells, clip in ways if cells.any()]
+    steps = [(straight, _clip), (~straight, _clip_apart)]
+    pairs = [clip(_extracted(grid, cells)) for cells, clip in steps if cells.any()]
     pieces = [_appended(parts) for parts in zip(*pairs)]
     if (types == VTK_TETRA).all():
         pieces = [_tetrahedra(piece) for piece in pieces]
@@ -337,15 +338,15 @@ def _clip_apart(grid):
     """
     corners, starts = _corners(grid)
     cell = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    places = _places(grid)
-    _set_array(grid, _PLACE, places)
+    positions = _positions(grid)
+    _set_array(grid, _POSITION, positions)
     apart = vtkUnstructuredGrid()
     arrays.set_rows(apart.GetPointData(), grid.GetPointData(), corners)
     _set_array(apart, _CELL, cell)
     side = int(np.ceil(np.cbrt(len(starts))))
-    room = 2 * max(np.ptp(places, axis=0).max(), np.finfo(float).tiny)
+    room = 2 * max(np.ptp(positions, axis=0).max(), np.finfo(float).tiny)
     node = np.stack(np.unravel_index(cell, (side, side, side)), axis=1)
-    set_places(apart, (places - places[0])[corners] / room + node, VTK_DOUBLE)
+    set_positions(apart, (positions - positions[0])[corners] / room + node, VTK_DOUBLE)
     own = np.arange(len(corners))
     apart.SetCells(
         arrays.from_numpy(arrays.cell_types(grid).astype(np.uint8), VTK_UNSIGNED_CHAR),
@@ -355,11 +356,11 @@ def _clip_apart(grid):
     for piece in pieces:
         if piece.GetNumberOfCells() == 0:  # it has no arrays
             continue
-        set_places(piece, _values(piece, _PLACE), VTK_DOUBLE)
+        set_positions(piece, _values(piece, _POSITION), VTK_DOUBLE)
         corners, starts = _corners(piece)
         number = np.rint(_values(piece, _CELL)[corners[starts[:-1]]]).astype(np.int64)
         arrays.set_rows(piece.GetCellData(), grid.GetCellData(), number)
-        for name in (_PLACE, _CELL):
+        for name in (_POSITION, _CELL):
             piece.GetPointData().RemoveArray(name)
     return pieces
 
@@ -367,8 +368,8 @@ def _clip_apart(grid):
 def _tetrahedra(grid):
     """`grid` of tetrahedra and wedges, all as tetrahedra, their volume positive or 0."""
     solid = _has_size(grid)
-    ways = [(solid, _solid_tetrahedra), (~solid, _flat_tetrahedra)]
-    parts = [divided(_extracted(grid, cells)) for cells, divided in ways if cells.any()]
+    steps = [(solid, _solid_tetrahedra), (~solid, _flat_tetrahedra)]
+    parts = [divided(_extracted(grid, cells)) for cells, divided in steps if cells.any()]
     return _appended(parts) if len(parts) > 1 else [*parts, grid][0]
 
 
@@ -379,7 +380,7 @@ def _solid_tetrahedra(grid):
     grid = triangulate.GetOutput()
     corners, starts = _corners(grid)
     corners = corners.reshape(-1, 4).copy()
-    a, b, c, d = _places(grid)[corners.T]
+    a, b, c, d = _positions(grid)[corners.T]
     wrong = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) < 0
     corners[wrong, :2] = corners[wrong, 1::-1]
     grid.SetCells(VTK_TETRA, _cell_array(corners.ravel(), starts, np.ones(len(corners), bool)))
@@ -423,7 +424,7 @@ def _without_cells(grid):
     used[_corners(grid)[0]] = True
     rows = np.flatnonzero(~used)
     loose = vtkUnstructuredGrid()
-    set_places(loose, _places(grid)[rows], VTK_DOUBLE)
+    set_positions(loose, _positions(grid)[rows], VTK_DOUBLE)
     arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
     return loose
 
@@ -465,7 +466,7 @@ def _corners(grid):
     return [arrays.to_numpy(a) for a in (cells.GetConnectivityArray(), cells.GetOffsetsArray())]
 
 
-def _places(grid):
+def _positions(grid):
     return arrays.to_numpy(grid.GetPoints().GetData())
 
 

@@ -21,7 +21,7 @@ from vtk_mls import arrays
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.orientation import inverted
-from vtk_mls.filters.splitting import crossed, set_places, split
+from vtk_mls.filters.splitting import crossed, set_positions, split
 from vtk_mls.vector_fields import contravariant, covariant
 
 # Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
@@ -158,7 +158,7 @@ class Warp:
             arrays.add(cells, "Void", torn)
             void_arrays.hide(cells, torn)
         moved = self.before + field.displacement
-        set_places(self.output, moved, self.output.GetPoints().GetDataType())
+        set_positions(self.output, moved, self.output.GetPoints().GetDataType())
         arrays.add(points, "ForwardDisplacement", field.displacement)
         arrays.add(points, "NoInverse", ~field.found)
         self._count("FailedInverses", np.count_nonzero(~field.found))
@@ -259,6 +259,6 @@ def _copy(mesh, output):
     axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
     z, y, x = np.meshgrid(*(arrays.to_numpy(axis) for axis in axes[::-1]), indexing="ij")
     output.SetExtent(mesh.GetExtent())
-    set_places(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), VTK_DOUBLE)
+    set_positions(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), VTK_DOUBLE)
     for get in ("GetPointData", "GetCellData", "GetFieldData"):
         getattr(output, get)().ShallowCopy(getattr(mesh, get)())
