@@ -363,6 +363,17 @@ def test_a_side_with_one_control_point_is_translated(kind_and_degree, device):
     np.testing.assert_allclose(d.backward(v) - v, [[1, 2, 3]] * 2, rtol=0, atol=1e-5)
 
 
+def test_a_point_on_a_plane_is_on_the_side_of_its_normal(device):
+    deformed = np.array([(0, 0, 1), (0, 0, -1)], float)
+    rest = deformed + [(1, 0, 0), (-1, 0, 0)]
+    d = Deformation(rest, deformed, cuts=[Plane((0, 0, 0), (0, 0, 1))], device=device)
+    np.testing.assert_allclose(d.backward([[5, 5, 0]]), [[6, 5, 0]], atol=1e-6)
+    field = d.displacement_field((3, 3, 3), (-1, -1, -1)).displacement
+    np.testing.assert_allclose(
+        field[:, :, :, 0], np.broadcast_to([[[-1]], [[1]], [[1]]], (3, 3, 3))
+    )
+
+
 def test_inside_a_closed_surface_without_control_points_nothing_moves(device, rng):
     corners = np.array([(0, 0, 0), (100, 0, 0), (0, 100, 0), (0, 0, 100)], float) + 100
     shell = Surface(corners, [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)])

@@ -5,7 +5,7 @@ import pytest
 from conftest import DEVICES, random_rotation
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
-from vtk_mls.interpolation import sample
+from vtk_mls.interpolation import cast, sample
 
 DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 DTYPES += ["float32", "float64"]
@@ -195,4 +195,12 @@ def test_more_values_than_31_bits_count(key):
     image[0, -1, -3:] = 5, 6, 7
     corner = Grid((3, 1, 1), (2**16 - 3, 2**15, 0))
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=key)
-    assert d.resample([image], grid, corner)[0].tolist() == [[[5, 6, 7]]]
+    assert d.resample([image], Sampling(grid, corner))[0].tolist() == [[[5, 6, 7]]]
+
+
+@pytest.mark.parametrize("dtype", ["int64", "uint64"])
+def test_integers_of_64_bits_reach_their_ends(dtype):
+    """The largest is no float64; the next one is one too many."""
+    limits = np.iinfo(dtype)
+    got = cast(np.array([-1e30, 1e30]), np.dtype(dtype))
+    assert got.tolist() == [limits.min, limits.max]

@@ -272,19 +272,28 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_wrong_numbers_are_noticed(fresh, monkeypatch):
+@pytest.mark.parametrize(
+    ("question", "changed", "found"),
+    [
+        ("jacobian", "answer + 0.01", "rigid Jacobian, cut: off by 0.01"),
+        ("jacobian", "answer * float('nan')", "rigid Jacobian, cut: off by nan"),
+        ("forward", "(answer[0] + 0.1, answer[1])", "rigid inverse, cut: off by "),
+    ],
+)
+def test_wrong_numbers_are_noticed(question, changed, found, fresh, monkeypatch):
     """The real test of a real device whose kernels are wrong at two widths in a hard to see way."""
     stub = fresh / "stub.py"
     stub.write_text(
-        """
+        f"""
 import json, os, runpy, sys
 with open(os.path.join(os.path.dirname(sys.argv[1]), "request.json")) as file:
     sys.path[:] = json.load(file)["path"]
 from vtk_mls.engine import engine
-right = engine.Engine.jacobian
+right = engine.Engine.{question}
 def wrong(self, *arguments):
-    return right(self, *arguments) + (0.01 if self.device.lanes > 4 else 0)
-engine.Engine.jacobian = wrong
+    answer = right(self, *arguments)
+    return {changed} if self.device.lanes > 4 else answer
+engine.Engine.{question} = wrong
 runpy.run_path(sys.argv[1])
 """
     )
@@ -296,7 +305,7 @@ runpy.run_path(sys.argv[1])
     assert verdict.lanes == (4 if len(chosen.widths) > 1 else 1)
     assert len(verdict.failures) == len(wide)
     for failure in verdict.failures:
-        assert "it computes wrong numbers (rigid Jacobian, cut: off by 0.01)" in failure
+        assert f"it computes wrong numbers ({found}" in failure
 
 
 ASK = """
