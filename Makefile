@@ -6,6 +6,7 @@
 # make mutation put faults in, one at a time, and see whether a test finds each (LEVEL=check or test)
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
+# make pages    write docs/properties.md, docs/formats.md and the types of the filters from their tables
 # make bench    measure against other programs (LARGE=1: also 256^3)
 # make lint     check style and types only
 # make types    check the types of the public API, and of a program that uses it
@@ -16,7 +17,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix mutation drivers fuzz accuracy bench lint types clean
+.PHONY: demo check test matrix mutation drivers fuzz accuracy pages bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -63,6 +64,10 @@ fuzz: .venv/test-$(OPENCL).stamp
 
 accuracy: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/accuracy.py >.venv/accuracy.md && mv .venv/accuracy.md docs
+
+pages: .venv/test-$(OPENCL).stamp
+	@$(PY) docs/properties_page.py
+	@$(PY) docs/formats_page.py
 
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)

@@ -31,7 +31,7 @@ _written = ""  # file that the worker wrote to last
 
 
 def supervise(work):
-    """Call a function in a process of its own, and wait for it.
+    """Call a function in a process of its own.
 
     Parameters
     ----------

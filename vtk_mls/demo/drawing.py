@@ -82,7 +82,7 @@ def blank(width, height):
 
 
 def draw(window, file):
-    """Draw a window, and write the picture."""
+    """Write the picture of a window."""
     window.Render()
     if not window.SupportsOpenGL():
         raise SystemExit("VTK found no OpenGL that it can draw with")
@@ -132,7 +132,7 @@ def fill(window, i, title, caption, *actors):
 
 
 def render(window, view, middle, scale, file, others=()):
-    """Draw all panels from the direction `view` of `middle`, and write the picture.
+    """Write the picture of all panels, seen from the direction `view` of `middle`.
 
     `others` maps panels to directions of their own.
     """

@@ -24,20 +24,30 @@ def on(device):
 
 
 def _question(method):
-    """One question at a time; driver errors as sentences; short of memory, in smaller pieces."""
+    """A question: one at a time is answered, in pieces that fit the memory."""
+    in_pieces = _again_in_smaller_pieces(method)
 
     @functools.wraps(method)
     def ask(self, *arguments, **options):
         with self._lock:
-            while True:
-                try:
-                    with devices.driver_errors(self.device):
-                        return method(self, *arguments, **options)
-                except devices.OutOfDeviceMemory:
-                    if not self.memory.shrink():
-                        raise
+            return in_pieces(self, *arguments, **options)
 
     return ask
+
+
+def _again_in_smaller_pieces(method):
+    """A method that is called anew with less memory where the device has not enough."""
+
+    def answer(self, *arguments, **options):
+        while True:
+            try:
+                with devices.driver_errors(self.device):
+                    return method(self, *arguments, **options)
+            except devices.OutOfDeviceMemory:
+                if not self.memory.shrink():
+                    raise
+
+    return answer
 
 
 class Engine:

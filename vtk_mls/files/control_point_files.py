@@ -26,7 +26,6 @@ from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 
 _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
-FORMATS = formats.endings(**_READ)
 
 
 def read(path, deformed_path=None, space="LPS"):

@@ -89,7 +89,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             self.Modified()
 
     def _update_input(self, port, number=0, time=None, ask=None):
-        """Bring an input up to date, at a time, and return it.
+        """An input, brought up to date at a time.
 
         `ask` says of which part: `ask_for_all` if it is not given, or a function like this.
 

@@ -17,6 +17,7 @@ from vtk_mls import Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import extents, property_tables, warping
 from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
 from vtk_mls.filters.resampling import Resampling
@@ -65,7 +66,7 @@ class MLSDeform(DeformingFilter):
         # not vtkDataSet, which ParaView's GUI would try to make
         super().__init__(output_type="vtkDataObject")
         self._splits = warping.Splits()
-        self._fit = None  # deformation and input lattice of the last fitted grid, and that grid
+        self._fitted = Memo()
 
     def RequestDataObject(self, request, inInfo, outInfo):
         data = vtkDataObject.GetData(inInfo[0])
@@ -184,10 +185,11 @@ class MLSDeform(DeformingFilter):
             return source
         if wanted == "fitted":
             deformation = make_deformation()
-            if self._fit is None or self._fit[:2] != (deformation, source):
-                grid = deformation.fitted_grid(source.grid)
-                self._fit = deformation, source, ImageGeometry.of_grid(grid)
-            return self._fit[2]
+
+            def make():
+                return ImageGeometry.of_grid(deformation.fitted_grid(source.grid))
+
+            return self._fitted.of((deformation, source), make)
         given = self.GetOutputDimensions(), self.GetOutputOrigin(), self.GetOutputSpacing()
         try:
             grid = Grid(*given, np.reshape(source.direction, (3, 3)))

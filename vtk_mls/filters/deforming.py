@@ -11,6 +11,7 @@ from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
+from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, requested_extent
@@ -47,8 +48,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
         self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
-        self._known_cuts = None  # what they were made of, and cuts
-        self._known = None  # what the inputs and properties were, and the deformation
+        self._kept_cuts = Memo()
+        self._kept_deformation = Memo()
 
     def FillInputPortInformation(self, port, info):
         info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData" if port else self.InputType)
@@ -154,12 +155,13 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         data = _stamps(control_points)
         state = (data, names or self._control_point_lists(), self.GetBlend(), cuts)
         state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
-        if self._known is None or self._known[0] != state:
+
+        def make():
             if control_points:
                 rest, deformed, weights = arrays.control_points(*control_points, *names)
             else:
                 rest, deformed, weights = self._own_control_points()
-            deformation = Deformation(
+            return Deformation(
                 rest,
                 self._blended(rest, deformed),
                 kind=self.GetKind(),
@@ -170,17 +172,18 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 nu=self.GetNu(),
                 device=self.GetDevice() or None,
             )
-            self._known = state, deformation
-        return self._known[1]
+
+        return self._kept_deformation.of(state, make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
         own = self._own_cut()
-        state = own, self.GetCuts(), _stamps(surfaces)
-        if self._known_cuts is None or self._known_cuts[0] != state:
+
+        def make():
             found = [cut for each in surfaces for cut in cut_inputs.surfaces(each)]
-            self._known_cuts = state, (*cut_inputs.own_cuts(*own), *self.GetCuts(), *found)
-        return self._known_cuts[1]
+            return *cut_inputs.own_cuts(*own), *self.GetCuts(), *found
+
+        return self._kept_cuts.of((own, self.GetCuts(), _stamps(surfaces)), make)
 
     def _own_cut(self):
         """What describes the cut of CutType."""

@@ -101,7 +101,7 @@ class Resampling:
         return self.sampling.interpolation, self.sampling.background
 
     def _mark_void(self, progress):
-        """Add "Void" and "VoidDistance", and hide the void."""
+        """Make what tells of the void: at points, then in cells."""
         run_all([self._mark_points, self._mark_cells], progress)
 
     def _mark_points(self, progress):

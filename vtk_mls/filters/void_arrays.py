@@ -15,7 +15,7 @@ CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion
 
 
 def add_void(attributes, void_distance):
-    """Add "VoidDistance", and "Void", which is its sign.
+    """Add the arrays of a void distance: "VoidDistance"; "Void" is its sign.
 
     Parameters
     ----------

@@ -150,13 +150,18 @@ class _Handles:
         return callback
 
     def take(self, widget):
-        """Make a widget that shows these handles free of its line, and listen to its drags."""
+        """Take over a widget that shows these handles."""
         if widget.GetGlobalID() in self._widgets:
             return
         self._widgets.add(widget.GetGlobalID())
-        line = widget.GetClientSideObject().GetRepresentation()
-        for each in (line.GetLineProperty(), line.GetSelectedLineProperty()):
-            each.SetOpacity(0)
+        _hide_line(widget)
+        if not widget.GetSession().IsA("vtkSMSessionClient"):  # it draws what is here
+            self._arrows.follow(widget)
+            self._point(_find(self._number))
+        self._listen(widget)
+
+    def _listen(self, widget):
+        """Hear when a drag of a widget's handles begins or ends."""
 
         def held(widget, event):
             self._is_held = True
@@ -167,9 +172,6 @@ class _Handles:
             if proxy:
                 self._settle(proxy)
 
-        if not widget.GetSession().IsA("vtkSMSessionClient"):  # it draws what is here
-            self._arrows.follow(widget)
-            self._point(_find(self._number))
         widget.AddObserver("StartInteractionEvent", held)
         widget.AddObserver("EndInteractionEvent", let_go)
 
@@ -330,6 +332,13 @@ def _show_as_input(display, others):
             if display.GetProperty("Representation") and other.GetProperty("Representation"):
                 display.SetRepresentationType(other.GetProperty("Representation").GetElement(0))
             return
+
+
+def _hide_line(widget):
+    """Leave of a widget only its handles."""
+    line = widget.GetClientSideObject().GetRepresentation()
+    for each in (line.GetLineProperty(), line.GetSelectedLineProperty()):
+        each.SetOpacity(0)
 
 
 def _find(number):

@@ -13,7 +13,6 @@ from vtk_mls.paraview.xml import (
     limits,
     names,
     shown_when,
-    table,
     vector,
     xml,
 )
@@ -104,14 +103,22 @@ def _(each: properties.ArrayNames, domain=""):
 
 @element.register
 def _(each: properties.Rows, domain="", default=""):
-    return table(
+    labels = [
+        xml("ComponentLabel", component=i, label=label) for i, label in enumerate(each.columns)
+    ]
+    return vector(
+        "Double",
         each.name,
-        f"Set{each.singular}",
-        default,
-        each.columns,
+        default or "none",
         each.help,
-        *visibility(each),
-        domain=domain,
+        domain,
+        xml("Hints", xml("ShowComponentLabels", *labels), *visibility(each)),
+        command=f"Set{each.singular}",
+        use_index=1,
+        repeat_command=1,
+        set_number_command=f"SetNumberOf{each.name}",
+        number_of_elements=len(default.split()),
+        number_of_elements_per_command=len(each.columns),
         **_level(each),
     )
 

@@ -38,26 +38,6 @@ def choice(name, options, default, text, *children, **attributes):
     return vector("String", name, default, text, domain, *children, **attributes)
 
 
-def table(name, setter, default, columns, text, *hints, domain="", **attributes):
-    """A list of numbers or vectors; setters SetNumberOf<name>(n) and <setter>(index, *row)."""
-    labels = (xml("ComponentLabel", component=i, label=label) for i, label in enumerate(columns))
-    return vector(
-        "Double",
-        name,
-        default or "none",
-        text,
-        domain,
-        xml("Hints", xml("ShowComponentLabels", *labels), *hints),
-        command=setter,
-        use_index=1,
-        repeat_command=1,
-        set_number_command=f"SetNumberOf{name}",
-        number_of_elements=len(default.split()),
-        number_of_elements_per_command=len(columns),
-        **attributes,
-    )
-
-
 def limits(kind, **bounds):
     """The range of a number, for the slider."""
     return xml(f"{kind}RangeDomain", name="range", **bounds)
@@ -102,8 +82,8 @@ def names(name, setter, text, domain):
     )
 
 
-def data_input(name, port, data_type, text, *children, composite=0, **attributes):
-    """An input port that takes one dataset, whatever arrays it has."""
+def data_input(name, port, data_type, text, *children, **attributes):
+    """An input port for one dataset, whatever arrays it has; a vtkDataSet may come in blocks."""
     settings = {"command": "SetInputConnection", **attributes}
     groups = (xml("Group", name=group) for group in ("sources", "filters"))
     return xml(
@@ -113,7 +93,7 @@ def data_input(name, port, data_type, text, *children, composite=0, **attributes
             "DataTypeDomain",
             xml("DataType", value=data_type),
             name="input_type",
-            composite_data_supported=composite,
+            composite_data_supported=int(data_type == "vtkDataSet"),
         ),
         *children,
         documentation(text),
