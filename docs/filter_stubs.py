@@ -17,12 +17,12 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.cuts import Cut
 
 '''
 # What an algorithm of VTK has anyway, or what is not for users.
 INHERITED = ("ProcessRequest", "Request", "FillInputPortInformation", "is_")
-_CUT = "Plane | HalfPlane | Surface"
+_CUT = "Cut"
 
 
 def stubs():

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -59,11 +60,50 @@ def test_a_format(copy):
     run(copy, "-m", "pytest", "-q", *tests, "-k", "ssv or page or labels_can or table")
 
 
-def test_a_kind(copy):
-    if not (PROJECT / "vtk_mls" / "kinds").is_dir():
-        pytest.skip("the kinds are in no room of their own yet")
-    (kernel, _, code), (module, _, python), (test, _, checks) = recipe("Add a kind")
-    for path, text in ((kernel, code), (module, python), (test, checks)):
+KIND_IS_FOUND = """
+from vtk_mls.engine.self_test import checks
+from vtk_mls.paraview.panels import DEFORM
+
+assert any("translation" in element for element in DEFORM)
+assert "translation map at points" in [step for step, _ in checks(engine=None)]
+"""
+
+
+def write(copy, blocks):
+    """Write new files; the path of the last one, the test."""
+    for path, where, code in blocks:
+        assert not where
         assert not (copy / path).exists()
-        (copy / path).write_text(text)
+        (copy / path).write_text(code)
+    return blocks[-1][0]
+
+
+def insert(path, anchor, code):
+    """Insert code behind the line `anchor`, one level deeper."""
+    text = path.read_text()
+    assert text.count(anchor) == 1
+    indent = " " * (len(anchor.strip("\n")) - len(anchor.strip()) + 4)
+    path.write_text(text.replace(anchor, anchor + textwrap.indent(code, indent)))
+
+
+def test_a_kind(copy):
+    test = write(copy, recipe("Add a kind"))
     run(copy, "-m", "pytest", "-q", test)
+    run(copy, "docs/properties_page.py")
+    assert '"translation"' in (copy / "docs/properties.md").read_text()
+    run(copy, "-c", KIND_IS_FOUND)
+
+
+def test_a_shape_of_cuts(copy):
+    test = write(copy, recipe("Add a shape of cuts"))
+    run(copy, "-m", "pytest", "-q", test)
+
+
+def test_a_property(copy):
+    (table, in_table, line), (module, in_module, use), *test = recipe("Add a property")
+    assert (in_table, in_module) == ("in VOID", "first in _mark_cells")
+    insert(copy / table, "\nVOID = (\n", line.replace(")\n", "),\n"))
+    insert(copy / module, "    def _mark_cells(self, progress):\n", use)
+    run(copy, "-m", "pytest", "-q", write(copy, test))
+    run(copy, "docs/properties_page.py")
+    assert "MarkVoidCells" in (copy / "docs/properties.md").read_text()

@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from vtk_mls import Deformation, Grid, HalfPlane, Sampling, reference
+from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Sampling, reference
 from vtk_mls.engine import device
 from vtk_mls.engine.engine import Engine
 from vtk_mls.engine.proof import MARK, MEASURE, described
@@ -79,8 +79,14 @@ def checks(engine):
         for kind, alpha in (("polynomial", 2.0), ("rigid", 1.0))
     )
 
-    def at_points():
-        return np.abs(engine.backward(affine, points) - affine.backward(points)).max() / EXTENT
+    others = [
+        Deformation(rest, deformed, kind, device="reference")
+        for kind in KINDS
+        if kind not in {d.kind for d in (affine, similarity, polynomial, rigid)}
+    ]
+
+    def at_points(d):
+        return np.abs(engine.backward(d, points) - d.backward(points)).max() / EXTENT
 
     def on_grid(d):
         pairs = zip(engine.displacement_field(d, _GRID), reference.displacement_field(d, _GRID))
@@ -102,12 +108,14 @@ def checks(engine):
         back = rigid.backward((origins + displacement)[found])
         return _most(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
 
-    yield "affine map at points", lambda: (at_points(), 1e-5)
+    yield "affine map at points", lambda: (at_points(affine), 1e-5)
     yield "similarity map on a grid", lambda: (on_grid(similarity), 1e-5)
     yield "polynomial map on a grid, cut", lambda: (on_grid(polynomial), 1e-4)
     yield "rigid Jacobian, cut", lambda: (of_slopes(), 1e-3)
     yield "images, rigid, cut", lambda: (of_images(), 1e-3)
     yield "rigid inverse, cut", lambda: (of_the_inverse(), 1e-4)
+    for other in others:
+        yield f"{other.kind} map at points", lambda d=other: (at_points(d), 1e-5)
 
 
 def speed(engine):

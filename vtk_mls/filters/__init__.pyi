@@ -6,7 +6,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.cuts import Cut
 
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
@@ -165,14 +165,14 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, cut: Plane | HalfPlane | Surface) -> None:
+    def AddCut(self, cut: Cut) -> None:
         """Cuts beside those of CutType and of input port 2.
 
         Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
         """
 
     def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
+    def GetCuts(self) -> tuple[Cut, ...]: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.
@@ -447,14 +447,14 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, cut: Plane | HalfPlane | Surface) -> None:
+    def AddCut(self, cut: Cut) -> None:
         """Cuts beside those of CutType and of input port 2.
 
         Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
         """
 
     def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Plane | HalfPlane | Surface, ...]: ...
+    def GetCuts(self) -> tuple[Cut, ...]: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.
