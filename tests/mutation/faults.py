@@ -312,7 +312,12 @@ add(
 
 add = _in("vtk_mls/control_points.py", PROPERTIES, DEFORMATION)
 add("core: coincident control points have no weights", "weights * c)", "c)")
-add("core: a set that moves as one", "if count == 1:", "if count == 0:")
+add(
+    "core: a set that moves as one",
+    "rest[0] - deformed[0]).all()",
+    "rest[0] - deformed[0]).all() * 0",
+)
+add("core: a set in one position moves as its first", "if alike:  #", "if count == 1:  #")
 _in("vtk_mls/kinds/polynomials.py", PROPERTIES, DEFORMATION)(
     "core: rank of a set that is nearly flat", "RANK_TOLERANCE = 1e-5", "RANK_TOLERANCE = 1e-12"
 )
