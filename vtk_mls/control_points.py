@@ -79,7 +79,8 @@ def _merge(rest, deformed, weights):
     """Weighted means of the control points that share q; one point if all of them move alike."""
     _, group = np.unique(deformed, axis=0, return_inverse=True)
     group = group.ravel()
-    if (rest - deformed == rest[0] - deformed[0]).all():
+    alike = (rest - deformed == rest[0] - deformed[0]).all()
+    if alike:
         group = np.zeros_like(group)
     count = group.max() + 1
     if count == len(rest):
@@ -92,6 +93,6 @@ def _merge(rest, deformed, weights):
         return points[0] + sums / total[:, None]
 
     merged = mean(deformed)
-    if count == 1:  # p - q exactly as given
+    if alike:  # p - q exactly as given
         return merged + (rest[:1] - deformed[:1]), merged, total
     return mean(rest), merged, total

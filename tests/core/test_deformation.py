@@ -27,6 +27,7 @@ GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
         ({"alpha": 0}, ValueError, "`alpha` must be a positive number, got 0"),
         ({"alpha": -1}, ValueError, "`alpha` must be a positive number"),
         ({"alpha": np.nan}, ValueError, "`alpha` must be a positive number"),
+        ({"alpha": np.inf}, ValueError, "`alpha` must be a positive number, got inf"),
         ({"alpha": "one"}, TypeError, "`alpha` must be a number, got 'one'"),
         ({"weights": [1, 2]}, ValueError, r"`weights` must be one number per control point"),
         ({"weights": [1, 0, 1]}, ValueError, "`weights` must be positive, got 0.0.*point 1"),

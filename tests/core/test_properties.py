@@ -137,6 +137,12 @@ def test_coincident_control_points_count_as_their_mean(kind_and_degree, device, 
     np.testing.assert_allclose(got, expected, rtol=0, atol=10 * PRECISION[device] * EXTENT)
 
 
+def test_control_points_all_in_one_position_count_as_their_mean(kind_and_degree, device):
+    rest, deformed = [[0, 0, 0], [4, 0, 8]], [[1, 1, 1], [1, 1, 1]]
+    d = deformation(rest, deformed, kind_and_degree, device, weights=[3, 1])
+    np.testing.assert_allclose(d.backward([[1, 1, 1], [5, 5, 5]]), [[1, 0, 2], [5, 4, 6]])
+
+
 @paired(name=HARD_SETS, kind_and_degree=KINDS_AND_DEGREES, alpha=[0.5, 1, 2.2, 3], device=PRECISION)
 def test_is_finite_for_hard_sets(name, kind_and_degree, alpha, device, rng):
     rest, deformed = HARD_SETS[name](rng)
@@ -178,6 +184,26 @@ def test_a_plane_keeps_what_is_across_it(device):
     for kind in (("affine", 1), ("polynomial", 1)):
         d = deformation(xy * [1.5, 1, 1], xy, kind, device)
         np.testing.assert_allclose(d.backward([[1, 1, 3]]), [[1.5, 1, 3]], rtol=0, atol=1e-5)
+
+
+def test_a_set_that_rounding_makes_thick_is_flat(device, rng):
+    """What is across it would have slopes as large as displacement over thickness."""
+    flat = rng.uniform(0, EXTENT, (12, 3)) * [1, 1, 0]
+    rest = flat + rng.normal(0, 4, flat.shape)
+    thick = flat + [0, 0, 1e-7 * EXTENT] * rng.normal(size=flat.shape)
+    v = places(rng, flat + [0, 0, 1], 50)
+    for kind in (("affine", 1), ("polynomial", 2), ("polynomial", 3)):
+        got, expected = (deformation(rest, q, kind, device).backward(v) for q in (thick, flat))
+        np.testing.assert_allclose(got, expected, rtol=0, atol=1e-3 * EXTENT)
+
+
+@pytest.mark.parametrize("kind", ["rigid", "similarity"])
+def test_a_narrow_set_turns_about_its_length(kind, device, rng):
+    deformed = rng.uniform(-1, 1, (12, 3)) * [100, 1, 1]
+    half_turn = np.array([1, -1, -1])
+    v = rng.uniform(-1, 1, (20, 3)) * [100, 5, 5]
+    got = deformation(deformed * half_turn, deformed, (kind, 1), device).backward(v)
+    np.testing.assert_allclose(got, v * half_turn, rtol=0, atol=1e-3)
 
 
 def test_jacobian_is_the_derivative(kind_and_degree, rng):

@@ -123,6 +123,13 @@ def test_tetrahedra_stay_tetrahedra():
     assert (arrays.cell_types(output) == VTK_TETRA).all()
 
 
+@pytest.mark.parametrize("distance", [0.02, -0.02])
+def test_points_near_a_cut_are_not_on_it(distance):
+    x = np.unique(places_of(cells(VTK_HEXAHEDRON))[:, 0])[2] + distance
+    output, shift = split(cells(VTK_HEXAHEDRON), [Plane((x, 0, 0), (1, 0, 0))])
+    np.testing.assert_allclose(places_of(output)[shift.any(axis=1), 0], x, rtol=0, atol=1e-9)
+
+
 def tetrahedron():
     mesh = vtkUnstructuredGrid()
     set_places(mesh, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])

@@ -19,6 +19,7 @@ from mesh_fixtures import (
     rectilinear,
     reference,
     set_places,
+    sizes,
     sphere,
     structured,
 )
@@ -36,6 +37,7 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,
+    VTK_VOXEL,
     vtkCellArray,
     vtkMultiBlockDataSet,
     vtkPartitionedDataSet,
@@ -49,8 +51,8 @@ from vtkmodules.vtkFiltersCore import (
     vtkProbeFilter,
 )
 
-from vtk_mls import Plane
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls import Plane, arrays
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, orientation
 
 
 def test_points_go_where_the_value_says(any_mesh, device):
@@ -238,6 +240,22 @@ def test_cells_inside_out_are_counted(kind):
     assert (array_of(output, "JacobianDeterminant") < 0).all()
     handles.SetDeformedPoints(DEFORMED)
     assert count(update(filter_), "InvertedCells") == 0
+
+
+@pytest.mark.parametrize("kind", LINEAR)
+def test_volumes_are_those_of_vtk(kind):
+    """Of cells that taper, so that no tetrahedron makes up for another."""
+    mesh = cells(kind, 1)
+    if kind != VTK_VOXEL:
+        x = places_of(mesh)
+        set_places(mesh, x / (1 + x @ [0.3, 0.2, 0.1])[:, None])  # faces stay flat
+    corners = arrays.to_numpy(mesh.GetCells().GetConnectivityArray())
+    corners = corners.reshape(mesh.GetNumberOfCells(), -1)
+    total = 0
+    for four in orientation.TETRAHEDRA[kind]:
+        a, b, c, d = (places_of(mesh)[corners[:, corner]] for corner in four)
+        total = total + np.sum(np.cross(b - a, c - a) * (d - a), axis=1) / 6
+    np.testing.assert_allclose(total, sizes(mesh), rtol=1e-9)
 
 
 def test_what_has_no_inverse_is_marked_and_counted():

@@ -181,6 +181,15 @@ def test_just_what_is_needed_is_asked_for():
     assert asked(shifted(-2, 1, 0), [3, 11, -2, 5, 5, 11]) == (3, 11, -2, 5, 5, 11)
 
 
+def test_cells_of_a_fine_grid_need_the_cells_around():
+    fine = shifted(0, 0, 0, origin=(0, 0, 0))
+    fine.SetOutputGrid("given")
+    fine.SetOutputSpacing(0.09, 0.1, 0.11)
+    fine.SetOutputOrigin(np.multiply(START, (0.9, 1, 1.1)) + (2.565, 0, 0))
+    # the cell between points 2.85 and 2.95 is cell 2.4: of cells 2 and 3, which end at point 4
+    assert asked(fine, [0, 1, 0, 0, 0, 0])[:2] == (5, 7)
+
+
 def test_a_field_asks_its_image_for_a_cell():
     field = pipeline(MLSDisplacementField)
     assert asked(field, [5, 7, 0, 2, 7, 8]) == (3, 4, -2, -1, 5, 6)

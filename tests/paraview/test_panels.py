@@ -55,6 +55,18 @@ def test_help_default_and_level_are_those_of_the_table(panel, table, others):
             assert default in ("", "none")
 
 
+@pytest.mark.parametrize(("panel", "table", "others"), EACH)
+def test_lists_are_told_how_long_they_are(panel, table, others):
+    """Or ParaView can make them longer only."""
+    lists = {
+        name: element.get("set_number_command")
+        for name, element in shown(panel).items()
+        if element.get("use_index") == "1"
+    }
+    assert lists == {name: f"SetNumberOf{name}" for name in lists}
+    assert {"RestPoints", "DeformedPoints", "Weights"} <= {*lists}
+
+
 def test_a_property_is_shown_while_it_counts():
     found = shown(panels.DEFORM)
     (hint,) = found["Degree"].iter("PropertyWidgetDecorator")
