@@ -11,7 +11,7 @@ from kernel_functions import call
 from vtk_mls import Deformation, HalfPlane, Surface
 from vtk_mls.engine import device
 from vtk_mls.engine.cut_tables import cut_tables
-from vtk_mls.kinds.polynomials import monomial_gradients, monomial_values
+from vtk_mls.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]
 AXES = "(vec){a[0], a[1], a[2]}"
@@ -245,7 +245,7 @@ def test_monomials(of, degree, functions, rng):
     for (int axis = 0; axis < 3; ++axis) { monomial_slopes(v, axis, m);
       for (int i = 0; i < MONOMIALS; ++i) r[MONOMIALS * (1 + axis) + i] = m[i]; }"""
     files = ["basis.cl"]
-    got = of(files, body, rows, 4 * functions, FUNCTIONS=functions)
+    got = of(files, body, rows, 4 * functions, **Polynomial(degree).constants())
     x, v, q = (rows[:, i : i + 3].astype(float) for i in (0, 3, 6))
     truth = monomial_values(v, degree) - monomial_values(q, degree)
     size = np.abs(x).max(axis=1, keepdims=True)
