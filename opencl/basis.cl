@@ -1,63 +1,65 @@
 // The polynomials that the affine and polynomial kinds fit: combinations of monomials that the
 // host has made orthonormal on the control points (vtk_mls/kinds/polynomials.py, Basis).
 
-#ifndef FUNCTIONS
-#error "FUNCTIONS is missing: 3, 9 or 19 for degree 1, 2 or 3"
+#if !defined(FUNCTIONS) || !defined(MONOMIAL_ORDER)
+#error "FUNCTIONS or MONOMIAL_ORDER is missing: of degree 1, 2 or 3, how many monomials and which"
 #endif
-#define MONOMIALS FUNCTIONS
+
+// A monomial's place is called by its factors: XXY that of x^2 y.
+enum { MONOMIAL_ORDER, MONOMIALS };
 
 // Monomials at v less those at q, for x = v - q: no digits are lost when x is small.
 inline void monomial_differences(vec x, vec v, vec q, real m[MONOMIALS]) {
-  m[0] = x.x;
-  m[1] = x.y;
-  m[2] = x.z;
-#if MONOMIALS > 3
-  m[3] = x.x * (v.x + q.x);
-  m[4] = x.y * (v.y + q.y);
-  m[5] = x.z * (v.z + q.z);
-  m[6] = fma(x.x, v.y, q.x * x.y);
-  m[7] = fma(x.x, v.z, q.x * x.z);
-  m[8] = fma(x.y, v.z, q.y * x.z);
+  m[X] = x.x;
+  m[Y] = x.y;
+  m[Z] = x.z;
+#if FUNCTIONS > 3
+  m[XX] = x.x * (v.x + q.x);
+  m[YY] = x.y * (v.y + q.y);
+  m[ZZ] = x.z * (v.z + q.z);
+  m[XY] = fma(x.x, v.y, q.x * x.y);
+  m[XZ] = fma(x.x, v.z, q.x * x.z);
+  m[YZ] = fma(x.y, v.z, q.y * x.z);
 #endif
-#if MONOMIALS > 9
-  m[9] = x.x * fma(v.x, v.x + q.x, q.x * q.x);
-  m[10] = x.y * fma(v.y, v.y + q.y, q.y * q.y);
-  m[11] = x.z * fma(v.z, v.z + q.z, q.z * q.z);
-  m[12] = fma(m[3], v.y, q.x * q.x * x.y);
-  m[13] = fma(m[3], v.z, q.x * q.x * x.z);
-  m[14] = fma(m[4], v.x, q.y * q.y * x.x);
-  m[15] = fma(m[4], v.z, q.y * q.y * x.z);
-  m[16] = fma(m[5], v.x, q.z * q.z * x.x);
-  m[17] = fma(m[5], v.y, q.z * q.z * x.y);
-  m[18] = fma(m[6], v.z, q.x * q.y * x.z);
+#if FUNCTIONS > 9
+  m[XXX] = x.x * fma(v.x, v.x + q.x, q.x * q.x);
+  m[YYY] = x.y * fma(v.y, v.y + q.y, q.y * q.y);
+  m[ZZZ] = x.z * fma(v.z, v.z + q.z, q.z * q.z);
+  m[XXY] = fma(m[XX], v.y, q.x * q.x * x.y);
+  m[XXZ] = fma(m[XX], v.z, q.x * q.x * x.z);
+  m[XYY] = fma(m[YY], v.x, q.y * q.y * x.x);
+  m[YYZ] = fma(m[YY], v.z, q.y * q.y * x.z);
+  m[XZZ] = fma(m[ZZ], v.x, q.z * q.z * x.x);
+  m[YZZ] = fma(m[ZZ], v.y, q.z * q.z * x.y);
+  m[XYZ] = fma(m[XY], v.z, q.x * q.y * x.z);
 #endif
 }
 
 // Derivatives of the monomials at v along axis 0, 1 or 2.
 inline void monomial_slopes(vec v, int axis, real m[MONOMIALS]) {
   real ex = axis == 0, ey = axis == 1, ez = axis == 2;
-  m[0] = ex;
-  m[1] = ey;
-  m[2] = ez;
-#if MONOMIALS > 3
-  m[3] = 2 * v.x * ex;
-  m[4] = 2 * v.y * ey;
-  m[5] = 2 * v.z * ez;
-  m[6] = v.y * ex + v.x * ey;
-  m[7] = v.z * ex + v.x * ez;
-  m[8] = v.z * ey + v.y * ez;
+  m[X] = ex;
+  m[Y] = ey;
+  m[Z] = ez;
+#if FUNCTIONS > 3
+  m[XX] = 2 * v.x * ex;
+  m[YY] = 2 * v.y * ey;
+  m[ZZ] = 2 * v.z * ez;
+  m[XY] = v.y * ex + v.x * ey;
+  m[XZ] = v.z * ex + v.x * ez;
+  m[YZ] = v.z * ey + v.y * ez;
 #endif
-#if MONOMIALS > 9
-  m[9] = 3 * v.x * v.x * ex;
-  m[10] = 3 * v.y * v.y * ey;
-  m[11] = 3 * v.z * v.z * ez;
-  m[12] = v.x * (2 * v.y * ex + v.x * ey);
-  m[13] = v.x * (2 * v.z * ex + v.x * ez);
-  m[14] = v.y * (2 * v.x * ey + v.y * ex);
-  m[15] = v.y * (2 * v.z * ey + v.y * ez);
-  m[16] = v.z * (2 * v.x * ez + v.z * ex);
-  m[17] = v.z * (2 * v.y * ez + v.z * ey);
-  m[18] = v.y * v.z * ex + v.x * v.z * ey + v.x * v.y * ez;
+#if FUNCTIONS > 9
+  m[XXX] = 3 * v.x * v.x * ex;
+  m[YYY] = 3 * v.y * v.y * ey;
+  m[ZZZ] = 3 * v.z * v.z * ez;
+  m[XXY] = v.x * (2 * v.y * ex + v.x * ey);
+  m[XXZ] = v.x * (2 * v.z * ex + v.x * ez);
+  m[XYY] = v.y * (2 * v.x * ey + v.y * ex);
+  m[YYZ] = v.y * (2 * v.z * ey + v.y * ez);
+  m[XZZ] = v.z * (2 * v.x * ez + v.z * ex);
+  m[YZZ] = v.z * (2 * v.y * ez + v.z * ey);
+  m[XYZ] = v.y * v.z * ex + v.x * v.z * ey + v.x * v.y * ez;
 #endif
 }
 

@@ -1,17 +1,12 @@
 // Points of a regular grid, numbered with x fastest.
 
-typedef struct {
-  long first, stop;  // the points of this launch
-  int nx, ny;
-  int4 start;        // index of the first point in the whole grid
-} grid_t;
+#ifndef GRID
+#error "GRID is missing: members of the struct below"
+#endif
 
-// `frame` takes indices of the whole grid to the local frame.
-#define GRID_PARAMETERS                                                       \
-  const long grid_first, const long grid_stop, const int nx, const int ny, \
-      const int4 grid_start, const float16 frame
-#define GRID \
-  { grid_first, grid_stop, nx, ny, grid_start }
+// The points `first` to `stop` of this launch; the grid's size `nx`, `ny`; `start`, the index of its
+// first point in the whole grid; `frame` takes indices of the whole grid to the local frame.
+typedef struct { GRID } grid_t;
 
 // Indices (i, j, k) in the whole grid of the points n, n + 1, ... n + LANES - 1.
 inline vec grid_index(const grid_t *grid, long n) {
@@ -26,13 +21,13 @@ inline vec grid_index(const grid_t *grid, long n) {
     j = select(j, j - grid->ny, over);
     k = select(k, k + 1, over);
   }
-  int4 start = grid->start;
-  return (vec){TO_REAL(i + start.x), TO_REAL(j + start.y), TO_REAL(k + start.z)};
+  return (vec){TO_REAL(i + grid->start[0]), TO_REAL(j + grid->start[1]),
+               TO_REAL(k + grid->start[2])};
 }
 
 // An affine transform t: columns for x, y, z, then the offset, three numbers each.
-inline vec transformed(const float16 t, vec x) {
-  return (vec){fma((real)(t.s0), x.x, fma((real)(t.s3), x.y, fma((real)(t.s6), x.z, (real)(t.s9)))),
-               fma((real)(t.s1), x.x, fma((real)(t.s4), x.y, fma((real)(t.s7), x.z, (real)(t.sa)))),
-               fma((real)(t.s2), x.x, fma((real)(t.s5), x.y, fma((real)(t.s8), x.z, (real)(t.sb))))};
+inline vec transformed(const float *t, vec x) {
+  return (vec){fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
+               fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
+               fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
 }

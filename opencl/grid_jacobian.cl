@@ -1,13 +1,17 @@
 #include "on_grid.cl"
 
 // (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
-KERNEL void grid_jacobian(MAP_PARAMETERS, GRID_PARAMETERS, __global float *restrict jacobian) {
-  FIT_ON_GRID
+KERNEL void grid_jacobian(MAP_PARAMETERS, const grid_t grid,
+                          __global float *restrict jacobian) {
+  const map_t map = MAP;
+  const item_t item = item_of(&map, &grid);
+  if (item.lanes == 0) return;
+  const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
   mat j = moved_jacobian(&map, &fit);
-  for (int l = 0; l < lanes; ++l)
-    if (KEPT(l))
+  for (int l = 0; l < item.lanes; ++l)
+    if (is_kept(&item, l))
       for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
-          jacobian[9 * (at + l) + 3 * row + column] =
+          jacobian[9 * (item.at + l) + 3 * row + column] =
               LANE(j.a[3 * column + row], l) + (row == column);
 }

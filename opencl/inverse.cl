@@ -6,6 +6,10 @@
 
 #include "map.cl"
 
+#if !defined(SAMPLE) || !defined(GUESS)
+#error "SAMPLE or GUESS is missing: members of the structs below"
+#endif
+
 #define TRIALS 32
 #define SMALLEST_SHARE 0.03f
 #define DECREASE 0.1f            // of what a step promises, at least
@@ -111,21 +115,22 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   return left / size_of(x);
 }
 
-// A sample of the map in memory: v (3), G(v) less the mean displacement (3).
-#define SAMPLE_SIZE 6
+// A sample of the map in memory: `v`, and its `image` G(v) less the mean displacement.
+typedef struct { SAMPLE } sample_t;
 
 // The displacement to the sample that the map brings nearest to x, but farther than `*tried`
 // (squared), which becomes its distance.
 inline vec displacement_to_nearest(const map_t *map, vec x, int count,
-                                   __global const float *samples, real *tried) {
+                                   __global const sample_t *samples, real *tried) {
   real nearest = FLT_MAX;
   vec displacement = {0, 0, 0};
-  for (int i = 0; i < count; ++i, samples += SAMPLE_SIZE) {
-    vec miss = vec_sub(x, (vec){samples[3], samples[4], samples[5]});
+  for (int i = 0; i < count; ++i) {
+    __global const sample_t *at = samples + i;
+    vec miss = vec_sub(x, (vec){at->image[0], at->image[1], at->image[2]});
     real d2 = dot3(miss, miss);
     integer nearer = (d2 < nearest) & (d2 > *tried);
     if (!ANY(nearer)) continue;
-    vec there = vec_sub((vec){samples[0], samples[1], samples[2]}, x);
+    vec there = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
     nearer &= !is_blocked(map, x, there);
     displacement = vec_select(displacement, there, nearer);
     nearest = select(nearest, d2, nearer);
@@ -134,18 +139,9 @@ inline vec displacement_to_nearest(const map_t *map, vec x, int count,
   return displacement;
 }
 
-// First guesses: displacements at the nodes of a regular grid.
-typedef struct {
-  __global const float4 *nodes;  // (nz, ny, nx)
-  int4 dimensions;               // 2 at least
-  float4 low, density;           // first node, nodes per local unit
-} guess_t;
-
-#define GUESS_PARAMETERS                                                   \
-  __global const float4 *restrict nodes, const int4 dimensions, const float4 low, \
-      const float4 density
-#define GUESS \
-  { nodes, dimensions, low, density }
+// First guesses, displacements at the nodes (nz, ny, nx) of a regular grid: its `dimensions`, 2 at
+// least, `low`, the first node, and `density`, nodes per local unit.
+typedef struct { GUESS } guess_t;
 
 // Index of the cell below, along one axis, and the share of it.
 inline integer cell_along(real index, int nodes, real *share) {
@@ -156,16 +152,17 @@ inline integer cell_along(real index, int nodes, real *share) {
 }
 
 // The displacement at x, trilinear, and dv/dx.
-inline void guess_at(const guess_t *guess, vec x, vec *displacement, mat *response) {
-  const float4 low = guess->low, density = guess->density;
-  const int nx = guess->dimensions.x, ny = guess->dimensions.y;
+inline void guess_at(const guess_t *guess, __global const float4 *nodes, vec x, vec *displacement,
+                     mat *response) {
+  const float *low = guess->low, *density = guess->density;
+  const int nx = guess->dimensions[0], ny = guess->dimensions[1];
   real a, b, c;
-  integer i = cell_along((x.x - low.x) * density.x, nx, &a);
-  integer j = cell_along((x.y - low.y) * density.y, ny, &b);
-  integer k = cell_along((x.z - low.z) * density.z, guess->dimensions.z, &c);
+  integer i = cell_along((x.x - low[0]) * density[0], nx, &a);
+  integer j = cell_along((x.y - low[1]) * density[1], ny, &b);
+  integer k = cell_along((x.z - low[2]) * density[2], guess->dimensions[2], &c);
   integer first = i + nx * (j + ny * k);
   for (int l = 0; l < LANES; ++l) {
-    __global const float4 *node = guess->nodes + LANE_INT(first, l);
+    __global const float4 *node = nodes + LANE_INT(first, l);
     float u = LANE(a, l), v = LANE(b, l), w = LANE(c, l);
     float4 n00 = node[0], n10 = node[nx], d00 = node[1] - n00, d10 = node[nx + 1] - n10;
     node += nx * ny;
@@ -173,8 +170,8 @@ inline void guess_at(const guess_t *guess, vec x, vec *displacement, mat *respon
     n00 += u * d00, n10 += u * d10, n01 += u * d01, n11 += u * d11;
     float4 d0 = d00 + v * (d10 - d00), d1 = d01 + v * (d11 - d01);
     float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
-    float4 dx = density.x * (d0 + w * (d1 - d0)), dy = density.y * (e0 + w * (e1 - e0)),
-           dz = density.z * (n1 - n0), n = n0 + w * (n1 - n0);
+    float4 dx = density[0] * (d0 + w * (d1 - d0)), dy = density[1] * (e0 + w * (e1 - e0)),
+           dz = density[2] * (n1 - n0), n = n0 + w * (n1 - n0);
     LANE(displacement->x, l) = n.x;
     LANE(displacement->y, l) = n.y;
     LANE(displacement->z, l) = n.z;

@@ -6,21 +6,23 @@
 
 #include "types.cl"
 
-#ifndef COORDINATE
-#error "COORDINATE is missing: float or double"
+#if !defined(COORDINATE) || !defined(LOCAL_FRAME)
+#error "COORDINATE or LOCAL_FRAME is missing: float or double, members of the struct below"
 #endif
+
+// `centre` and `centre_rest`, which it has beside, and `density`, 1 / scale.
+typedef struct { LOCAL_FRAME } local_frame_t;
 
 // (x - centre) / scale in three planes. The centre comes in two parts, so that its digits are all
 // there; coordinates that are not finite come out as NaN.
 KERNEL void local_points(const long count, __global const COORDINATE *restrict points,
-                     const float4 centre, const float4 centre_rest, const COORDINATE density,
-                     __global float *restrict planes) {
+                         const local_frame_t frame, __global float *restrict planes) {
   long first = (long)get_global_id(0) * LANES;
   long stop = min(first + LANES, count);
   for (long i = first; i < stop; ++i) {
-    float x = (float)(((points[3 * i] - centre.x) - centre_rest.x) * density);
-    float y = (float)(((points[3 * i + 1] - centre.y) - centre_rest.y) * density);
-    float z = (float)(((points[3 * i + 2] - centre.z) - centre_rest.z) * density);
+    float x = (float)(((points[3 * i] - frame.centre[0]) - frame.centre_rest[0]) * frame.density);
+    float y = (float)(((points[3 * i + 1] - frame.centre[1]) - frame.centre_rest[1]) * frame.density);
+    float z = (float)(((points[3 * i + 2] - frame.centre[2]) - frame.centre_rest[2]) * frame.density);
     float finite = 0 * x + 0 * y + 0 * z;
     planes[i] = x + finite;
     planes[count + i] = y + finite;

@@ -4,7 +4,8 @@
 // three planes. Those that the map brings as near as `tried` (squared), or nearer, are left out.
 KERNEL void nearest_sample(MAP_PARAMETERS, const long points_count,
                            __global const float *restrict points, const int sample_count,
-                           __global const float *restrict samples, __global float *restrict tried,
+                           __global const sample_t *restrict samples,
+                           __global float *restrict tried,
                            __global float *restrict displacements) {
   const map_t map = MAP;
   long first = (long)get_global_id(0) * LANES;

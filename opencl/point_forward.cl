@@ -3,25 +3,24 @@
 // For points x less the mean displacement v - x, world units, interleaved, from a grid of first
 // guesses; and what is left of G(v) = x next to the size of x.
 KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
-                          __global const float *restrict points, GUESS_PARAMETERS,
-                          const float scale, const float4 mean_displacement,
+                          __global const float *restrict points, __global const float4 *restrict nodes,
+                          const guess_t guess, const world_t world,
                           __global float *restrict result, __global float *restrict left) {
   const map_t map = MAP;
-  const guess_t guess = GUESS;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first), displacement;
   mat response;
-  guess_at(&guess, x, &displacement, &response);
+  guess_at(&guess, nodes, x, &displacement, &response);
   real rest = broyden(&map, x, &displacement, &response);
   rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
   displacement = vec_madd((real)(0), x, displacement);  // NaN stays NaN
   int lanes = (int)min((long)LANES, points_count - first);
   for (int l = 0; l < lanes; ++l) {
     __global float *to = result + 3 * (first + l);
-    to[0] = fma(scale, LANE(displacement.x, l), -mean_displacement.x);
-    to[1] = fma(scale, LANE(displacement.y, l), -mean_displacement.y);
-    to[2] = fma(scale, LANE(displacement.z, l), -mean_displacement.z);
+    to[0] = fma(world.scale, LANE(displacement.x, l), -world.mean_displacement[0]);
+    to[1] = fma(world.scale, LANE(displacement.y, l), -world.mean_displacement[1]);
+    to[2] = fma(world.scale, LANE(displacement.z, l), -world.mean_displacement[2]);
   }
   store_plane(left, rest, points_count, first);
 }

@@ -4,9 +4,14 @@
 #include "types.cl"
 #include "sums.cl"
 
-#if !defined(VALUE) || !defined(CAST) || !defined(TAPS) || !defined(OFFSET)
-#error "VALUE, CAST, TAPS or OFFSET is missing"
+#if !defined(VALUE) || !defined(CAST) || !defined(TAPS) || !defined(OFFSET) || !defined(ARRAY)
+#error "VALUE, CAST, TAPS, OFFSET or ARRAY is missing"
 #endif
+
+// Of the source, `size` points along the axes, `there` from `first` on are in memory, each of so many
+// `components`.
+typedef struct { ARRAY } array_t;
+
 #if LANES == 1
 #define TO_OFFSET(i) ((OFFSET)(i))
 typedef OFFSET offset_t;
@@ -57,28 +62,27 @@ inline axis_t axis_at(real x, int n, int first, int count) {
   return axis;
 }
 
-// `index` holds three planes of `count` indices. Of the source, `size` points along the axes, `there`
-// from `first_there` on are in `values`.
-KERNEL void resample(const long count, __global const float *restrict index, const int4 size,
-                     const int4 first_there, const int4 there, const int components,
+// `index` holds three planes of `count` indices.
+KERNEL void resample(const long count, __global const float *restrict index, const array_t array,
                      const VALUE background, __global const VALUE *restrict values,
                      __global VALUE *restrict result) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   int lanes = (int)min((long)LANES, count - first);
   vec at = load_points(index, count, first);
-  axis_t x = axis_at(at.x, size.x, first_there.x, there.x);
-  axis_t y = axis_at(at.y, size.y, first_there.y, there.y);
-  axis_t z = axis_at(at.z, size.z, first_there.z, there.z);
+  axis_t x = axis_at(at.x, array.size[0], array.first[0], array.there[0]);
+  axis_t y = axis_at(at.y, array.size[1], array.first[1], array.there[1]);
+  axis_t z = axis_at(at.z, array.size[2], array.first[2], array.there[2]);
   integer inside = x.inside & y.inside & z.inside;
   integer exact = x.exact & y.exact & z.exact;
-  OFFSET line = (OFFSET)there.x * components;
+  const int components = array.components;
+  OFFSET line = (OFFSET)array.there[0] * components;
   __global VALUE *to = result + first * components;
   offset_t ox[TAPS], oy[TAPS], oz[TAPS];
   for (int tap = 0; tap < TAPS; ++tap) {
     ox[tap] = TO_OFFSET(x.tap[tap]) * components;
     oy[tap] = TO_OFFSET(y.tap[tap]) * line;
-    oz[tap] = TO_OFFSET(z.tap[tap]) * (line * there.y);
+    oz[tap] = TO_OFFSET(z.tap[tap]) * (line * array.there[1]);
   }
   for (int c = 0; c < components; ++c) {
     sum_t sum = 0;
@@ -106,7 +110,7 @@ KERNEL void resample(const long count, __global const float *restrict index, con
       if (!LANE_INT(inside, l)) {
         to[l * components + c] = background;
       } else if (TAPS == 1 || LANE_INT(exact, l)) {  // to the bit
-        OFFSET row = (OFFSET)LANE_INT(z.nearest, l) * there.y + LANE_INT(y.nearest, l);
+        OFFSET row = (OFFSET)LANE_INT(z.nearest, l) * array.there[1] + LANE_INT(y.nearest, l);
         to[l * components + c] = values[row * line + LANE_INT(x.nearest, l) * components + c];
       }
     }

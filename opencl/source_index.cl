@@ -2,38 +2,37 @@
 
 #include "on_grid.cl"
 
+#ifndef SOURCE
+#error "SOURCE is missing: members of the struct below"
+#endif
+
+// `from_target` takes indices of the grid to those of the source, `from_displacement` a displacement;
+// unless `continued`, what a cut has opened is outside of everything.
+typedef struct { SOURCE } source_t;
+
 // Stores the lanes of a plane that belong to this launch.
+inline void store_kept(__global float *plane, real value, const item_t *item) {
 #if CUTS
-#define STORE_KEPT(plane, value)                                 \
-  if (ALL(kept)) {                                               \
-    store_plane(plane, value, count, at);                        \
-  } else {                                                       \
-    for (int l = 0; l < lanes; ++l)                              \
-      if (KEPT(l)) (plane)[at + l] = LANE(value, l);             \
+  if (!ALL(item->kept)) {
+    for (int l = 0; l < item->lanes; ++l)
+      if (is_kept(item, l)) plane[item->at + l] = LANE(value, l);
+    return;
   }
-#else
-#define STORE_KEPT(plane, value) store_plane(plane, value, count, at);
 #endif
+  store_plane(plane, value, item->count, item->at);
+}
 
-// `to_source` takes indices of the grid to those of the source, `displacement_to_source` a
-// displacement; unless `continued`, what a cut has opened is outside of everything.
-#define SOURCE_PARAMETERS \
-  const float16 to_source, const float16 displacement_to_source, const int continued, \
-      __global float *restrict index
-
-// Stores where in the source grid the points of a grid take their material from: continuous
-// indices in three planes.
+// Stores where in the source the points take their material from: continuous indices in three planes.
+inline void store_source_index(const map_t *map, const fit_t *fit, const item_t *item,
+                               const source_t *source, __global float *index) {
+  vec d = moved(map, fit);
+  vec step = transformed(source->from_displacement, d);
+  vec from = vec_add(transformed(source->from_target, item->index), step);
 #if CUTS
-#define VOID_DISTANCE void_distance_of(&map.cuts, fit.view.v, origin_of(&map.cuts, fit.view.v, d))
-#define LEAVE_VOID_OUT if (!continued) from.x = select(from.x, (real)(-1e9f), VOID_DISTANCE < 0);
-#else
-#define LEAVE_VOID_OUT
+  if (!source->continued)
+    from.x = select(from.x, (real)(-1e9f), void_distance_at(map, fit, d) < 0);
 #endif
-#define STORE_SOURCE_INDEX                                                         \
-  const vec d = moved(&map, &fit);                                                 \
-  const vec step = transformed(displacement_to_source, d);                         \
-  vec from = vec_add(transformed(to_source, here), step);                          \
-  LEAVE_VOID_OUT                                                                   \
-  STORE_KEPT(index, from.x)                                                        \
-  STORE_KEPT(index + count, from.y)                                                \
-  STORE_KEPT(index + 2 * count, from.z)
+  store_kept(index, from.x, item);
+  store_kept(index + item->count, from.y, item);
+  store_kept(index + 2 * item->count, from.z, item);
+}

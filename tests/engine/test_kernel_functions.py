@@ -11,7 +11,8 @@ from kernel_functions import call
 from vtk_mls import Deformation, HalfPlane, Surface
 from vtk_mls.engine import device
 from vtk_mls.engine.cut_tables import cut_tables
-from vtk_mls.kinds.polynomials import monomial_gradients, monomial_values
+from vtk_mls.engine.kernel_arguments import STRUCTS
+from vtk_mls.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]
 AXES = "(vec){a[0], a[1], a[2]}"
@@ -245,7 +246,7 @@ def test_monomials(of, degree, functions, rng):
     for (int axis = 0; axis < 3; ++axis) { monomial_slopes(v, axis, m);
       for (int i = 0; i < MONOMIALS; ++i) r[MONOMIALS * (1 + axis) + i] = m[i]; }"""
     files = ["basis.cl"]
-    got = of(files, body, rows, 4 * functions, FUNCTIONS=functions)
+    got = of(files, body, rows, 4 * functions, **Polynomial(degree).constants())
     x, v, q = (rows[:, i : i + 3].astype(float) for i in (0, 3, 6))
     truth = monomial_values(v, degree) - monomial_values(q, degree)
     size = np.abs(x).max(axis=1, keepdims=True)
@@ -258,9 +259,9 @@ def test_points_of_a_grid(of):
     """Whatever the row is that a vector begins in, also in rows shorter than it."""
     for nx, ny in ((1, 1), (3, 2), (7, 5), (40, 3)):
         first = np.repeat(np.arange(97.0), 16)[:, None]
-        body = f"""grid_t grid = {{0, 100000, {nx}, {ny}, (int4)(5, -2, 3, 0)}};
+        body = f"""grid_t grid = {{0, 100000, {nx}, {ny}, {{5, -2, 3}}}};
         vec at = grid_index(&grid, (long)LANE(a[0], 0)); {results("at", "xyz")}"""
-        got = of(["grid.cl"], body, first, 3)
+        got = of(["grid.cl"], body, first, 3, **dict(STRUCTS))
         lanes = of.args[1]
         n = first[:, 0].astype(int) + np.arange(len(first)) % lanes
         truth = np.column_stack([n % nx + 5, n // nx % ny - 2, n // nx // ny + 3])
@@ -269,9 +270,9 @@ def test_points_of_a_grid(of):
 
 def test_affine_transforms(of, rng):
     t, x = rng.normal(size=12).astype(np.float32), rng.normal(size=(COUNT, 3)).astype(np.float32)
-    body = f"""float16 t; for (int i = 0; i < 12; ++i) ((float *)&t)[i] = table[i];
+    body = f"""float t[12]; for (int i = 0; i < 12; ++i) t[i] = table[i];
     vec y = transformed(t, {AXES}); {results("y", "xyz")}"""
-    got = of(["grid.cl"], body, x, 3, table=t)
+    got = of(["grid.cl"], body, x, 3, table=t, **dict(STRUCTS))
     columns = t.reshape(4, 3).astype(float)
     np.testing.assert_allclose(got, x.astype(float) @ columns[:3] + columns[3], atol=3e-6)
 

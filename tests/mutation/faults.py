@@ -213,8 +213,8 @@ _in("opencl/point_forward.cl", FORWARD)(
 )
 _in("opencl/local_points.cl", FORWARD, ENGINE)(
     "local frame: digits of large coordinates",
-    "- centre.y) - centre_rest.y)",
-    "- centre.y))",
+    "- frame.centre[1]) - frame.centre_rest[1])",
+    "- frame.centre[1]))",
 )
 
 # Kernels: grids and images
@@ -255,7 +255,9 @@ _in("opencl/grid_jacobian.cl", ENGINE)(
     "LANE(j.a[3 * row + column], l)",
 )
 _in("opencl/source_index.cl", CUT_IMAGES, CUTS)(
-    "void: nothing is there where values are to continue", "if (!continued)", "if (continued)"
+    "void: nothing is there where values are to continue",
+    "if (!source->continued)",
+    "if (source->continued)",
 )
 
 # Engine

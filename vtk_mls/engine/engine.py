@@ -115,15 +115,8 @@ class Engine:
                     written = self.memory.written(void_distance[part])
                     outputs.append(buffers.enter_context(written))
                 for map_ in maps:
-                    control_points = map_.control_points
-                    map_.launch_on_grid(
-                        "grid_displacement",
-                        grid,
-                        part,
-                        np.float32(control_points.scale),
-                        kernel_arguments.float4(control_points.mean_displacement),
-                        *outputs,
-                    )
+                    world = kernel_arguments.world(map_.control_points)
+                    map_.launch_on_grid("grid_displacement", grid, part, world, *outputs)
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), void_distance
 

@@ -77,21 +77,21 @@ class InverseSearch:
             table[part, :3] = displacement.T
         return (
             self.map.memory.constant(table),
-            np.array([*grid.dimensions, 1], np.int32),
-            kernel_arguments.float4(grid.origin),
-            kernel_arguments.float4(1 / grid.spacing),
+            kernel_arguments.filled(
+                kernel_arguments.GUESS,
+                dimensions=grid.dimensions,
+                low=grid.origin,
+                density=1 / grid.spacing,
+            ),
         )
 
     def _broyden(self, local):
         """v - x (m, 3) float32, world units, for x `local` (3, m); the residuals (m,)."""
         count, control_points = local.shape[1], self.map.control_points
         displacement, residual = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        frame = (
-            np.float32(control_points.scale),
-            kernel_arguments.float4(control_points.mean_displacement),
-        )
+        arguments = [*self.guess, kernel_arguments.world(control_points)]
         outputs = [displacement, residual]
-        self.map.launch_at("point_forward", local, [*self.guess, *frame], outputs=outputs)
+        self.map.launch_at("point_forward", local, arguments, outputs=outputs)
         return displacement, residual
 
     def _newton_restarted(self, local):
@@ -153,5 +153,5 @@ class InverseSearch:
         local = np.ascontiguousarray(local[:, upright])
         displacement = np.empty_like(local)
         self.map.launch_at("point_displacement", local, outputs=[displacement])
-        table = np.ascontiguousarray(np.concatenate([local, local + displacement]).T)
-        return np.int32(local.shape[1]), self.map.memory.constant(table)
+        table = kernel_arguments.samples(local, local + displacement)
+        return np.int32(len(table)), self.map.memory.constant(table)

@@ -1,11 +1,41 @@
-"""Host data as the kernels read it: float32 tables, vectors and transforms."""
+"""Host data as the kernels read it: the layouts of structs, and what fills them."""
 
 from __future__ import annotations
 
 import numpy as np
 
+
+def _struct(members):
+    """The dtype of a C struct."""
+    return np.dtype(members, align=True)
+
+
+_TRANSFORM = ("f4", 12)  # columns for x, y, z, then the offset, three numbers each
+
 # A control point: q, the factor of its weight, p - q less its mean; in local units.
-CONTROL_POINT = np.dtype([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
+CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
+# Local displacements in the world: their unit, and their mean, which the kernels leave out.
+WORLD = _struct([("scale", "f4"), ("mean_displacement", "f4", 3)])
+# The points of a launch over a grid: the first and that past the last, the size of the grid, the
+# index of its first point in the whole grid, the transform from such indices to the local frame.
+GRID = _struct(
+    [
+        *[("first", "i8"), ("stop", "i8"), ("nx", "i4"), ("ny", "i4"), ("start", "i4", 3)],
+        ("frame", *_TRANSFORM),
+    ]
+)
+# Transforms of indices of a target, and of local displacements, to indices of a source; whether
+# values continue where a cut has opened.
+SOURCE = _struct(
+    [("from_target", *_TRANSFORM), ("from_displacement", *_TRANSFORM), ("continued", "i4")]
+)
+# A grid of first guesses: nodes along the axes, the first one, nodes per local unit.
+GUESS = _struct([("dimensions", "i4", 3), ("low", "f4", 3), ("density", "f4", 3)])
+# A sample of the map: v, and G(v) less the mean displacement.
+SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
+# An array of samples in space: points of the whole source along the axes, the first that is there
+# and how many are; numbers at each.
+ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])
 
 
 def planes(points):
@@ -14,8 +44,9 @@ def planes(points):
 
 
 def members(dtype):
-    """The members of the C struct that a structured dtype of int32 and float32 is."""
-    types = {np.dtype("f4"): "float", np.dtype("i4"): "int"}
+    """The members of the C struct that a structured dtype is, of numbers and arrays of them."""
+    types = {"f4": "float", "f8": "double", "i4": "int", "i8": "long"}
+    types = {np.dtype(name): in_c for name, in_c in types.items()}
     text = []
     for name in dtype.names:
         base, shape = dtype[name].base, dtype[name].shape
@@ -24,11 +55,16 @@ def members(dtype):
 
 
 def record(numbers):
-    """A dict of names and numbers, int32 or float32, as a structured array of one element."""
+    """A dict of names and numbers of numpy, as a structured array of one element."""
     arrays = {name: np.asarray(value) for name, value in numbers.items()}
-    result = np.zeros((), [(name, a.dtype, a.shape) for name, a in arrays.items()])
-    for name, array in arrays.items():
-        result[name] = array
+    return filled(_struct([(name, a.dtype, a.shape) for name, a in arrays.items()]), **arrays)
+
+
+def filled(dtype, **values):
+    """A structured array of one element: a struct that a kernel takes by value."""
+    result = np.zeros((), dtype)
+    for name, value in values.items():
+        result[name] = value
     return result
 
 
@@ -46,41 +82,56 @@ def not_empty(table):
     return table if table.size else np.zeros(1, table.dtype)
 
 
+def world(control_points):
+    """The WORLD of `ControlPoints`."""
+    return filled(
+        WORLD,
+        scale=control_points.scale,
+        mean_displacement=control_points.mean_displacement,
+    )
+
+
 def grid_points(grid, part, control_points):
-    """Kernel arguments of the points `part` of `grid`, with the transform to the local frame."""
+    """The points `part` of `grid`, with the transform to the local frame: a GRID."""
     frame = transform(
         grid.index_to_world / control_points.scale, control_points.local(grid.whole.origin)
     )
     nx, ny, _ = grid.dimensions
-    bounds = np.int64(part.start), np.int64(part.stop)
-    return *bounds, np.int32(nx), np.int32(ny), int4(grid.first), frame
+    return filled(
+        GRID, first=part.start, stop=part.stop, nx=nx, ny=ny, start=grid.first, frame=frame
+    )
+
+
+def to_source(source, target, control_points, continued):
+    """What tells where in `source` points of `target` come from: a SOURCE."""
+    matrix, offset = target.whole.index_transform(source.whole)
+    to_index = np.linalg.inv(source.index_to_world)
+    return filled(
+        SOURCE,
+        from_target=transform(matrix, offset + to_index @ control_points.mean_displacement),
+        from_displacement=transform(to_index * control_points.scale, np.zeros(3)),
+        continued=continued,
+    )
+
+
+def samples(v, image):
+    """A table of samples of the map, from planes (3, n): (n,) SAMPLE."""
+    table = np.zeros(v.shape[1], SAMPLE)
+    table["v"], table["image"] = v.T, image.T
+    return table
 
 
 def transform(matrix, offset):
     """An affine transform as `transformed` in grid.cl takes it."""
-    packed = np.zeros(16, np.float32)
-    packed[:12] = np.concatenate([np.asarray(matrix).T.ravel(), offset])
-    return packed
+    return np.concatenate([np.asarray(matrix).T.ravel(), offset])
 
 
-def to_source(source, target, control_points, continued):
-    """First arguments of the kernels that tell where in `source` points of `target` come from."""
-    matrix, offset = target.whole.index_transform(source.whole)
-    to_index = np.linalg.inv(source.index_to_world)
-    return (
-        transform(matrix, offset + to_index @ control_points.mean_displacement),
-        transform(to_index * control_points.scale, np.zeros(3)),
-        np.int32(continued),
-    )
-
-
-def float4(vector):
-    packed = np.zeros(4, np.float32)
-    packed[:3] = vector
-    return packed
-
-
-def int4(vector):
-    packed = np.zeros(4, np.int32)
-    packed[:3] = vector
-    return packed
+# Build constants of all kernels of the map.
+STRUCTS = (
+    ("CONTROL_POINT", members(CONTROL_POINT)),
+    ("WORLD", members(WORLD)),
+    ("GRID", members(GRID)),
+    ("SOURCE", members(SOURCE)),
+    ("GUESS", members(GUESS)),
+    ("SAMPLE", members(SAMPLE)),
+)

@@ -93,7 +93,7 @@ class Launcher:
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
-            ("CONTROL_POINT", kernel_arguments.members(kernel_arguments.CONTROL_POINT)),
+            *kernel_arguments.STRUCTS,
             ("MAP_NUMBERS", kernel_arguments.members(numbers.dtype)),
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
@@ -143,14 +143,14 @@ class RegionMap:
     def launch_on_grid(self, name, grid, part, *arguments):
         """Launch a kernel for the points `part` of a grid."""
         points = kernel_arguments.grid_points(grid, part, self.control_points)
-        self._launch(name, grid.whole, part.stop - part.start, *points, *arguments)
+        self._launch(name, grid.whole, part.stop - part.start, points, *arguments)
 
     def launch_from_source(self, name, sampling, part, *outputs):
         """Launch a kernel that finds the origins of the points `part` of the target."""
-        to_source = kernel_arguments.to_source(
+        source = kernel_arguments.to_source(
             sampling.source, sampling.target, self.control_points, sampling.continues
         )
-        self.launch_on_grid(name, sampling.target, part, *to_source, *outputs)
+        self.launch_on_grid(name, sampling.target, part, source, *outputs)
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
@@ -162,7 +162,18 @@ class RegionMap:
         if len(points) == 0:
             return local
         double = points.dtype == np.float64
-        constants = [("LANES", device.lanes), ("COORDINATE", "double" if double else "float")]
+        frame = kernel_arguments.record(
+            {
+                "density": points.dtype.type(1 / self.control_points.scale),
+                "centre": np.float32(centre),
+                "centre_rest": np.float32(centre - np.float32(centre)),
+            }
+        )
+        constants = [
+            ("LANES", device.lanes),
+            ("COORDINATE", "double" if double else "float"),
+            ("LOCAL_FRAME", kernel_arguments.members(frame.dtype)),
+        ]
         if double:
             constants.append(("USE_FP64", 1))
         read, written = self.memory.read, self.memory.written
@@ -173,9 +184,7 @@ class RegionMap:
                 len(points),
                 np.int64(len(points)),
                 x,
-                kernel_arguments.float4(centre),
-                kernel_arguments.float4(centre - np.float32(centre)),
-                points.dtype.type(1 / self.control_points.scale),
+                frame,
                 out,
             )
         return local

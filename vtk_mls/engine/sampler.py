@@ -109,9 +109,16 @@ class Sampler:
             *self.launcher.sums(double=not in_float),
             *(("VALUE", value), ("CAST", cast), ("TAPS", _TAPS[self.method])),
             ("OFFSET", "int" if array.size < 2**31 else "long"),
+            ("ARRAY", kernel_arguments.members(kernel_arguments.ARRAY)),
         )
         fill = interpolation.cast(np.float64(self.background), array.dtype)
-        sizes = self.source.whole.dimensions, piece.grid.first, piece.grid.dimensions
+        described = kernel_arguments.filled(
+            kernel_arguments.ARRAY,
+            size=self.source.whole.dimensions,
+            first=piece.grid.first,
+            there=piece.grid.dimensions,
+            components=np.prod(array.shape[3:]),
+        )
         with self.memory.written(result) as out:
             self.launcher.launch(
                 "resample",
@@ -119,8 +126,7 @@ class Sampler:
                 count,
                 np.int64(count),
                 piece.index,
-                *map(kernel_arguments.int4, sizes),
-                np.int32(np.prod(array.shape[3:])),
+                described,
                 array.dtype.type(fill),
                 piece.values,
                 out,

@@ -83,7 +83,7 @@ class Kind:
         return False
 
     def constants(self) -> dict:
-        """Build constants of the kernel file: names and numbers."""
+        """Build constants of the kernel file: names and values."""
         return {}
 
     def numbers(self, control_points) -> dict:
