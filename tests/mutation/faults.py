@@ -208,8 +208,8 @@ add(
 )
 _in("opencl/point_forward.cl", FORWARD)(
     "inverse: the mean displacement has another sign",
-    "LANE(displacement.y, l), -mean_displacement.y)",
-    "LANE(displacement.y, l), mean_displacement.y)",
+    "LANE(displacement.y, l), -world.mean_displacement[1])",
+    "LANE(displacement.y, l), world.mean_displacement[1])",
 )
 _in("opencl/local_points.cl", FORWARD, ENGINE)(
     "local frame: digits of large coordinates",
@@ -476,8 +476,8 @@ add(
     '("min", "mid", "max")[step]',
     '("min", "mid", "mid")[step]',
 )
-add = _in("vtk_mls/paraview/xml.py", SCRIPTS)
-add("ParaView: lists never get shorter", 'set_number_command=f"SetNumberOf{name}",', "")
+add = _in("vtk_mls/paraview/property_xml.py", SCRIPTS)
+add("ParaView: lists never get shorter", 'set_number_command=f"SetNumberOf{each.name}",', "")
 
 # Command line
 
