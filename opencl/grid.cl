@@ -4,8 +4,8 @@
 #error "GRID is missing: members of the struct below"
 #endif
 
-// The points `first` to `stop` of this launch; the grid's size `nx`, `ny`; `start`, the index of its
-// first point in the whole grid; `frame` takes indices of the whole grid to the local frame.
+// The points `first` to `stop` of this launch; the grid's size `nx`, `ny`; `start`, the index of
+// its first point in the whole grid; `frame` takes indices of the whole grid to the local frame.
 typedef struct { GRID } grid_t;
 
 // Indices (i, j, k) in the whole grid of the points n, n + 1, ... n + LANES - 1.
@@ -27,7 +27,8 @@ inline vec grid_index(const grid_t *grid, long n) {
 
 // An affine transform t: columns for x, y, z, then the offset, three numbers each.
 inline vec transformed(const float *t, vec x) {
-  return (vec){fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
-               fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
-               fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
+  return (vec){
+      fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
+      fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
+      fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
 }

@@ -3,9 +3,10 @@
 // For points x less the mean displacement v - x, world units, interleaved, from a grid of first
 // guesses; and what is left of G(v) = x next to the size of x.
 KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
-                          __global const float *restrict points, __global const float4 *restrict nodes,
-                          const guess_t guess, const world_t world,
-                          __global float *restrict result, __global float *restrict left) {
+                          __global const float *restrict points,
+                          __global const float4 *restrict nodes, const guess_t guess,
+                          const world_t world, __global float *restrict result,
+                          __global float *restrict left) {
   const map_t map = MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;

@@ -6,8 +6,8 @@
 #error "SOURCE is missing: members of the struct below"
 #endif
 
-// `from_target` takes indices of the grid to those of the source, `from_displacement` a displacement;
-// unless `continued`, what a cut has opened is outside of everything.
+// `from_target` takes indices of the grid to those of the source, `from_displacement` a
+// displacement; unless `continued`, what a cut has opened is outside of everything.
 typedef struct { SOURCE } source_t;
 
 // Stores the lanes of a plane that belong to this launch.
@@ -22,7 +22,8 @@ inline void store_kept(__global float *plane, real value, const item_t *item) {
   store_plane(plane, value, item->count, item->at);
 }
 
-// Stores where in the source the points take their material from: continuous indices in three planes.
+// Stores where in the source the points take their material from: continuous indices in three
+// planes.
 inline void store_source_index(const map_t *map, const fit_t *fit, const item_t *item,
                                const source_t *source, __global float *index) {
   vec d = moved(map, fit);
