@@ -481,7 +481,7 @@ add("ParaView: lists never get shorter", 'set_number_command=f"SetNumberOf{each.
 
 # Command line
 
-add = _in("vtk_mls/commands/map_options.py", CLI)
+add = _in("vtk_mls/commands/map_options.py", "tests/commands/test_points.py", CLI)
 add("command line: the exponent of damping", "        nu=options.nu,\n", "")
 add("command line: too few numbers for a cut", "if len(values) != 3 * count:", "if not values:")
 add = _in("vtk_mls/commands/supervision.py", "tests/commands/test_supervision.py")
