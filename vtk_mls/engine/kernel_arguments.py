@@ -6,8 +6,11 @@ import numpy as np
 
 
 def _struct(members):
-    """The dtype of a C struct."""
-    return np.dtype(members, align=True)
+    """The dtype of a C struct, its padding at the end a member: rusticl 22.3 does not count it."""
+    dtype = np.dtype(members, align=True)
+    last = dtype.names[-1]
+    padding = dtype.itemsize - dtype.fields[last][1] - dtype[last].itemsize
+    return np.dtype([*members, ("padding", "i4", padding // 4)]) if padding else dtype
 
 
 _TRANSFORM = ("f4", 12)  # columns for x, y, z, then the offset, three numbers each
