@@ -55,9 +55,9 @@ def test_each_kind_moves_the_frog_differently(output):
 
 def test_handles_are_written(output):
     handles = _read(vtkXMLPolyDataReader(), output[0] / "handles.vtp")
-    assert handles.GetNumberOfPoints() == len(run.HANDLES) == 15
+    assert handles.GetNumberOfPoints() == len(run.CONTROL_POINTS) == 15
     drag = vtk_to_numpy(handles.GetPointData().GetArray("Displacement"))
-    np.testing.assert_array_equal(drag, [drag for _, drag in run.HANDLES.values()])
+    np.testing.assert_array_equal(drag, [drag for _, drag in run.CONTROL_POINTS.values()])
 
 
 @pytest.mark.parametrize(
