@@ -10,7 +10,7 @@ def _struct(members):
     dtype = np.dtype(members, align=True)
     last = dtype.names[-1]
     padding = dtype.itemsize - dtype.fields[last][1] - dtype[last].itemsize
-    return np.dtype([*members, ("padding", "i4", padding // 4)]) if padding else dtype
+    return np.dtype([*members, ("padding", "i4", (padding // 4,))]) if padding else dtype
 
 
 _TRANSFORM = ("f4", 12)  # columns for x, y, z, then the offset, three numbers each
