@@ -17,12 +17,12 @@ ON_PLANE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The places on one side of each of some planes, with the control points there.
+    """The points on one side of each of some planes, with the control points there.
 
     Attributes
     ----------
     sides : (planes,) float64
-        1 or -1 for each plane. A place on a plane is on side 1.
+        1 or -1 for each plane. A point on a plane is on side 1.
     control_points : ControlPoints
         If no control point is there, one that does not move.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.interpolation import sample
+from vtk_mls.linear_algebra import unit
 from vtk_mls.progress import SILENT
 
 # How far into the material the face of a void shows in the gradient, in voxels of the source.
@@ -114,12 +115,6 @@ def at_faces(deformation, v, fields, sampling, progress):
     inner = sample(slopes, index, method, 0, source)
     blended = inner + share[:, None] * (step[:, None] * away - inner)
     return np.einsum("mij,mj->mi", covariant_jacobian, blended)
-
-
-def unit(vectors):
-    """`vectors` (..., 3) with length 1, or 0."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
 
 
 def _voxel(grid):

@@ -1,4 +1,4 @@
-"""The weights of the control points at some places, Eq. 2 and 27, in float64.
+"""The weights of the control points at some points, Eq. 2 and 27, in float64.
 
 Every sum is taken relative to the nearest control point, and weights relative to its weight.
 In exact arithmetic that changes nothing; in floating point it keeps the digits where the weights
@@ -14,7 +14,7 @@ _ON_CONTROL_POINT = 1e-32
 
 
 class WeightedPoints:
-    """The control points (n), weighted for each of the places v (m, 3).
+    """The control points (n), weighted for each of the points v (m, 3).
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class WeightedPoints:
 
 
 def _detour(cut, v, q, offset, d2):
-    """Of the way from each v to each q: (detour / way)^2, and d log(d)/dv / nu of Eq. 28."""
+    """(|detour| / |q - v|)^2 for each v and q; d log(d)/dv / nu of Eq. 28."""
     v = v[:, None]
     blocked = cut.blocks(v, q)
     bend = cut.bend(v, q)

@@ -27,5 +27,6 @@ def _found():
     return {shape.__name__: shape for shape in shapes if shape not in (Cut, Obstacle)}
 
 
-SHAPES = tuple(_found())
-globals().update(_found())
+_shapes = _found()
+SHAPES = tuple(_shapes)
+globals().update(_shapes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import weakref
 from contextlib import ExitStack
 
@@ -125,6 +124,7 @@ class RegionMap:
         self.launcher, self.memory = launcher, launcher.memory
         self.deformation, self.region = deformation, region
         self.control_points = region.control_points
+        self._described = {}  # by grid, None at points: a question launches many kernels on one
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
@@ -189,14 +189,8 @@ class RegionMap:
             )
         return local
 
-    @functools.cached_property
-    def _without_grid(self):
-        """Build constants and arguments at points: a search launches many kernels with them."""
-        return self.launcher.map(self.deformation, self.region, None)
-
     def _launch(self, name, grid, count, *arguments):
-        if grid is None:
-            constants, shared = self._without_grid
-        else:
-            constants, shared = self.launcher.map(self.deformation, self.region, grid)
+        if grid not in self._described:
+            self._described[grid] = self.launcher.map(self.deformation, self.region, grid)
+        constants, shared = self._described[grid]
         self.launcher.launch(name, constants, count, *shared, *arguments)

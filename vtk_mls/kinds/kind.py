@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """The maps l that are fitted at some places v: what the specification needs of them.
+    """The maps l that are fitted at some points v: what the specification needs of them.
 
     Attributes
     ----------
