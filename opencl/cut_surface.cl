@@ -66,14 +66,15 @@ inline vec bend_on_edge(__global const float *edge, vec v, vec q) {
 
 inline real surface_detour(__global const float *cut, vec v, vec q, vec *bend) {
   real shortest = FLT_MAX;
-  *bend = v;
+  vec nearest = v;  // not *bend: compilers keep that in memory
   const int edges = as_int(cut[1]);
   for (int i = 0; i < edges; ++i) {
     vec at = bend_on_edge(edge_of(cut, i), v, q);
     real length = distance3(v, at) + distance3(q, at);
-    *bend = vec_select(*bend, at, length < shortest);
+    nearest = vec_select(nearest, at, length < shortest);
     shortest = least(shortest, length);
   }
+  *bend = nearest;
   real path = least(shortest, (real)(1e8f));
   return select(path * path, (real)(NO_DETOUR), shortest >= UNREACHABLE);
 }
