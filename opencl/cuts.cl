@@ -105,6 +105,20 @@ inline integer blocked(const cuts_t *cuts, vec v, vec g) {
   return anything;
 }
 
+// The cuts between v and g that one can go round: bit i for cut i.
+inline integer crossed(const cuts_t *cuts, vec v, vec g) {
+  integer found = 0;
+  int number = 0;
+#define CROSS(shape)                                                                              \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    integer between = shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));          \
+    found |= select((integer)(0), (integer)(1 << number), between);                               \
+  }
+  SHAPES(CROSS)
+  return found;
+}
+
 // Distances that are kept between the two passes over the control points; registers of a GPU are few.
 #if LANES > 1
 #define KNOWN 64
@@ -119,16 +133,35 @@ typedef struct {
 #if KNOWN
   real known[KNOWN];  // damped squared distances of the first control points
 #endif
+#if AT_REST
+  vec seen;           // the material's place in the undeformed space, from where cuts are seen
+  integer passed;     // bit i is set where the material is seen from behind cut i (rest_frame.cl)
+  int ignores_cuts;
+#endif
   SHAPES(SHAPE_VIEW)
 } view_t;
 
-inline view_t view_of(const cuts_t *cuts, vec v) {
+// Of a point v from which cuts are seen as from `seen`.
+inline view_t view_of(const cuts_t *cuts, vec v, vec seen) {
   view_t view;
   view.v = v;
-#define LOOK(shape) view.shape = shape##_view(cuts->shape, v);
+#if AT_REST
+  view.seen = seen;
+  view.passed = (integer)(0);
+  view.ignores_cuts = 0;
+#endif
+#define LOOK(shape) view.shape = shape##_view(cuts->shape, seen);
   SHAPES(LOOK)
   return view;
 }
+
+#if AT_REST
+#define SEEN(view) (view)->seen
+#define PASSED(view, i) (((view)->passed & (1 << (i))) != 0)
+#else
+#define SEEN(view) (view)->v
+#define PASSED(view, i) (integer)(0)
+#endif
 
 // ratio^damping; the common powers, nu / alpha = 2, 3 and 4, without logarithms.
 inline real to_damping(real ratio, float damping) {
@@ -151,14 +184,14 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
   detours->unreachable |= blocked & (length2 < 0);
 }
 
-// Runs `statement` for each cut between view->v and control point k with `blocked` and the squared
-// `length2` of the detour, which bends at `bend`.
+// Runs `statement` for each cut between SEEN(view) and control point k, there seen at q, with `blocked`
+// and the squared `length2` of the detour, which bends at `bend`. `number` counts the cuts.
 #define EACH_DETOUR(shape, statement)                                                             \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
     shape##_point_t from = shape##_seen(&view->shape, i),                                         \
                     to = shape##_control_point(cut, k, q);                                        \
-    integer blocked = shape##_blocks(cut, from, to);                                              \
+    integer blocked = shape##_blocks(cut, from, to) ^ PASSED(view, number);                       \
     if (ANY(blocked)) {                                                                           \
       vec bend;                                                                                   \
       real length2 = shape##_detour(cut, from, to, &bend);                                        \
@@ -166,11 +199,23 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
     }                                                                                             \
   }
 
+// Squared length of the straight way, which a detour is compared to: d2 where cuts are seen from v.
+inline real straight_length2(const view_t *view, vec q, real d2) {
+#if AT_REST
+  vec way = vec_sub(view->seen, q);
+  return dot3(way, way);
+#else
+  return d2;
+#endif
+}
+
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
-// product of (detour / distance)^(nu / alpha) over the cuts between.
+// product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
 inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
   detours_t detours = {1, 0, 0};
-#define LENGTHEN(shape) EACH_DETOUR(shape, add_detour(&detours, blocked, length2, d2);)
+  int number = 0;
+#define LENGTHEN(shape)                                                                           \
+  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, straight_length2(view, q, d2));)
   SHAPES(LENGTHEN)
   if (!ANY(detours.anything)) return d2;
   real damped = d2 * to_damping(detours.ratio, cuts->numbers.damping);
@@ -184,29 +229,38 @@ inline vec detour_slope(vec leg, real length2, vec away) {
   return vec_sub(away, vec_scale(scale, leg));
 }
 
-// d log(d)/dv for the damping d of Eq. 28.
+// d log(d)/dv for the damping d of Eq. 28, or as SEEN(view) moves.
 inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
-  vec away = vec_scale(1 / most(d2, 1e-30f), vec_sub(view->v, q)), slope = {0, 0, 0};
+  vec way = vec_sub(SEEN(view), q);
+  vec away = vec_scale(1 / most(straight_length2(view, q, d2), 1e-30f), way), slope = {0, 0, 0};
+  int number = 0;
 #define INCLINE(shape)                                                                            \
-  EACH_DETOUR(shape, vec change = detour_slope(vec_sub(view->v, bend), length2, away);            \
+  EACH_DETOUR(shape, vec change = detour_slope(vec_sub(SEEN(view), bend), length2, away);         \
               slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)
   return vec_scale((real)(cuts->numbers.nu), slope);
 }
 
-// The void distance: below 0 where the segment from v to its origin g crosses a cut, so that there
-// is nothing at v; continuous on each side of the cuts. Local units.
-inline real void_distance_of(const cuts_t *cuts, vec v, vec g) {
+// The void distance of view->v with the origin g; continuous on each side of the cuts. Below 0 where the
+// segment between the two crosses a cut, so that there is nothing at v, or in the rest frame, where g
+// is behind the cut that it is seen from. Local units.
+inline real void_distance_of(const cuts_t *cuts, const view_t *view, vec g) {
   real void_distance = FLT_MAX;
+  int number = 0;
   for (int i = 0; i < cuts->numbers.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), g);
     void_distance = least(void_distance, cuts->planes[i].side * height);
   }
+#if AT_REST
+  const vec v = g;
+#else
+  const vec v = view->v;
+#endif
 #define OPEN(shape)                                                                               \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
     real here = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
-    void_distance = least(void_distance, here);                                                   \
+    void_distance = least(void_distance, select(here, -here, PASSED(view, number)));              \
   }
   SHAPES(OPEN)
   return void_distance;

@@ -171,10 +171,10 @@ inline void orthogonalise(const map_t *map, fit_t *fit, const sums_t *sums) {
   }
 }
 
-inline fit_t fit_at(const map_t *map, vec v) {
+inline fit_t fit_of(const map_t *map, view_t view) {
   const int functions = functions_of(map);
   fit_t fit;
-  fit.view = view_at(map, v);
+  fit.view = view;
   fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   for (int l = 0; l < LANES; ++l) {
@@ -188,7 +188,7 @@ inline fit_t fit_at(const map_t *map, vec v) {
   fit.mean = sum_scale(fit.share, sums.u);
   orthogonalise(map, &fit, &sums);
   real m[MONOMIALS], f[FUNCTIONS];
-  monomial_differences(pivot->x, v, pivot->q, m);
+  monomial_differences(pivot->x, view.v, pivot->q, m);
   combine(map->table, functions, m, f);
   UNROLL for (int j = 0; j < functions; ++j) {
     fit.psi[j] = TO_SUM(f[j]) - fit.centre[j];
@@ -212,10 +212,10 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
 // of each control point's residual times the change of its weight (vtk_mls/reference.py).
-inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
+inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
-  vec near = pivot_slope(map, pivot, &fit->view);
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->view);
   // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
@@ -227,7 +227,6 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
       c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
     }
   }
-  mat jacobian;
   for (int axis = 0; axis < 3; ++axis) {
     real m[MONOMIALS], f[FUNCTIONS];
     monomial_slopes(fit->view.v, axis, m);
@@ -235,14 +234,13 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     sum_vec sum = {0, 0, 0};
     UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
     vec slope = rounded(sum);
-    jacobian.a[axis] = slope.x;
-    jacobian.a[3 + axis] = slope.y;
-    jacobian.a[6 + axis] = slope.z;
+    jacobian.by_v.a[axis] = slope.x;
+    jacobian.by_v.a[3 + axis] = slope.y;
+    jacobian.by_v.a[6 + axis] = slope.z;
   }
   for (int i = 0; i < map->numbers.count; ++i) {
     __global const float *values = values_at(map, i);
     real w = control_point_weight(map, i, pivot, &fit->view);
-    vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     sum_t influence = fit->share;
     sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));
     UNROLL for (int j = 0; j < functions; ++j) {
@@ -250,7 +248,7 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
       influence = fma(t[j], f, influence);
       residual = sum_madd(-f, c[j], residual);
     }
-    add_outer(&jacobian, rounded(sum_scale(influence, residual)), slope);
+    add_influence(&jacobian, map, &fit->view, i, w, rounded(sum_scale(influence, residual)));
   }
   return jacobian;
 }

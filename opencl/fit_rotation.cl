@@ -135,9 +135,9 @@ inline void reflect(const map_t *map, fit_t *fit) {
                           fit->doubtful);
 }
 
-inline fit_t fit_at(const map_t *map, vec v) {
+inline fit_t fit_of(const map_t *map, view_t view) {
   fit_t fit;
-  fit.view = view_at(map, v);
+  fit.view = view;
   fit.pivot = find_pivot(map, &fit.view);
   const pivot_t *pivot = &fit.pivot;
   sums_t sums = {0};
@@ -196,9 +196,8 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
 // control point's residual; its influence on G(v) is derived in vtk_mls/reference.py.
-inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
+inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
-  vec near = pivot_slope(map, pivot, &fit->view);
   mat change = rotation_change(fit->between), rotation = change, c = fit->c;
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
   mat s = rotated_back(&change, &c);
@@ -214,10 +213,9 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
   real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
   real gain = 1 / most(1 + dot3(a, b), 1e-10f);
 
-  mat jacobian = {{0}};
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->view);
   for (int i = 0; i < map->numbers.count; ++i) {
     real w = control_point_weight(map, i, pivot, &fit->view);
-    vec slope = vec_scale(w, vec_sub(weight_slope(map, i, &fit->view), near));
     vec p, q;
     reflected_pair(map, i, fit, &p, &q);
     p = vec_sub(p, fit->p);
@@ -239,10 +237,10 @@ inline mat displacement_jacobian(const map_t *map, const fit_t *fit) {
     integer flat = fit->spread <= 1e-30f;
     influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
 #endif
-    add_outer(&jacobian, reflected(fit, fit->p_mirror, influence), slope);
+    add_influence(&jacobian, map, &fit->view, i, w, reflected(fit, fit->p_mirror, influence));
   }
   change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
-    jacobian.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
+    jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }

@@ -2,11 +2,12 @@
 
 // (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
 KERNEL void grid_jacobian(MAP_PARAMETERS, const grid_t grid,
-                          __global float *restrict jacobian) {
+                          __global float *restrict jacobian RIVAL_PARAMETERS) {
   const map_t map = MAP;
-  const item_t item = item_of(&map, &grid);
+  item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
   if (item.lanes == 0) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
+  STORE_RIVALS(&item, &map, &fit);
   mat j = moved_jacobian(&map, &fit);
   for (int l = 0; l < item.lanes; ++l)
     if (is_kept(&item, l))

@@ -1,10 +1,11 @@
 #include "source_index.cl"
 
 KERNEL void grid_source_index(MAP_PARAMETERS, const grid_t grid, const source_t source,
-                              __global float *restrict index) {
+                              __global float *restrict index RIVAL_PARAMETERS) {
   const map_t map = MAP;
-  const item_t item = item_of(&map, &grid);
+  item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
   if (item.lanes == 0) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
+  STORE_RIVALS(&item, &map, &fit);
   store_source_index(&map, &fit, &item, &source, index);
 }

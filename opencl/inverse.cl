@@ -19,18 +19,19 @@
 
 inline real length3(vec a) { return sqrt(dot3(a, a)); }
 
-// What rounding of x is relative to.
-inline real size_of(vec x) {
-  return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
-}
-
-// x - G(x + displacement), with the fit there.
+// x - G(x + displacement), with the fit there. In the rest frame of cuts the material is known, so that
+// all of them see from x.
 inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
+#if AT_REST
+  vec seen = origin_of(&map->cuts, x, (vec){0, 0, 0});
+  *fit = fit_of(map, view_of(&map->cuts, vec_add(x, displacement), seen));
+#else
   *fit = fit_at(map, vec_add(x, displacement));
+#endif
   return vec_scale((real)(-1), vec_add(displacement, moved(map, fit)));
 }
 
-#if CUTS
+#if CUTS && !REST_FRAME
 // The position of x itself.
 inline vec undisplaced(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
 
@@ -48,18 +49,6 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 #define is_blocked(map, x, displacement) ((integer)(0))
 #define is_cut_off(map, x, displacement) ((integer)(0))
 #endif
-
-// d with (I + J) d = r for the Jacobian J of the displacement; r itself where I + J is singular.
-inline vec newton_step(const mat *jacobian, vec r) {
-  vec a = {1 + jacobian->a[0], jacobian->a[1], jacobian->a[2]};
-  vec b = {jacobian->a[3], 1 + jacobian->a[4], jacobian->a[5]};
-  vec c = {jacobian->a[6], jacobian->a[7], 1 + jacobian->a[8]};
-  vec bc = cross3(b, c), ca = cross3(c, a), ab = cross3(a, b);
-  real det = dot3(a, bc);
-  vec step = vec_madd(r.x, bc, vec_madd(r.y, ca, vec_scale(r.z, ab)));
-  integer singular = fabs(det) < 1e-6f;
-  return vec_select(vec_scale(1 / select(det, (real)(1), singular), step), r, singular);
-}
 
 // Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
 // that comes hardly closer, or leads through a cut, is halved, and the next one is at most twice as
@@ -85,8 +74,8 @@ inline real newton(const map_t *map, vec x, vec *displacement) {
     integer open = (left > close) & (share > SMALLEST_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {
-      mat jacobian = moved_jacobian(map, &fit);
-      step = vec_select(step, newton_step(&jacobian, r), better);
+      mat jacobian = material_jacobian(map, &fit);
+      step = vec_select(step, identity_solve(&jacobian, r), better);
     }
     trial = vec_madd(share, step, *displacement);
   }
@@ -115,6 +104,16 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   return left / size_of(x);
 }
 
+// Whether a cut parts x from a sample of the map, in the frame of the cuts.
+inline integer is_parted(const map_t *map, vec x, vec image, vec displacement) {
+#if AT_REST
+  const vec none = {0, 0, 0};
+  return blocked(&map->cuts, origin_of(&map->cuts, x, none), origin_of(&map->cuts, image, none));
+#else
+  return is_blocked(map, x, displacement);
+#endif
+}
+
 // A sample of the map in memory: `v`, and its `image` G(v) less the mean displacement.
 typedef struct { SAMPLE } sample_t;
 
@@ -131,7 +130,7 @@ inline vec displacement_to_nearest(const map_t *map, vec x, int count,
     integer nearer = (d2 < nearest) & (d2 > *tried);
     if (!ANY(nearer)) continue;
     vec there = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
-    nearer &= !is_blocked(map, x, there);
+    nearer &= !is_parted(map, x, vec_sub(x, miss), there);
     displacement = vec_select(displacement, there, nearer);
     nearest = select(nearest, d2, nearer);
   }

@@ -25,11 +25,26 @@ inline vec moved(const map_t *map, const fit_t *fit) {
   return d;
 }
 
-// d(G - v)/dv likewise.
-inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
-  mat j = displacement_jacobian(map, fit);
+inline mat still_if(mat j, integer still) {
+  for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), still);
+  return j;
+}
+
+// d(G - v)/dv likewise, for the material that is there.
+inline mat material_jacobian(const map_t *map, const fit_t *fit) {
+  mat j = displacement_jacobian(map, fit).by_v;
 #if CUTS
-  for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), fit->pivot.d2 >= UNREACHABLE);
+  j = still_if(j, fit->pivot.d2 >= UNREACHABLE);
 #endif
   return j;
 }
+
+#if AT_REST
+#include "rest_frame.cl"
+#else
+inline fit_t fit_at(const map_t *map, vec v) { return fit_of(map, view_at(map, v)); }
+
+inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
+  return material_jacobian(map, fit);
+}
+#endif

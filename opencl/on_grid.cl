@@ -3,6 +3,26 @@
 #include "map.cl"
 #include "grid.cl"
 
+// The void distance of the points of a launch (cuts.cl), local units times `scale`.
+//
+// Full planes in the rest frame of cuts (RIVALS) make regions whose material may come to any point.
+// First each region has the points where its own is expected; then, as a rival, those that are void
+// so far, and keeps those whose void distance is larger with it.
+typedef struct {
+  __global float *at;
+  float scale;
+} void_distance_t;
+
+#define VOID_PARAMETERS , __global float *restrict void_distance, const float scale
+#define VOID_OF_LAUNCH ((void_distance_t){void_distance, scale})
+#if RIVALS
+#define RIVAL_PARAMETERS VOID_PARAMETERS
+#define RIVALS_OF_LAUNCH VOID_OF_LAUNCH
+#else
+#define RIVAL_PARAMETERS
+#define RIVALS_OF_LAUNCH ((void_distance_t){0, 0})
+#endif
+
 // The points of a work item.
 typedef struct {
   long at, count;  // the first of them, of how many in this launch
@@ -13,7 +33,7 @@ typedef struct {
 #endif
 } item_t;
 
-inline item_t item_of(const map_t *map, const grid_t *grid) {
+inline item_t item_of(const map_t *map, const grid_t *grid, void_distance_t rivals) {
   item_t item;
   item.at = (long)get_global_id(0) * LANES;
   item.count = grid->stop - grid->first;
@@ -22,6 +42,10 @@ inline item_t item_of(const map_t *map, const grid_t *grid) {
   item.index = grid_index(grid, grid->first + item.at);
 #if CUTS
   item.kept = in_region(&map->cuts, item.index);
+#if RIVALS
+  if (map->cuts.numbers.is_rival)
+    item.kept = !item.kept & (load_plane(rivals.at, item.count, item.at) < 0);
+#endif
   if (!ANY(item.kept)) item.lanes = 0;
 #endif
   return item;
@@ -36,9 +60,38 @@ inline int is_kept(const item_t *item, int l) {
 #endif
 }
 
+// Stores the lanes of a plane that belong to this launch.
+inline void store_kept(__global float *plane, real value, const item_t *item) {
 #if CUTS
-// The void distance for the displacement d of the map (cuts.cl), local units.
-inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
-  return void_distance_of(&map->cuts, fit->view.v, origin_of(&map->cuts, fit->view.v, d));
+  if (!ALL(item->kept)) {
+    for (int l = 0; l < item->lanes; ++l)
+      if (is_kept(item, l)) plane[item->at + l] = LANE(value, l);
+    return;
+  }
+#endif
+  store_plane(plane, value, item->count, item->at);
 }
+
+#if CUTS
+// The void distance for the displacement d of the map, local units.
+inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
+  return void_distance_of(&map->cuts, &fit->view, origin_of(&map->cuts, fit->view.v, d));
+}
+
+// Stores the void distance; a rival keeps only the points where its own is larger.
+inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
+                                void_distance_t to) {
+  real here = to.scale * void_distance_at(map, fit, moved(map, fit));
+#if RIVALS
+  if (map->cuts.numbers.is_rival)
+    item->kept &= here > load_plane(to.at, item->count, item->at);
+#endif
+  store_kept(to.at, here, item);
+}
+#endif
+
+#if RIVALS
+#define STORE_RIVALS(item, map, fit) store_void_distance(item, map, fit, RIVALS_OF_LAUNCH)
+#else
+#define STORE_RIVALS(item, map, fit)
 #endif

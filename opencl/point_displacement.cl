@@ -1,6 +1,7 @@
 #include "map.cl"
 
-// G(v) - v - mean displacement in three planes, local frame.
+// G(v) - v - mean displacement in three planes, local frame; with cuts in the rest frame the void
+// distance in a fourth.
 KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
                                __global const float *restrict points,
                                __global float *restrict displacement) {
@@ -8,5 +9,11 @@ KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit = fit_at(&map, load_points(points, points_count, first));
-  store_points(displacement, moved(&map, &fit), points_count, first);
+  vec d = moved(&map, &fit);
+  store_points(displacement, d, points_count, first);
+#if REST_FRAME
+  vec origin = origin_of(&map.cuts, fit.view.v, d);
+  real nothing = void_distance_of(&map.cuts, &fit.view, origin);
+  store_plane(displacement + 3 * points_count, nothing, points_count, first);
+#endif
 }

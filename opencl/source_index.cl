@@ -10,18 +10,6 @@
 // displacement; unless `continued`, what a cut has opened is outside of everything.
 typedef struct { SOURCE } source_t;
 
-// Stores the lanes of a plane that belong to this launch.
-inline void store_kept(__global float *plane, real value, const item_t *item) {
-#if CUTS
-  if (!ALL(item->kept)) {
-    for (int l = 0; l < item->lanes; ++l)
-      if (is_kept(item, l)) plane[item->at + l] = LANE(value, l);
-    return;
-  }
-#endif
-  store_plane(plane, value, item->count, item->at);
-}
-
 // Stores where in the source the points take their material from: continuous indices in three
 // planes.
 inline void store_source_index(const map_t *map, const fit_t *fit, const item_t *item,

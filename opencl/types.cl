@@ -122,3 +122,20 @@ inline void add_outer(mat *m, vec a, vec b) {
 
 // m -= a b^T
 inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)(-1), a), b); }
+
+// What rounding of a local x is relative to.
+inline real size_of(vec x) {
+  return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
+}
+
+// d with (I + J) d = r for a matrix J; r itself where I + J is singular.
+inline vec identity_solve(const mat *j, vec r) {
+  vec a = {1 + j->a[0], j->a[1], j->a[2]};
+  vec b = {j->a[3], 1 + j->a[4], j->a[5]};
+  vec c = {j->a[6], j->a[7], 1 + j->a[8]};
+  vec bc = cross3(b, c), ca = cross3(c, a), ab = cross3(a, b);
+  real det = dot3(a, bc);
+  vec d = vec_madd(r.x, bc, vec_madd(r.y, ca, vec_scale(r.z, ab)));
+  integer singular = fabs(det) < 1e-6f;
+  return vec_select(vec_scale(1 / select(det, (real)(1), singular), d), r, singular);
+}

@@ -41,7 +41,7 @@ typedef struct { vec v; } view_t;
 
 inline view_t view_at(const map_t *map, vec v) {
 #if CUTS
-  return view_of(&map->cuts, v);
+  return view_of(&map->cuts, v, v);
 #else
   return (view_t){v};
 #endif
@@ -72,11 +72,25 @@ inline real straight_distance2(__global const control_point_t *at, vec v) {
   return fma(dx, dx, fma(dy, dy, dz * dz));
 }
 
+#if CUTS
+// Where cuts see a control point: at p if they belong to the material, else at q.
+inline vec seen_point(const map_t *map, __global const control_point_t *at) {
+#if AT_REST
+  return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
+#else
+  return point_of(at);
+#endif
+}
+#endif
+
 inline real control_point_distance2(const map_t *map, int i, const view_t *view) {
   __global const control_point_t *at = map->control_points + i;
   real d2 = straight_distance2(at, view->v);
+#if AT_REST
+  if (view->ignores_cuts) return d2;
+#endif
 #if CUTS
-  d2 = damped_distance2(&map->cuts, view, i, point_of(at), d2);
+  d2 = damped_distance2(&map->cuts, view, i, seen_point(map, at), d2);
 #endif
   return d2;
 }
@@ -140,7 +154,7 @@ inline vec weight_slope(const map_t *map, int i, const view_t *view) {
   vec q = point_of(at);
   real d2 = straight_distance2(at, view->v);
   vec slope = vec_scale(2 * map->numbers.alpha / most(d2, 1e-30f), vec_sub(q, view->v));
-#if CUTS
+#if CUTS && !AT_REST
   slope = vec_add(slope, damping_slope(&map->cuts, view, i, q, d2));
 #endif
   return slope;
@@ -148,12 +162,62 @@ inline vec weight_slope(const map_t *map, int i, const view_t *view) {
 
 // d log(w_k)/dv, to be taken from all slopes: a factor that all weights share changes nothing.
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
-#if CUTS
+#if CUTS && !AT_REST
   vec slope = {0, 0, 0};
   for (int i = 0; i < map->numbers.count; ++i)
     slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
   return slope;
 #else
   return vec_scale(-2 * map->numbers.alpha / most(pivot->d2, 1e-30f), pivot->x);
+#endif
+}
+
+#if AT_REST
+// d log(w_i)/dx for the place x of the material, view->seen.
+inline vec origin_slope(const map_t *map, int i, const view_t *view) {
+  vec p = seen_point(map, map->control_points + i);
+  if (view->ignores_cuts) return (vec){0, 0, 0};
+  return damping_slope(&map->cuts, view, i, p, (real)(0));
+}
+
+inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
+  vec slope = {0, 0, 0};
+  for (int i = 0; i < map->numbers.count; ++i)
+    slope = vec_select(slope, origin_slope(map, i, view), pivot->k == i);
+  return slope;
+}
+#endif
+
+// How the fit changes as weights do: as v moves, and in the rest frame of cuts as the material's
+// place x does, from where the cuts see the control points.
+typedef struct {
+  mat by_v;
+  vec near;
+#if AT_REST
+  mat by_x;
+  vec near_x;
+#endif
+} weight_jacobian_t;
+
+inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *pivot,
+                                            const view_t *view) {
+  weight_jacobian_t jacobian;
+  jacobian.by_v = (mat){{0}};
+  jacobian.near = pivot_slope(map, pivot, view);
+#if AT_REST
+  jacobian.by_x = (mat){{0}};
+  jacobian.near_x = pivot_origin_slope(map, pivot, view);
+#endif
+  return jacobian;
+}
+
+// Adds the influence of control point i, of weight w, times the slopes of its weight.
+inline void add_influence(weight_jacobian_t *jacobian, const map_t *map, const view_t *view, int i,
+                          real w, vec influence) {
+  vec slope = vec_scale(w, vec_sub(weight_slope(map, i, view), jacobian->near));
+  add_outer(&jacobian->by_v, influence, slope);
+#if AT_REST
+  slope = vec_scale(w, vec_sub(origin_slope(map, i, view), jacobian->near_x));
+  add_outer(&jacobian->by_x, influence, slope);
 #endif
 }

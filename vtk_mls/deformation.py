@@ -17,11 +17,12 @@ from vtk_mls.grid import Grid, fitted_grid
 from vtk_mls.linear_algebra import unit
 from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
-from vtk_mls.regions import Region, divided
+from vtk_mls.regions import Region, divided, moved
 from vtk_mls.sampling import Sampling
 
 # Points of a grid whose displacements are in memory though only void distances are wanted.
 _SLAB = 1 << 20
+_MOST_OBSTACLES = 30  # each has a bit in the kernels
 
 
 Arguments = ParamSpec("Arguments")
@@ -113,6 +114,11 @@ class Deformation:
         without control points stays at rest.
     nu : float, > 1
         Damping exponent of Eq. 28: how fast influence fades with the length of the detour.
+    cut_frame : {"rest", "deformed"}
+        Where the cuts are. "rest": in the undeformed space, as part of the material, which takes
+        them along; what acts on material is decided by its own place and the rest positions of
+        the control points. "deformed": in the deformed space, where they stay, as the paper has it;
+        material that comes to a cut is gone.
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable
@@ -145,6 +151,7 @@ class Deformation:
     weights: NDArray[np.float64] = None
     cuts: tuple[Cut, ...] = ()
     nu: float = 2.0
+    cut_frame: str = "deformed"
     device: str | None = None
     regions: tuple[Region, ...] = field(init=False)
 
@@ -161,6 +168,7 @@ class Deformation:
             weights: ArrayLike | None = ...,
             cuts: Cut | Iterable[Cut] | None = ...,
             nu: float = ...,
+            cut_frame: str = ...,
             device: str | None = ...,
         ) -> None: ...
 
@@ -186,7 +194,9 @@ class Deformation:
         nu = arguments.number("nu", self.nu)
         if not (np.isfinite(nu) and nu > 1):
             raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
+        arguments.choice("cut_frame", self.cut_frame, ("rest", "deformed"))
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
+        seen = rest if self.cut_frame == "rest" else deformed
         kind = kinds.named(self.kind, degree)
         for array in (rest, deformed, weights):
             array.flags.writeable = False
@@ -198,10 +208,15 @@ class Deformation:
             "weights": weights,
             "cuts": cuts,
             "nu": nu,
-            "regions": divided(planes, rest, deformed, weights, kind),
+            "regions": divided(planes, seen, (rest, deformed, weights), kind),
         }.items():
             object.__setattr__(self, name, value)
         arguments.check_reach(cuts, self.regions)
+        if self.in_rest_frame and len(self.obstacles) > _MOST_OBSTACLES:
+            raise ValueError(
+                f"`cuts` must have at most {_MOST_OBSTACLES} that one can go round, "
+                f"got {len(self.obstacles)}; join surfaces into one"
+            )
 
     def __repr__(self) -> str:
         degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
@@ -214,6 +229,28 @@ class Deformation:
     def planes(self) -> list[Plane]:
         """The full cuts, which make the regions."""
         return [cut for cut in self.cuts if isinstance(cut, Plane)]
+
+    @property
+    def in_rest_frame(self) -> bool:
+        """Whether there are cuts that belong to the material."""
+        return bool(self.cuts) and self.cut_frame == "rest"
+
+    @functools.cached_property
+    def exchanged_frame(self) -> Deformation:
+        """The same for maps with p and q exchanged: their deformed space is the undeformed one."""
+        return replace(self, cut_frame="deformed") if self.in_rest_frame else self
+
+    @property
+    def has_rivals(self) -> bool:
+        """Whether material of several regions may come to the same point."""
+        return self.in_rest_frame and bool(self.planes)
+
+    @functools.cached_property
+    def moved_planes(self) -> list[Plane]:
+        """Where the full cuts are in the deformed space, about: which region a point is tried in."""
+        if not self.in_rest_frame:
+            return self.planes
+        return [moved(plane, self.rest, self.deformed) for plane in self.planes]
 
     @property
     def obstacles(self) -> list[Cut]:
@@ -348,6 +385,8 @@ class Deformation:
         """
         points = arguments.points("points", points)
         with whole(progress) as progress:
+            if self.in_rest_frame:
+                return self._engine.void_distance(self, points, progress)
             mapping, measuring = progress.divided(3, 1)
             origins = self._engine.backward(self, points, mapping)
             distances = [cut.void_distance(points, origins) for cut in measuring.over(self.cuts)]

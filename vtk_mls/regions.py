@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 
 from vtk_mls.control_points import ControlPoints
+from vtk_mls.cuts import Plane
 
 _MOST_PLANES = 6
 # What is nearer to a plane than this share of its size is on both sides, to rounding.
@@ -51,8 +52,19 @@ class Region:
         return Region(self.sides, exchanged)
 
 
-def divided(planes, rest, deformed, weights, kind) -> tuple[Region, ...]:
-    """All regions that `planes` make; one for no plane."""
+def divided(planes, seen, control_points, kind) -> tuple[Region, ...]:
+    """All regions that `planes` make; one for no plane.
+
+    Parameters
+    ----------
+    planes : sequence of Plane
+    seen : (n, 3) float64, world coordinates
+        Where the planes see the control points.
+    control_points : tuple of float64 arrays
+        Their rest and deformed positions (n, 3) and weights (n,).
+    kind : Kind
+    """
+    rest, deformed, weights = control_points
     if len(planes) > _MOST_PLANES:
         raise ValueError(
             f"`cuts` must have at most {_MOST_PLANES} full planes, got {len(planes)}; "
@@ -62,15 +74,30 @@ def divided(planes, rest, deformed, weights, kind) -> tuple[Region, ...]:
     regions = []
     for sides in product((1.0, -1.0), repeat=len(planes)):
         region = Region(np.array(sides), None)
-        here = region.holds(planes, deformed)
+        here = region.holds(planes, seen)
         if here.any():
             control_points = ControlPoints(rest[here], deformed[here], weights[here], kind, world)
         else:
-            middle = deformed.mean(axis=0)
+            middle = seen.mean(axis=0)
             anchor = (middle - planes[0].height(middle) * planes[0].normal)[None]
             control_points = ControlPoints(anchor, anchor, np.ones(1), kind, world)
         regions.append(Region(region.sides, control_points))
     return tuple(regions)
+
+
+def moved(plane, rest, deformed) -> Plane:
+    """The plane where material that was on `plane` is expected in the deformed space.
+
+    The affine map that fits the control points best takes it there.
+    """
+    centre = deformed.mean(axis=0)
+    change = plane.height(rest) - plane.height(deformed)
+    tilt = np.linalg.lstsq(deformed - centre, change - change.mean(), rcond=1e-6)[0]
+    normal = plane.normal + tilt
+    size = normal @ normal
+    if size < 1e-6:
+        return plane
+    return Plane(centre - (plane.height(centre) + change.mean()) / size * normal, normal)
 
 
 def _size(rest, deformed):

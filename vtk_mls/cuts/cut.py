@@ -74,8 +74,13 @@ class Obstacle(Cut):
         """Points (n, 3) that tell how far away the cut is."""
         raise NotImplementedError
 
-    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
-        """What the kernels read of the cut: arrays of floats or ints, in the local frame."""
+    def record(
+        self, control_points: ControlPoints, seen: NDArray[np.float64]
+    ) -> list[NDArray[Any]]:
+        """What the kernels read of the cut: arrays of floats or ints, in the local frame.
+
+        The cut sees the control points at `seen` (n, 3), world coordinates.
+        """
         raise NotImplementedError
 
     @classmethod

@@ -100,10 +100,12 @@ class HalfPlane(Obstacle):
     def spanning(self) -> NDArray[np.float64]:
         return self.point[None]
 
-    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
+    def record(
+        self, control_points: ControlPoints, seen: NDArray[np.float64]
+    ) -> list[NDArray[Any]]:
         """The half-plane, then each control point: its frame, and its distance from the edge."""
         point = control_points.local(self.point)
-        frames = np.stack(self.frame(control_points.deformed), axis=1) / control_points.scale
+        frames = np.stack(self.frame(seen), axis=1) / control_points.scale
         radius = np.hypot(frames[:, :1], frames[:, 1:2])
         return [point, self.normal, self.inward, self.along, np.hstack([frames, radius])]
 

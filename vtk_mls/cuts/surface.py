@@ -131,7 +131,9 @@ class Surface(Obstacle):
     def spanning(self) -> NDArray[np.float64]:
         return self.points
 
-    def record(self, control_points: ControlPoints) -> list[NDArray[Any]]:
+    def record(
+        self, control_points: ControlPoints, seen: NDArray[np.float64]
+    ) -> list[NDArray[Any]]:
         """Numbers of triangles and of edges, corners of the triangles, ends of the edges."""
         corners = self.points[np.sort(self.triangles, axis=1)]
         numbers = np.array([len(corners), len(self.boundary)])

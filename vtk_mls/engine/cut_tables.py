@@ -12,10 +12,11 @@ from vtk_mls.regions import ON_PLANE
 PLANE = np.dtype([("plane", "f4", 4), ("index_plane", "f4", 4), ("side", "f4")])
 
 
-def cut_tables(deformation, region, grid=None):
+def cut_tables(deformation, region, grid=None, is_rival=False):
     """Build constants of the cuts of `deformation`; their numbers, then their tables.
 
-    All in the local frame of `region`; planes also by index of `grid`.
+    All in the local frame of `region`; planes also by index of `grid`. A rival has the points of
+    other regions that are void.
     """
     control_points = region.control_points
     numbers = record(
@@ -26,6 +27,7 @@ def cut_tables(deformation, region, grid=None):
                 control_points.mean_displacement / control_points.scale
             ),
             "plane_count": np.int32(len(deformation.planes)),
+            "is_rival": np.int32(is_rival),
         }
     )
     shapes = {}
@@ -34,6 +36,9 @@ def cut_tables(deformation, region, grid=None):
     shapes = dict(sorted(shapes.items(), key=lambda item: item[0].kernel))
     constants = [
         ("CUTS", 1),
+        ("REST_FRAME", int(deformation.in_rest_frame)),
+        ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
+        ("RIVALS", int(deformation.has_rivals)),
         ("ON_PLANE", f"{ON_PLANE}f"),
         ("PLANE", members(PLANE)),
         ("CUT_NUMBERS", members(numbers.dtype)),
@@ -42,30 +47,32 @@ def cut_tables(deformation, region, grid=None):
     ]
     for shape, cuts in shapes.items():
         constants += shape.constants(len(cuts)).items()
-    tables = [_shape_table(cuts, control_points) for cuts in shapes.values()]
-    planes = _plane_table(deformation.planes, region, grid)
+    seen = control_points.rest if deformation.in_rest_frame else control_points.deformed
+    tables = [_shape_table(cuts, control_points, seen) for cuts in shapes.values()]
+    planes = _plane_table(deformation, region, grid)
     return constants, numbers, [not_empty(table) for table in (planes, *tables)]
 
 
-def _plane_table(planes, region, grid):
+def _plane_table(deformation, region, grid):
     """The full cuts: (planes,) PLANE."""
     control_points = region.control_points
-    table = np.zeros(len(planes), PLANE)
+    table = np.zeros(len(deformation.planes), PLANE)
     table["side"] = region.sides
-    for row, plane in zip(table, planes):
+    for row, plane, moved in zip(table, deformation.planes, deformation.moved_planes):
         height = plane.height(control_points.centre) / control_points.scale
         row["plane"] = [*plane.normal, height]
         if grid is not None:
-            row["index_plane"] = [*plane.normal @ grid.index_to_world, plane.height(grid.origin)]
+            row["index_plane"] = [*moved.normal @ grid.index_to_world, moved.height(grid.origin)]
     return table
 
 
-def _shape_table(cuts, control_points):
+def _shape_table(cuts, control_points, seen):
     """Cuts of one shape, as `record_of` in cuts.cl finds them.
 
-    Their number, where each record begins, and the records; ints are there by their bits.
+    Their number, where each record begins, and the records; ints are there by their bits. The cuts
+    see the control points at `seen` (n, 3), world coordinates.
     """
-    records = [_packed(cut.record(control_points)) for cut in cuts]
+    records = [_packed(cut.record(control_points, seen)) for cut in cuts]
     starts = np.cumsum([1 + len(cuts), *map(len, records)])[:-1]
     return np.concatenate([_packed([[len(cuts)], starts]), *records])
 

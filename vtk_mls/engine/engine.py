@@ -70,20 +70,27 @@ class Engine:
 
     @_question
     def backward(self, deformation, points, progress=SILENT):
-        result = np.empty_like(points)
-        answers = self._at_points("point_displacement", 3, deformation, points, progress)
-        for rows, control_points, planes in answers:
-            result[rows] = (
-                points[rows] + control_points.mean_displacement + control_points.scale * planes.T
-            )
-        return result
+        return self._origins(deformation, points, progress)[0]
+
+    @_question
+    def void_distance(self, deformation, points, progress=SILENT):
+        return self._origins(deformation, points, progress)[1]
 
     @_question
     def jacobian(self, deformation, points, progress=SILENT):
         result = np.empty((len(points), 3, 3))
-        answers = self._at_points("point_jacobian", 9, deformation, points, progress)
-        for rows, _, planes in answers:
-            result[rows] = np.eye(3) + planes.T.reshape(-1, 3, 3)
+        choosing, sloping = progress.divided(1, 2) if deformation.has_rivals else (None, progress)
+        if deformation.has_rivals:
+            numbers = self._origins(deformation, points, choosing)[2]
+        maps = self._maps(deformation)
+        for part in sloping.over(self.launcher.slabs(len(points), deformation, 48)):
+            for number, map_ in enumerate(maps):
+                if deformation.has_rivals:
+                    rows = part.start + np.flatnonzero(numbers[part] == number)
+                else:
+                    rows = _held(deformation.planes, map_.region, points, part)
+                planes = map_.at_points("point_jacobian", 9, points[rows])
+                result[rows] = np.eye(3) + planes.T.reshape(-1, 3, 3)
         return result
 
     @_question
@@ -99,7 +106,7 @@ class Engine:
         ]
         for part in searching.over(self.launcher.search_slabs(len(points), deformation)):
             for search in searches:
-                rows = _held(deformation, search.map.region, points, part)
+                rows = _held(deformation.planes, search.map.region, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
         return displacement, found
 
@@ -107,27 +114,31 @@ class Engine:
     def displacement_field(self, deformation, grid, progress=SILENT):
         displacement = np.empty((grid.size, 3), dtype=np.float32)
         void_distance = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
-        maps = self._maps(deformation)
+        launches = self._launches(deformation)
         for part in progress.over(self.launcher.slabs(grid.size, deformation, 16)):
             with ExitStack() as buffers:
-                outputs = [buffers.enter_context(self.memory.written(displacement[part]))]
+                out = buffers.enter_context(self.memory.written(displacement[part]))
+                distance = None
                 if deformation.cuts:
-                    written = self.memory.written(void_distance[part])
-                    outputs.append(buffers.enter_context(written))
-                for map_ in maps:
-                    world = kernel_arguments.world(map_.control_points)
-                    map_.launch_on_grid("grid_displacement", grid, part, world, *outputs)
+                    distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
+                for map_, is_rival in launches:
+                    outputs = [kernel_arguments.world(map_.control_points), out]
+                    outputs += map_.void_outputs(distance)
+                    map_.launch_on_grid("grid_displacement", grid, part, *outputs, is_rival=is_rival)
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), void_distance
 
     @_question
     def jacobian_field(self, deformation, grid, progress=SILENT):
         result = np.empty((grid.size, 9), dtype=np.float32)
-        maps = self._maps(deformation)
-        for part in progress.over(self.launcher.slabs(grid.size, deformation, 36)):
+        launches = self._launches(deformation)
+        slabs = self.launcher.slabs(grid.size, deformation, 36)
+        rivals = self._rivals(deformation, slabs)
+        for part in progress.over(slabs):
             with self.memory.written(result[part]) as out:
-                for map_ in maps:
-                    map_.launch_on_grid("grid_jacobian", grid, part, out)
+                for map_, is_rival in launches:
+                    outputs = [out, *map_.void_outputs(rivals)]
+                    map_.launch_on_grid("grid_jacobian", grid, part, *outputs, is_rival=is_rival)
         return result.reshape(*grid.shape, 3, 3)
 
     @_question
@@ -149,17 +160,18 @@ class Engine:
         void_distance = np.empty(target.size if deformation.cuts else 0, np.float32)
         (array,) = samplers(self.launcher, [vectors], sampling, 0.0)
         slabs = self.launcher.sampled_slabs(target.size, deformation, 64)
-        frames = self.memory.scratch(48 * slabs[0].stop)
-        maps = self._maps(deformation)
+        frames = self.memory.scratch("sources", 48 * slabs[0].stop)
+        launches = self._launches(deformation)
         for part in progress.over(slabs):
             with ExitStack() as buffers:
+                distance = None
                 if deformation.cuts:
-                    out = buffers.enter_context(self.memory.written(void_distance[part]))
-                for map_ in maps:
-                    outputs = [frames]
-                    if deformation.cuts:
-                        outputs += [np.float32(map_.control_points.scale), out]
-                    map_.launch_from_source("grid_source_frame", sampling, part, *outputs)
+                    distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
+                for map_, is_rival in launches:
+                    outputs = [frames, *map_.void_outputs(distance)]
+                    map_.launch_from_source(
+                        "grid_source_frame", sampling, part, *outputs, is_rival=is_rival
+                    )
             array.sample(frames, result[part])
             self._transform(frames, normalise, result[part])
         void_distance = void_distance.reshape(target.shape) if deformation.cuts else None
@@ -176,28 +188,56 @@ class Engine:
     def _maps(self, deformation):
         return [RegionMap(self.launcher, deformation, region) for region in deformation.regions]
 
-    def _at_points(self, name, planes, deformation, points, progress):
-        """Rows of `points`, the control points of their region, and a kernel's (planes, m)."""
-        slabs = self.launcher.slabs(len(points), deformation, 4 * (3 + planes))
+    def _launches(self, deformation):
+        """The maps to launch on a grid, and whether as a rival."""
         maps = self._maps(deformation)
-        for part in progress.over(slabs):
-            for map_ in maps:
-                rows = _held(deformation, map_.region, points, part)
-                local = map_.local_points(points[rows])
-                if local.shape[1] == 0:
-                    continue
-                result = np.empty((planes, local.shape[1]), np.float32)
-                map_.launch_at(name, local, outputs=[result])
-                yield rows, map_.control_points, result
+        rivals = [(map_, True) for map_ in maps] if deformation.has_rivals else []
+        return [(map_, False) for map_ in maps] + rivals
+
+    def _rivals(self, deformation, slabs):
+        """A buffer for void distances that only tell which of rivals has a point; or None."""
+        if not deformation.has_rivals:
+            return None
+        return self.memory.scratch("rivals", 4 * slabs[0].stop)
+
+    def _origins(self, deformation, points, progress):
+        """Origins of `points` (m, 3), and where cuts are in the rest frame void distances.
+
+        And the numbers of the regions that they are from.
+        """
+        origins, numbers = np.empty_like(points), np.empty(len(points), np.int8)
+        void_distance = np.full(len(points), np.inf)
+        maps = list(enumerate(self._maps(deformation)))
+
+        def take(number, map_, rows, is_rival):
+            found, distance = map_.origins(points[rows])
+            if is_rival:
+                rows, found, distance = (a[distance > void_distance[rows]] for a in (rows, found, distance))
+            origins[rows], numbers[rows] = found, number
+            if distance is not None:
+                void_distance[rows] = distance
+
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 32)):
+            for number, map_ in maps:
+                take(number, map_, _held(deformation.moved_planes, map_.region, points, part), False)
+            if deformation.has_rivals:
+                expected = numbers[part].copy()
+                for number, map_ in maps:
+                    void = (void_distance[part] < 0) & (expected != number)
+                    take(number, map_, part.start + np.flatnonzero(void), True)
+        return origins, void_distance, numbers
 
     def _source_index(self, deformation, sampling, bytes_per_point, progress):
         """Parts of the target; a buffer with where in the whole source they come from, 3 planes."""
         slabs = self.launcher.sampled_slabs(sampling.target.size, deformation, bytes_per_point)
-        index = self.memory.scratch(12 * slabs[0].stop)
-        maps = self._maps(deformation)
+        index = self.memory.scratch("sources", 12 * slabs[0].stop)
+        launches, rivals = self._launches(deformation), self._rivals(deformation, slabs)
         for part in progress.over(slabs):
-            for map_ in maps:
-                map_.launch_from_source("grid_source_index", sampling, part, index)
+            for map_, is_rival in launches:
+                outputs = [index, *map_.void_outputs(rivals)]
+                map_.launch_from_source(
+                    "grid_source_index", sampling, part, *outputs, is_rival=is_rival
+                )
             yield part, index
 
     def _transform(self, frames, normalise, vectors):
@@ -215,11 +255,11 @@ class Engine:
             )
 
 
-def _held(deformation, region, points, part):
+def _held(planes, region, points, part):
     """Rows of `points[part]` that are in `region`: a slice where that is all or nothing."""
-    if not deformation.planes:
+    if not planes:
         return part
-    here = region.holds(deformation.planes, points[part])
+    here = region.holds(planes, points[part])
     if here.all():
         return part
     return part.start + np.flatnonzero(here) if here.any() else slice(0, 0)

@@ -33,7 +33,7 @@ class InverseSearch:
     def __init__(self, launcher, deformation, region, points, progress):
         self.launcher, self.deformation = launcher, deformation
         self.map = RegionMap(launcher, deformation, region)
-        self.exchanged = RegionMap(launcher, deformation, region.exchanged)
+        self.exchanged = RegionMap(launcher, deformation.exchanged_frame, region.exchanged)
         box = guesses.bounds(points)
         self.box = guesses.usual_bounds(points, box)
         self.has_far = np.abs(region.control_points.local(box)).max() > guesses.FARTHEST
@@ -138,7 +138,7 @@ class InverseSearch:
     @functools.cached_property
     def _samples(self):
         """Kernel arguments: number and table of samples with det(J) > 0; None if there are none."""
-        control_points, planes = self.map.control_points, self.deformation.planes
+        control_points, planes = self.map.control_points, self.deformation.moved_planes
         box = guesses.joined(self.box, guesses.bounds(control_points.deformed))
         v = guesses.cubic_grid(guesses.padded(box, 0.1), _SAMPLES).points()
         v = v[self.map.region.holds(planes, v)]
@@ -151,7 +151,9 @@ class InverseSearch:
         if not upright.any():
             return None
         local = np.ascontiguousarray(local[:, upright])
-        displacement = np.empty_like(local)
-        self.map.launch_at("point_displacement", local, outputs=[displacement])
-        table = kernel_arguments.samples(local, local + displacement)
+        displacement = self.map.at_local_points("point_displacement", self.map.displacements, local)
+        if self.deformation.in_rest_frame:
+            there = displacement[3] >= 0
+            local, displacement = local[:, there], displacement[:, there]
+        table = kernel_arguments.samples(local, local + displacement[:3])
         return np.int32(len(table)), self.map.memory.constant(table)

@@ -78,7 +78,7 @@ class Launcher:
             return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
         return [("LANES", self.device.lanes), ("SUM", "float")]
 
-    def map(self, deformation, region, grid):
+    def map(self, deformation, region, grid, is_rival):
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
@@ -104,7 +104,7 @@ class Launcher:
             ]
         arguments = [numbers, *self._uploaded[control_points]]
         if deformation.cuts:
-            extra, numbers, tables = cut_tables(deformation, region, grid)
+            extra, numbers, tables = cut_tables(deformation, region, grid, is_rival)
             constants += extra
             arguments += [numbers, *map(self.constant, tables)]
         return tuple(constants), arguments
@@ -124,7 +124,10 @@ class RegionMap:
         self.launcher, self.memory = launcher, launcher.memory
         self.deformation, self.region = deformation, region
         self.control_points = region.control_points
-        self._described = {}  # by grid, None at points: a question launches many kernels on one
+        # planes of "point_displacement": in the rest frame of cuts also the void distance
+        self.displacements = 4 if deformation.in_rest_frame else 3
+        # by grid, None at points, and whether a rival: a question launches many kernels on one
+        self._described = {}
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
@@ -138,19 +141,46 @@ class RegionMap:
             read = buffers.enter_context(self.memory.read(points))
             arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
             written = [buffers.enter_context(array) for array in arrays]
-            self._launch(name, None, count, np.int64(count), read, *arguments, *written)
+            self._launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
 
-    def launch_on_grid(self, name, grid, part, *arguments):
-        """Launch a kernel for the points `part` of a grid."""
+    def at_points(self, name, planes, points):
+        """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
+        return self.at_local_points(name, planes, self.local_points(points))
+
+    def at_local_points(self, name, planes, points):
+        """The same at `points` (3, m) of the local frame."""
+        result = np.empty((planes, points.shape[1]), np.float32)
+        self.launch_at(name, points, outputs=[result])
+        return result
+
+    def origins(self, points):
+        """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None."""
+        control_points = self.control_points
+        planes = self.at_points("point_displacement", self.displacements, points)
+        displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
+        distance = None
+        if self.deformation.in_rest_frame:
+            distance = control_points.scale * planes[3].astype(np.float64)
+        return points + displacement, distance
+
+    def void_outputs(self, buffer):
+        """Kernel arguments for void distances in a buffer; none without one."""
+        return [] if buffer is None else [buffer, np.float32(self.control_points.scale)]
+
+    def launch_on_grid(self, name, grid, part, *arguments, is_rival=False):
+        """Launch a kernel for the points `part` of a grid.
+
+        A rival has those of other regions that are void.
+        """
         points = kernel_arguments.grid_points(grid, part, self.control_points)
-        self._launch(name, grid.whole, part.stop - part.start, points, *arguments)
+        self._launch(name, (grid.whole, is_rival), part.stop - part.start, points, *arguments)
 
-    def launch_from_source(self, name, sampling, part, *outputs):
+    def launch_from_source(self, name, sampling, part, *outputs, is_rival=False):
         """Launch a kernel that finds the origins of the points `part` of the target."""
         source = kernel_arguments.to_source(
             sampling.source, sampling.target, self.control_points, sampling.continues
         )
-        self.launch_on_grid(name, sampling.target, part, source, *outputs)
+        self.launch_on_grid(name, sampling.target, part, source, *outputs, is_rival=is_rival)
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
@@ -189,8 +219,9 @@ class RegionMap:
             )
         return local
 
-    def _launch(self, name, grid, count, *arguments):
-        if grid not in self._described:
-            self._described[grid] = self.launcher.map(self.deformation, self.region, grid)
-        constants, shared = self._described[grid]
+    def _launch(self, name, described, count, *arguments):
+        if described not in self._described:
+            shared = self.launcher.map(self.deformation, self.region, *described)
+            self._described[described] = shared
+        constants, shared = self._described[described]
         self.launcher.launch(name, constants, count, *shared, *arguments)

@@ -28,13 +28,13 @@ class Memory:
         self.context, self.queue = devices.context(device), devices.queue(device)
         self.in_place = device.kind == "cpu"
         self.limit = device.handle.global_mem_size // 2 // devices.sharers(device)
-        self._kept = None
+        self._kept = {}
 
     def shrink(self):
         """Use a quarter of the memory from now on; whether that is of any use."""
         if self.limit < _LEAST:
             return False
-        self._kept = None
+        self._kept.clear()
         self.limit //= 4
         return True
 
@@ -42,11 +42,13 @@ class Memory:
         """Whether an array of `size` bytes can be on the device beside what is made of it."""
         return size <= self.limit / 2 and size <= self.device.handle.max_mem_alloc_size
 
-    def scratch(self, size):
-        """A buffer of at least `size` bytes, kept for the next call."""
-        if self._kept is None or self._kept.size < size:
-            self._kept = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
-        return self._kept
+    def scratch(self, use, size):
+        """A buffer of at least `size` bytes, kept for the next call with the same `use`."""
+        kept = self._kept.get(use)
+        if kept is None or kept.size < size:
+            self._kept.pop(use, None)  # before there are two
+            kept = self._kept[use] = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
+        return kept
 
     def constant(self, array):
         """`array` on the device, to read as long as the buffer is kept."""
