@@ -167,6 +167,9 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *vie
   for (int i = 0; i < map->numbers.count; ++i)
     slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
   return slope;
+#elif AT_REST
+  // pivot->d2 is longer where a cut hides k
+  return vec_scale(-2 * map->numbers.alpha / most(dot3(pivot->x, pivot->x), 1e-30f), pivot->x);
 #else
   return vec_scale(-2 * map->numbers.alpha / most(pivot->d2, 1e-30f), pivot->x);
 #endif

@@ -14,11 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vtk_mls import guesses, interpolation
+from vtk_mls import guesses, interpolation, rest_frame
 from vtk_mls.linear_algebra import finite, unit
 from vtk_mls.progress import SILENT
 from vtk_mls.regions import ON_PLANE
-from vtk_mls.weights import WeightedPoints
+from vtk_mls.rest_frame import settled
+from vtk_mls.weights import View, WeightedPoints
 
 NAME = "reference (numpy, float64)"
 
@@ -33,11 +34,15 @@ _CHUNK = 1 << 21  # numbers per temporary array
 
 
 def backward(deformation, points, progress=SILENT):
-    return points + _answers(deformation, points, "displacement", progress)
+    return points + _answers(deformation, points, progress)[0]
+
+
+def void_distance(deformation, points, progress=SILENT):
+    return _answers(deformation, points, progress)[1]
 
 
 def jacobian(deformation, points, progress=SILENT):
-    return _answers(deformation, points, "jacobian", progress)
+    return _answers(deformation, points, progress, with_jacobian=True)[2]
 
 
 def forward(deformation, points, progress=SILENT):
@@ -63,7 +68,7 @@ def _inverse(deformation, region, x, box):
     of the map in the `box` (2, 3) whose images are nearest to x.
     """
     close = _FOUND * _size_of(region.control_points, x)
-    exchanged = _Fit(deformation, region.exchanged.control_points, x)
+    exchanged = _Fit(deformation.exchanged_frame, region.exchanged.control_points, x)
     v, residual = _newton(deformation, region, x, x + exchanged.displacement())
     tried, samples = np.full(len(x), -1.0), None
     for _ in range(_STARTS):
@@ -87,11 +92,14 @@ def _newton(deformation, region, x, trial):
     whose steps are halved in vain because of a cut may cross cuts from then on: v may be behind one
     of them, seen from x.
     """
+    view = None
+    if deformation.in_rest_frame:  # the material is known, and so is how cuts see it
+        view = View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
     passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.control_points, x)
     for number in range(_TRIALS):
-        fit = _Fit(deformation, region.control_points, trial)
+        fit = _Fit(deformation, region.control_points, trial, view)
         error = x - trial - fit.displacement()
         distance = np.linalg.norm(error, axis=1)
         closer, stopped = distance < residual, np.zeros(len(x), bool)
@@ -108,14 +116,21 @@ def _newton(deformation, region, x, trial):
         if not moving.any():
             break
         renewed = closer & moving
-        jacobian = np.where(renewed[:, None, None], fit.jacobian(), np.eye(3))
+        jacobian = np.where(renewed[:, None, None], fit.material_jacobian(), np.eye(3))
         newton = (np.linalg.pinv(finite(jacobian)) @ error[:, :, None])[:, :, 0]
         step = np.where(renewed[:, None], newton, step)
         trial = v + share[:, None] * step
     cut_off = _is_blocked(deformation, x, v)
-    for plane, side in zip(deformation.planes, region.sides):
+    planes = [] if deformation.in_rest_frame else deformation.planes
+    for plane, side in zip(planes, region.sides):
         cut_off |= side * plane.height(v) < -ON_PLANE * _size_of(region.control_points, x)
     return v, np.where(cut_off, np.inf, residual)
+
+
+def _is_parted(deformation, x, other):
+    """Whether a cut that one can go round is between `x` (m, 3) and another place."""
+    blocks = [cut.blocks(x, other) for cut in deformation.obstacles]
+    return np.any(blocks, axis=0) if blocks else np.zeros(len(x), bool)
 
 
 def _size_of(control_points, x):
@@ -124,9 +139,10 @@ def _size_of(control_points, x):
 
 
 def _is_blocked(deformation, x, v):
-    """Whether a cut that one can go round is between `x` and `v` (m, 3)."""
-    blocks = [cut.blocks(x, v) for cut in deformation.obstacles]
-    return np.any(blocks, axis=0) if blocks else np.zeros(len(x), bool)
+    """Whether a cut that one can go round, and that stays, is between `x` and `v` (m, 3)."""
+    if deformation.in_rest_frame:
+        return np.zeros(len(x), bool)
+    return _is_parted(deformation, x, v)
 
 
 def _samples(deformation, region, box):
@@ -134,10 +150,12 @@ def _samples(deformation, region, box):
     control_points = region.control_points
     box = guesses.joined(box, guesses.bounds(control_points.deformed))
     v = guesses.cubic_grid(guesses.padded(box, 0.1), _SAMPLES).points()
-    v = v[region.holds(deformation.planes, v)]
-    fit = _Fit(deformation, control_points, v)
-    upright = np.linalg.det(fit.jacobian()) > 0
-    return v[upright], (v + fit.displacement())[upright]
+    v = v[region.holds(deformation.moved_planes, v)]
+    displacement, void_distance, jacobian = _in_region(deformation, region, v, True)
+    upright = np.linalg.det(jacobian) > 0
+    if deformation.in_rest_frame:
+        upright &= void_distance >= 0
+    return v[upright], (v + displacement)[upright]
 
 
 def _nearest_sample(deformation, samples, x, tried):
@@ -149,7 +167,8 @@ def _nearest_sample(deformation, samples, x, tried):
     for v, image in zip(*samples):
         distance = np.linalg.norm(x - image, axis=1)
         nearer = (distance < nearest) & (distance > tried)
-        nearer[nearer] = ~_is_blocked(deformation, x[nearer], v[None])
+        seen = image if deformation.in_rest_frame else v
+        nearer[nearer] = ~_is_parted(deformation, x[nearer], seen[None])
         best[nearer], nearest[nearer] = v, distance[nearer]
     return best, nearest
 
@@ -159,10 +178,9 @@ def displacement_field(deformation, grid, progress=SILENT):
     void_distance = np.empty(grid.size, dtype=np.float32) if deformation.cuts else None
     for part in progress.over(_parts(grid.size, deformation)):
         v = grid.points(part.start, part.stop)
-        moved = _answers(deformation, v, "displacement")
-        displacement[part] = moved
+        displacement[part], distance, _ = _answers(deformation, v)
         if deformation.cuts:
-            void_distance[part] = _void_distance(deformation, v, v + moved)
+            void_distance[part] = distance
     void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
     return displacement.reshape(*grid.shape, 3), void_distance
 
@@ -171,7 +189,7 @@ def jacobian_field(deformation, grid, progress=SILENT):
     result = np.empty((grid.size, 3, 3), dtype=np.float32)
     for part in progress.over(_parts(grid.size, deformation)):
         v = grid.points(part.start, part.stop)
-        result[part] = _answers(deformation, v, "jacobian").swapaxes(1, 2)
+        result[part] = _answers(deformation, v, with_jacobian=True)[2].swapaxes(1, 2)
     return result.reshape(*grid.shape, 3, 3)
 
 
@@ -212,29 +230,71 @@ def _source_index(deformation, sampling, progress):
     to_index = np.linalg.inv(source.index_to_world)
     for part in progress.over(_parts(target.size, deformation)):
         v = target.points(part.start, part.stop)
-        moved = _answers(deformation, v, "displacement")
+        moved, void_distance, _ = _answers(deformation, v)
         index = target.indices(part.start, part.stop) + target.first
         index = index @ matrix.T + offset + moved @ to_index.T
         if deformation.cuts and not sampling.continues:
-            index[_void_distance(deformation, v, v + moved) < 0] = -np.inf
+            index[void_distance < 0] = -np.inf
         yield part, index
 
 
-def _void_distance(deformation, v, origin):
-    return np.min([cut.void_distance(v, origin) for cut in deformation.cuts], axis=0)
-
-
-def _answers(deformation, points, question, progress=SILENT):
-    """The displacement or the Jacobian at `points`, region by region."""
-    result = np.empty((len(points), 3, 3) if question == "jacobian" else points.shape)
+def _answers(deformation, points, progress=SILENT, with_jacobian=False):
+    """Displacements (m, 3), void distances (m,) and Jacobians (m, 3, 3) or None at `points`."""
+    displacement, void_distance = np.empty(points.shape), np.full(len(points), -np.inf)
+    jacobian = np.empty((len(points), 3, 3)) if with_jacobian else None
+    results = displacement, void_distance, jacobian
     for part in progress.over(_parts(len(points), deformation)):
-        v, answers = points[part], result[part]
-        for region in deformation.regions:
-            here = region.holds(deformation.planes, v)
-            if here.any():
-                fit = _Fit(deformation, region.control_points, v[here])
-                answers[here] = getattr(fit, question)()
-    return result
+        v = points[part]
+        held = [region.holds(deformation.moved_planes, v) for region in deformation.regions]
+        for region, here in zip(deformation.regions, held):
+            _take(deformation, region, points, part.start + np.flatnonzero(here), results)
+        if not deformation.has_rivals:
+            continue
+        for region, here in zip(deformation.regions, held):  # where there is nothing as yet
+            rows = part.start + np.flatnonzero(~here & (void_distance[part] < 0))
+            _take(deformation, region, points, rows, results)
+    return results
+
+
+def _take(deformation, region, points, rows, results):
+    """Take the answers of a region in those `rows` where its void distance is larger."""
+    if len(rows) == 0:
+        return
+    jacobian = results[2]
+    found = _in_region(deformation, region, points[rows], jacobian is not None)
+    better = ~(found[1] <= results[1][rows])
+    for result, new in zip(results, found):
+        if result is not None:
+            result[rows[better]] = new[better]
+
+
+def _in_region(deformation, region, v, with_jacobian):
+    """What `_answers` says, of the material of one region."""
+    control_points, cuts = region.control_points, deformation.obstacles
+
+    def fit_of(rows, view):
+        return _Fit(deformation, control_points, v[rows], view)
+
+    if deformation.in_rest_frame and cuts:
+        view = settled(
+            lambda rows, view: v[rows] + fit_of(rows, view).displacement(),
+            cuts,
+            v,
+            _size_of(control_points, v),
+        )
+        fit = fit_of(slice(None), view)
+    else:
+        view, fit = None, fit_of(slice(None), None)
+    displacement = fit.displacement()
+    origin = v + displacement
+    if view is not None:
+        void_distance = rest_frame.void_distance(cuts, view)
+    else:
+        distances = [cut.void_distance(v, origin) for cut in cuts]
+        void_distance = np.min(distances, axis=0) if cuts else np.full(len(v), np.inf)
+    for plane, side in zip(deformation.planes, region.sides):
+        void_distance = np.minimum(void_distance, side * plane.height(origin))
+    return displacement, void_distance, fit.jacobian() if with_jacobian else None
 
 
 def _parts(count, deformation):
@@ -250,19 +310,33 @@ def _parts(count, deformation):
 class _Fit:
     """The weighted fit of Eq. 2 for each of the places v (m, 3)."""
 
-    def __init__(self, deformation, control_points, v):
-        self.weighted = WeightedPoints(deformation, control_points, v)
+    def __init__(self, deformation, control_points, v, view=None):
+        self.weighted = WeightedPoints(deformation, control_points, v, view)
         self.fit = control_points.kind.fit(self.weighted)
 
     def jacobian(self):
-        """dG/dv: the derivative of l at fixed weights, and of l by the weights.
+        """dG/dv: for G(v) = x the derivative of x = G(v; damping as seen from x)."""
+        if not self.weighted.dw_dx.any():
+            return self.material_jacobian()
+        by_x = np.where(self._at_rest, 0, self._through(self.weighted.dw_dx))
+        return np.linalg.pinv(finite(np.eye(3) - by_x)) @ self.material_jacobian()
+
+    def material_jacobian(self):
+        """The derivative of l at fixed weights, and of l by the weights, for the same material.
 
         The weights enter the optimal fit only through each control point's residual, so
         their part is a sum of dw_i times the influence of control point i on the value.
         """
-        through_weights = np.einsum("mic,mia->mca", self.fit.influence(), self.weighted.dw)
-        at_rest = self.weighted.at_rest[:, None, None]
-        return np.where(at_rest, np.eye(3), self.fit.linear + through_weights)
+        linear = self.fit.linear + self._through(self.weighted.dw)
+        return np.where(self._at_rest, np.eye(3), linear)
+
+    @property
+    def _at_rest(self):
+        return self.weighted.at_rest[:, None, None]
+
+    def _through(self, slopes):
+        """The change of l with weights that have `slopes` (m, n, 3)."""
+        return np.einsum("mic,mia->mca", self.fit.influence(), slopes)
 
     def displacement(self):
         """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""

@@ -7,7 +7,26 @@ diverge.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+
+
+
+class View(NamedTuple):
+    """How cuts in the rest frame see the material at some points.
+
+    Attributes
+    ----------
+    x : (m, 3) float64, world coordinates
+        From where, in the undeformed space. There the control points are at p.
+    passed : (m, cuts) bool
+        From behind which cuts: these block what they do not hide from x, and the other way round.
+    """
+
+    x: np.ndarray
+    passed: np.ndarray
+
 
 # Squared distance, in squared local units, below which a point counts as on a control point.
 _ON_CONTROL_POINT = 1e-32
@@ -24,6 +43,8 @@ class WeightedPoints:
         Weights, relative to the largest.
     dw : (m, n, 3) float64
         Derivatives dw/dv, less what is common to all.
+    dw_dx : (m, n, 3) float64
+        Derivatives as `view.x` moves, likewise; 0 where cuts are not seen from there.
     total : (m,) float64
         Sum of the weights.
     at_rest : (m,) bool
@@ -40,8 +61,9 @@ class WeightedPoints:
         The control points less p* and q*.
     """
 
-    def __init__(self, deformation, control_points, v):
+    def __init__(self, deformation, control_points, v, view=None):
         self.control_points, self.v = control_points, v
+        in_rest_frame = deformation.in_rest_frame
         alpha = deformation.alpha
         p, q = control_points.rest, control_points.deformed
         offset = q - v[:, None]
@@ -49,12 +71,22 @@ class WeightedPoints:
         d2 = np.maximum(d2, _ON_CONTROL_POINT * control_points.scale**2)
         # d log(w_i)/dv for w_i = d(v, q_i) / |q_i - v|^(2 alpha), Eq. 27
         slope = 2 * alpha * offset / d2[:, :, None]
-        straight = d2
-        for cut in deformation.obstacles:
-            ratio2, change = _detour(cut, v, q, offset, straight)
+        slope_by_x = np.zeros_like(slope)
+        detours = []
+        if not in_rest_frame:
+            detours = [_detour(cut, v, q, False) for cut in deformation.obstacles]
+        elif view is not None:
+            detours = [
+                _detour(cut, view.x, p, passed[:, None])
+                for cut, passed in zip(deformation.obstacles, view.passed.T)
+            ]
+        for ratio2, change in detours:
             # as if the control point were so much farther away
             d2 = d2 * ratio2 ** (deformation.nu / (2 * alpha))
-            slope = slope + deformation.nu * change
+            if in_rest_frame:
+                slope_by_x += deformation.nu * change
+            else:
+                slope = slope + deformation.nu * change
         nearest = d2.argmin(axis=1)
         rows = np.arange(len(v))
         nearest_d2 = d2[rows, nearest][:, None]
@@ -63,7 +95,10 @@ class WeightedPoints:
         share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
         self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
         # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
-        self.dw = self.w[:, :, None] * (slope - slope[rows, nearest][:, None])
+        self.dw, self.dw_dx = (
+            self.w[:, :, None] * (each - each[rows, nearest][:, None])
+            for each in (slope, slope_by_x)
+        )
         self.total = self.w.sum(axis=1)
 
         self.p_k, self.q_k = p[nearest], q[nearest]
@@ -78,10 +113,15 @@ class WeightedPoints:
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
 
 
-def _detour(cut, v, q, offset, d2):
-    """(|detour| / |q - v|)^2 for each v and q; d log(d)/dv / nu of Eq. 28."""
+def _detour(cut, v, q, passed):
+    """(|detour| / |q - v|)^2 for each v and q; d log(d)/dv / nu of Eq. 28.
+
+    Where the cut is `passed`, what blocks is exchanged.
+    """
     v = v[:, None]
-    blocked = cut.blocks(v, q)
+    offset = q - v
+    d2 = np.maximum(np.einsum("mia,mia->mi", offset, offset), np.finfo(float).tiny)
+    blocked = cut.blocks(v, q) ^ passed
     bend = cut.bend(v, q)
     leg = v - bend
     length = np.linalg.norm(leg, axis=2)
