@@ -136,31 +136,30 @@ typedef struct {
 #if AT_REST
   vec seen;           // the material's place in the undeformed space, from where cuts are seen
   integer passed;     // bit i is set where the material is seen from behind cut i (rest_frame.cl)
-  int ignores_cuts;
+  integer hides;      // whether a cut turned out to hide any of the control points
 #endif
   SHAPES(SHAPE_VIEW)
 } view_t;
 
-// Of a point v from which cuts are seen as from `seen`.
-inline view_t view_of(const cuts_t *cuts, vec v, vec seen) {
-  view_t view;
-  view.v = v;
+// Makes the view of a point v from which cuts are seen as from `seen`.
+inline void look(const cuts_t *cuts, view_t *view, vec v, vec seen) {
+  view->v = v;
 #if AT_REST
-  view.seen = seen;
-  view.passed = (integer)(0);
-  view.ignores_cuts = 0;
+  view->seen = seen;
+  view->passed = view->hides = (integer)(0);
 #endif
-#define LOOK(shape) view.shape = shape##_view(cuts->shape, seen);
+#define LOOK(shape) view->shape = shape##_view(cuts->shape, seen);
   SHAPES(LOOK)
-  return view;
 }
 
 #if AT_REST
 #define SEEN(view) (view)->seen
-#define PASSED(view, i) (((view)->passed & (1 << (i))) != 0)
+#define PASSED(view) (view)->passed
+#define HAS_PASSED(passed, i) (((passed) & (1 << (i))) != 0)
 #else
 #define SEEN(view) (view)->v
-#define PASSED(view, i) (integer)(0)
+#define PASSED(view) (integer)(0)
+#define HAS_PASSED(passed, i) (integer)(0)
 #endif
 
 // ratio^damping; the common powers, nu / alpha = 2, 3 and 4, without logarithms.
@@ -191,13 +190,26 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
     __global const float *cut = record_of(cuts->shape, i);                                        \
     shape##_point_t from = shape##_seen(&view->shape, i),                                         \
                     to = shape##_control_point(cut, k, q);                                        \
-    integer blocked = shape##_blocks(cut, from, to) ^ PASSED(view, number);                       \
+    integer blocked = shape##_blocks(cut, from, to) ^ HAS_PASSED(PASSED(view), number);           \
     if (ANY(blocked)) {                                                                           \
       vec bend;                                                                                   \
       real length2 = shape##_detour(cut, from, to, &bend);                                        \
       statement                                                                                   \
     }                                                                                             \
   }
+
+// Whether a cut is between SEEN(view) and control point k, there seen at q.
+inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
+  integer hidden = 0;
+#define HIDE(shape)                                                                               \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    shape##_point_t from = shape##_seen(&view->shape, i);                                         \
+    hidden |= shape##_blocks(cut, from, shape##_control_point(cut, k, q));                        \
+  }
+  SHAPES(HIDE)
+  return hidden;
+}
 
 // Squared length of the straight way, which a detour is compared to: d2 where cuts are seen from v.
 inline real straight_length2(const view_t *view, vec q, real d2) {
@@ -211,13 +223,15 @@ inline real straight_length2(const view_t *view, vec q, real d2) {
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
-inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
+inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2,
+                             integer *hides) {
   detours_t detours = {1, 0, 0};
   int number = 0;
 #define LENGTHEN(shape)                                                                           \
   EACH_DETOUR(shape, add_detour(&detours, blocked, length2, straight_length2(view, q, d2));)
   SHAPES(LENGTHEN)
   if (!ANY(detours.anything)) return d2;
+  *hides |= detours.anything;
   real damped = d2 * to_damping(detours.ratio, cuts->numbers.damping);
   d2 = select(d2, damped, detours.anything);
   return select(d2, (real)(2 * UNREACHABLE), detours.unreachable);
@@ -241,26 +255,22 @@ inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, r
   return vec_scale((real)(cuts->numbers.nu), slope);
 }
 
-// The void distance of view->v with the origin g; continuous on each side of the cuts. Below 0 where the
-// segment between the two crosses a cut, so that there is nothing at v, or in the rest frame, where g
-// is behind the cut that it is seen from. Local units.
-inline real void_distance_of(const cuts_t *cuts, const view_t *view, vec g) {
+// The void distance of a point v with the origin g; continuous on each side of the cuts. Below 0 where
+// the segment between the two crosses a cut, so that there is nothing at v, or in the rest frame,
+// where v is g, behind a cut that is `passed`. Local units.
+inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer passed) {
   real void_distance = FLT_MAX;
   int number = 0;
   for (int i = 0; i < cuts->numbers.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), g);
     void_distance = least(void_distance, cuts->planes[i].side * height);
   }
-#if AT_REST
-  const vec v = g;
-#else
-  const vec v = view->v;
-#endif
 #define OPEN(shape)                                                                               \
   for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
     real here = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
-    void_distance = least(void_distance, select(here, -here, PASSED(view, number)));              \
+    here = select(here, -here, HAS_PASSED(passed, number));                                       \
+    void_distance = least(void_distance, here);                                                   \
   }
   SHAPES(OPEN)
   return void_distance;

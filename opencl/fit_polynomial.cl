@@ -171,34 +171,32 @@ inline void orthogonalise(const map_t *map, fit_t *fit, const sums_t *sums) {
   }
 }
 
-inline fit_t fit_of(const map_t *map, view_t view) {
+// Fits the map at fit->view.
+inline void fit_view(const map_t *map, fit_t *fit) {
   const int functions = functions_of(map);
-  fit_t fit;
-  fit.view = view;
-  fit.pivot = find_pivot(map, &fit.view);
-  const pivot_t *pivot = &fit.pivot;
+  fit->pivot = find_pivot(map, &fit->view);
+  const pivot_t *pivot = &fit->pivot;
   for (int l = 0; l < LANES; ++l) {
     __global const float *nearest = values_at(map, LANE_INT(pivot->k, l));
-    UNROLL for (int j = 0; j < functions; ++j) LANE(fit.f_k[j], l) = nearest[j];
+    UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
   sums_t sums;
-  sum_up(map, &fit, &sums);
+  sum_up(map, fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
-  fit.share = r / fma(r, sums.weight - c, c);
-  fit.mean = sum_scale(fit.share, sums.u);
-  orthogonalise(map, &fit, &sums);
+  fit->share = r / fma(r, sums.weight - c, c);
+  fit->mean = sum_scale(fit->share, sums.u);
+  orthogonalise(map, fit, &sums);
   real m[MONOMIALS], f[FUNCTIONS];
-  monomial_differences(pivot->x, view.v, pivot->q, m);
+  monomial_differences(pivot->x, fit->view.v, pivot->q, m);
   combine(map->table, functions, m, f);
   UNROLL for (int j = 0; j < functions; ++j) {
-    fit.psi[j] = TO_SUM(f[j]) - fit.centre[j];
-    fit.c[j] = sum_madd(-fit.centre[j], sums.u, sums.uf[j]);
+    fit->psi[j] = TO_SUM(f[j]) - fit->centre[j];
+    fit->c[j] = sum_madd(-fit->centre[j], sums.u, sums.uf[j]);
     UNROLL for (int l = 0; l < j; ++l) {
-      fit.psi[j] = fma(-fit.lower[AT(j, l)], fit.psi[l], fit.psi[j]);
-      fit.c[j] = sum_madd(-fit.lower[AT(j, l)], fit.c[l], fit.c[j]);
+      fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
+      fit->c[j] = sum_madd(-fit->lower[AT(j, l)], fit->c[l], fit->c[j]);
     }
   }
-  return fit;
 }
 
 // G(v) - v - mean displacement, Eq. 26.

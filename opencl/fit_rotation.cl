@@ -135,53 +135,51 @@ inline void reflect(const map_t *map, fit_t *fit) {
                           fit->doubtful);
 }
 
-inline fit_t fit_of(const map_t *map, view_t view) {
-  fit_t fit;
-  fit.view = view;
-  fit.pivot = find_pivot(map, &fit.view);
-  const pivot_t *pivot = &fit.pivot;
+// Fits the map at fit->view.
+inline void fit_view(const map_t *map, fit_t *fit) {
+  fit->pivot = find_pivot(map, &fit->view);
+  const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};
   int block = block_of(map);
   for (int start = 0; start < map->numbers.count; start += block) {
     sums_t part = {0};
     int stop = min(start + block, map->numbers.count);
-    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit.view);
+    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit->view);
     add_sums(&sums, &part);
   }
   // k itself, in the sum with weight c, has its own share
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
-  fit.share = pivot->r / total;
-  vec q = vec_scale(fit.share, sums.q), u = vec_scale(fit.share, sums.u);
-  fit.u = vec_add(pivot->u, u);
-  fit.s = vec_sub(pivot->x, q);
-  fit.p = vec_add(q, u);
-  fit.q = q;
-  fit.c = sums.c;
-  subtract_outer(&fit.c, fit.p, sums.q);
-  fit.doubtful = (integer)(0);
+  fit->share = pivot->r / total;
+  vec q = vec_scale(fit->share, sums.q), u = vec_scale(fit->share, sums.u);
+  fit->u = vec_add(pivot->u, u);
+  fit->s = vec_sub(pivot->x, q);
+  fit->p = vec_add(q, u);
+  fit->q = q;
+  fit->c = sums.c;
+  subtract_outer(&fit->c, fit->p, sums.q);
+  fit->doubtful = (integer)(0);
   if (map->numbers.rotation_rank == 2) {
     real slope;
-    fit.between = fit.rotation = whole_rotation(&fit.c, &slope);
-    fit.doubtful = slope < DOUBTFUL;
-    if (ANY(fit.doubtful)) reflect(map, &fit);
+    fit->between = fit->rotation = whole_rotation(&fit->c, &slope);
+    fit->doubtful = slope < DOUBTFUL;
+    if (ANY(fit->doubtful)) reflect(map, fit);
   } else if (map->numbers.rotation_rank == 1) {
     vec a, b;
-    line_of(&fit.c, &a, &b);
+    line_of(&fit->c, &a, &b);
     const float *axis = map->numbers.flip_axis;
-    fit.between = fit.rotation = line_rotation(a, b, (float4)(axis[0], axis[1], axis[2], 0));
+    fit->between = fit->rotation = line_rotation(a, b, (float4)(axis[0], axis[1], axis[2], 0));
   } else {
-    fit.between = fit.rotation = (quaternion_t){1, 0, 0, 0};
+    fit->between = fit->rotation = (quaternion_t){1, 0, 0, 0};
   }
-  fit.factor = 0;
+  fit->factor = 0;
 #if SIMILARITY
-  mat change = rotation_change(fit.between);
-  mat s = rotated_back(&change, &fit.c);
-  fit.spread = sums.spread - dot3(q, sums.q);
-  integer flat = fit.spread <= 1e-30f;
+  mat change = rotation_change(fit->between);
+  mat s = rotated_back(&change, &fit->c);
+  fit->spread = sums.spread - dot3(q, sums.q);
+  integer flat = fit->spread <= 1e-30f;
   real r_max = s.a[0] + s.a[4] + s.a[8];
-  fit.factor = select((r_max - fit.spread) / fit.spread, (real)(0), flat);
+  fit->factor = select((r_max - fit->spread) / fit->spread, (real)(0), flat);
 #endif
-  return fit;
 }
 
 // G(v) - v - mean displacement.

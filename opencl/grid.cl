@@ -24,11 +24,3 @@ inline vec grid_index(const grid_t *grid, long n) {
   return (vec){TO_REAL(i + grid->start[0]), TO_REAL(j + grid->start[1]),
                TO_REAL(k + grid->start[2])};
 }
-
-// An affine transform t: columns for x, y, z, then the offset, three numbers each.
-inline vec transformed(const float *t, vec x) {
-  return (vec){
-      fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
-      fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
-      fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
-}

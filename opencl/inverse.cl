@@ -24,7 +24,8 @@ inline real length3(vec a) { return sqrt(dot3(a, a)); }
 inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
 #if AT_REST
   vec seen = origin_of(&map->cuts, x, (vec){0, 0, 0});
-  *fit = fit_of(map, view_of(&map->cuts, vec_add(x, displacement), seen));
+  look(&map->cuts, &fit->view, vec_add(x, displacement), seen);
+  fit_view(map, fit);
 #else
   *fit = fit_at(map, vec_add(x, displacement));
 #endif

@@ -42,9 +42,26 @@ inline mat material_jacobian(const map_t *map, const fit_t *fit) {
 #if AT_REST
 #include "rest_frame.cl"
 #else
-inline fit_t fit_at(const map_t *map, vec v) { return fit_of(map, view_at(map, v)); }
+inline fit_t fit_at(const map_t *map, vec v) {
+  fit_t fit;
+  look_at(map, &fit.view, v);
+  fit_view(map, &fit);
+  return fit;
+}
 
 inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
   return material_jacobian(map, fit);
+}
+#endif
+
+#if CUTS
+// The void distance for the displacement d of the map, local units.
+inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
+  vec g = origin_of(&map->cuts, fit->view.v, d);
+#if AT_REST
+  return void_distance_of(&map->cuts, g, g, fit->view.passed);
+#else
+  return void_distance_of(&map->cuts, fit->view.v, g, (integer)(0));
+#endif
 }
 #endif

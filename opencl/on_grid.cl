@@ -73,11 +73,6 @@ inline void store_kept(__global float *plane, real value, const item_t *item) {
 }
 
 #if CUTS
-// The void distance for the displacement d of the map, local units.
-inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
-  return void_distance_of(&map->cuts, &fit->view, origin_of(&map->cuts, fit->view.v, d));
-}
-
 // Stores the void distance; a rival keeps only the points where its own is larger.
 inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
                                 void_distance_t to) {

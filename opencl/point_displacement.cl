@@ -12,8 +12,7 @@ KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
   vec d = moved(&map, &fit);
   store_points(displacement, d, points_count, first);
 #if REST_FRAME
-  vec origin = origin_of(&map.cuts, fit.view.v, d);
-  real nothing = void_distance_of(&map.cuts, &fit.view, origin);
+  real nothing = void_distance_at(&map, &fit, d);
   store_plane(displacement + 3 * points_count, nothing, points_count, first);
 #endif
 }

@@ -2,20 +2,27 @@
 // space. A cut sees the control point i at p_i, and the material at its own place x. So the map is
 // the fixed point x = G(v; damping as seen from x).
 //
-// The search for x begins with the map without cuts. A step of it that passes a cut goes on as if
-// the cut were still ahead (bit i of `passed`): what blocks is exchanged, and the map continued
-// smoothly behind the face. If it ends there, the material on that side of the cut does not reach v; the
-// other side gets a search of its own, from that place. If that ends behind the cut too, v is void.
+// The search for x begins where the affine map that fits all control points best has it. A step that
+// passes a cut goes on as if the cut were still ahead (bit i of `passed`): what blocks is exchanged,
+// and the map continued smoothly behind the face. If it ends there, the material on that side of the
+// cut does not reach v; the other side gets a search of its own, from that place. If that ends behind
+// the cut too, v is void.
 
 #define ROUNDS 12       // of one search
-#define SETTLED 1e-6f   // next to the size of x: a step of the search that ends it
+#define SETTLED 1e-6f   // next to the size of x: a residual that ends it, ...
+#define FORESEEN 3e-7f  // ... and what two residuals say of the error that is left
 
-// Whether a cut hides any of the control points from x.
-inline integer hides(const map_t *map, vec x) {
+// Whether a cut hides any of the control points from view->seen.
+inline integer hides(const map_t *map, const view_t *view) {
   integer hidden = 0;
   for (int i = 0; i < map->numbers.count; ++i)
-    hidden |= blocked(&map->cuts, x, seen_point(map, map->control_points + i));
+    hidden |= is_hidden(&map->cuts, view, i, seen_point(map, map->control_points + i));
   return hidden;
+}
+
+// Where the affine map has the material that is at v.
+inline vec first_guess(const cuts_t *cuts, vec v) {
+  return transformed(cuts->numbers.affine, v);
 }
 
 // A search for x: where it is, from behind which cuts it sees, its last residual and where that led.
@@ -25,15 +32,19 @@ typedef struct {
   integer stepped;  // whether there is a last residual
 } search_t;
 
-// The next x for the place y that the map finds for x: two residuals tell how far a step leads.
-inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) {
-  vec residual = vec_sub(y, search->x), change = vec_sub(residual, search->residual);
+// What two residuals tell of the next step: by this share of the last it goes on, with the sign changed.
+inline real share_of(const search_t *search, vec residual) {
+  vec change = vec_sub(residual, search->residual);
   real share = dot3(residual, change) / most(dot3(change, change), 1e-30f);
-  share = select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->stepped);
+  return select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->stepped);
+}
+
+// The next x after the map has led to y.
+inline void advance(const cuts_t *cuts, search_t *search, vec y, real share, integer going) {
   vec x = vec_madd(-share, vec_sub(y, search->led), y);
   search->passed ^= select((integer)(0), crossed(cuts, search->x, x), going);
+  search->residual = vec_select(search->residual, vec_sub(y, search->x), going);
   search->x = vec_select(search->x, x, going);
-  search->residual = vec_select(search->residual, residual, going);
   search->led = vec_select(search->led, y, going);
   search->stepped |= going;
 }
@@ -42,36 +53,34 @@ inline fit_t fit_at(const map_t *map, vec v) {
   const cuts_t *cuts = &map->cuts;
   fit_t fit;
   search_t search;
-  search.x = search.residual = search.led = v;
+  search.x = first_guess(cuts, v);
+  search.residual = search.led = v;
   search.passed = search.stepped = (integer)(0);
   vec first = v;  // where the first search ended
   integer first_passed = 0, going = (real)(0) == 0, again = 0, rounds = 0;
-  for (int i = -1; i < 2 * ROUNDS + 1; ++i) {
-    view_t view = view_of(cuts, v, search.x);
-    view.passed = search.passed;
-    view.ignores_cuts = i < 0;
-    fit = fit_of(map, view);
-    vec y = origin_of(cuts, v, moved(map, &fit));
-    if (i < 0) {
-      search.x = y;
-      if (!ANY(hides(map, y))) break;
-      continue;
+  for (int i = 0; i <= 2 * ROUNDS; ++i) {
+    look(cuts, &fit.view, v, search.x);
+    fit.view.passed = search.passed;
+    fit_view(map, &fit);
+    vec y = origin_of(cuts, v, moved(map, &fit)), residual = vec_sub(y, search.x);
+    if (i == 0 && !ANY(fit.view.hides)) {  // then perhaps nothing is hidden in the end
+      look(cuts, &fit.view, v, y);
+      if (!ANY(hides(map, &fit.view))) break;
     }
-    vec residual = vec_sub(y, search.x);
-    real tolerance = SETTLED * size_of(y);
-    integer settled = dot3(residual, residual) <= tolerance * tolerance;
+    real share = share_of(&search, residual), left = sqrt(dot3(residual, residual)), size = size_of(y);
+    real before = sqrt(dot3(search.residual, search.residual));
+    integer settled = (left <= SETTLED * size) |
+                      (search.stepped & (left * left <= FORESEEN * size * before));
     integer ended = going & (settled | (rounds >= ROUNDS - 1));
     integer behind = ended & (search.passed != 0), stale = 0;
     going &= !ended;
     rounds += 1;
-    advance(cuts, &search, y, going);
+    advance(cuts, &search, y, share, going);
     if (ANY(behind)) {
       integer fails = behind & again, retries = behind & !again;
       if (ANY(fails)) {
-        view_t other = view_of(cuts, v, first);
-        other.passed = first_passed;
-        stale = fails & (void_distance_of(cuts, &other, first) >
-                         void_distance_of(cuts, &view, search.x));
+        stale = fails & (void_distance_of(cuts, first, first, first_passed) >
+                         void_distance_of(cuts, search.x, search.x, search.passed));
         search.x = vec_select(search.x, first, stale);
         search.passed = select(search.passed, first_passed, stale);
       }

@@ -139,3 +139,11 @@ inline vec identity_solve(const mat *j, vec r) {
   integer singular = fabs(det) < 1e-6f;
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), d), r, singular);
 }
+
+// An affine transform t: columns for x, y, z, then the offset, three numbers each.
+inline vec transformed(const float *t, vec x) {
+  return (vec){
+      fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
+      fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
+      fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
+}

@@ -39,11 +39,11 @@ typedef struct { vec v; } view_t;
 #define KNOWN 0
 #endif
 
-inline view_t view_at(const map_t *map, vec v) {
+inline void look_at(const map_t *map, view_t *view, vec v) {
 #if CUTS
-  return view_of(&map->cuts, v, v);
+  look(&map->cuts, view, v, v);
 #else
-  return (view_t){v};
+  view->v = v;
 #endif
 }
 
@@ -83,23 +83,20 @@ inline vec seen_point(const map_t *map, __global const control_point_t *at) {
 }
 #endif
 
-inline real control_point_distance2(const map_t *map, int i, const view_t *view) {
+inline real control_point_distance2(const map_t *map, int i, const view_t *view, integer *hides) {
   __global const control_point_t *at = map->control_points + i;
   real d2 = straight_distance2(at, view->v);
-#if AT_REST
-  if (view->ignores_cuts) return d2;
-#endif
 #if CUTS
-  d2 = damped_distance2(&map->cuts, view, i, seen_point(map, at), d2);
+  d2 = damped_distance2(&map->cuts, view, i, seen_point(map, at), d2, hides);
 #endif
   return d2;
 }
 
 inline pivot_t find_pivot(const map_t *map, view_t *view) {
   real first = FLT_MAX, second = FLT_MAX;
-  integer k = 0;
+  integer k = 0, hides = 0;
   for (int i = 0; i < map->numbers.count; ++i) {
-    real d2 = control_point_distance2(map, i, view);
+    real d2 = control_point_distance2(map, i, view, &hides);
     integer nearer = d2 < first;
     second = least(second, most(first, d2));
     first = least(first, d2);
@@ -108,6 +105,9 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
     if (i < KNOWN) view->known[i] = d2;
 #endif
   }
+#if AT_REST
+  view->hides = hides;
+#endif
   pivot_t pivot;
   pivot.k = k;
   __global const control_point_t *nearest = map->control_points + LANE_INT(k, 0);
@@ -135,10 +135,11 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
 // Weight of a control point next to the others but k.
 inline real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
                                  const view_t *view) {
+  integer hides = 0;
 #if KNOWN
-  real d2 = i < KNOWN ? view->known[i] : control_point_distance2(map, i, view);
+  real d2 = i < KNOWN ? view->known[i] : control_point_distance2(map, i, view, &hides);
 #else
-  real d2 = control_point_distance2(map, i, view);
+  real d2 = control_point_distance2(map, i, view, &hides);
 #endif
   real w = map->control_points[i].c *
            power(pivot->e2 / most(d2, pivot->e2), map->numbers.alpha);
@@ -179,7 +180,6 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *vie
 // d log(w_i)/dx for the place x of the material, view->seen.
 inline vec origin_slope(const map_t *map, int i, const view_t *view) {
   vec p = seen_point(map, map->control_points + i);
-  if (view->ignores_cuts) return (vec){0, 0, 0};
   return damping_slope(&map->cuts, view, i, p, (real)(0));
 }
 

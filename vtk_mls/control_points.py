@@ -7,11 +7,13 @@ no cubic), and the local frame in which coordinates are small.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from vtk_mls.kinds.kind import Kind
+from vtk_mls.linear_algebra import fitted_affine
 
 # Control points coincide if they are no farther apart than this share of the world.
 _COINCIDENT = 1e-12
@@ -69,6 +71,11 @@ class ControlPoints:
 
     def __len__(self) -> int:
         return len(self.rest)
+
+    @functools.cached_property
+    def affine(self) -> tuple[np.ndarray, np.ndarray]:
+        """The affine map from deformed to rest positions that fits best: (3, 3) and (3,)."""
+        return fitted_affine(self.deformed, self.rest)
 
     def local(self, points) -> np.ndarray:
         """`points` (m, 3) of the world in the local frame."""

@@ -276,10 +276,11 @@ def _in_region(deformation, region, v, with_jacobian):
         return _Fit(deformation, control_points, v[rows], view)
 
     if deformation.in_rest_frame and cuts:
+        matrix, offset = control_points.affine
         view = settled(
             lambda rows, view: v[rows] + fit_of(rows, view).displacement(),
             cuts,
-            v,
+            v @ matrix.T + offset,
             _size_of(control_points, v),
         )
         fit = fit_of(slice(None), view)

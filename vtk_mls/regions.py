@@ -10,6 +10,7 @@ import numpy as np
 
 from vtk_mls.control_points import ControlPoints
 from vtk_mls.cuts import Plane
+from vtk_mls.linear_algebra import fitted_affine
 
 _MOST_PLANES = 6
 # What is nearer to a plane than this share of its size is on both sides, to rounding.
@@ -88,16 +89,14 @@ def divided(planes, seen, control_points, kind) -> tuple[Region, ...]:
 def moved(plane, rest, deformed) -> Plane:
     """The plane where material that was on `plane` is expected in the deformed space.
 
-    The affine map that fits the control points best takes it there.
+    The affine map that fits the control points best has it there.
     """
-    centre = deformed.mean(axis=0)
-    change = plane.height(rest) - plane.height(deformed)
-    tilt = np.linalg.lstsq(deformed - centre, change - change.mean(), rcond=1e-6)[0]
-    normal = plane.normal + tilt
+    matrix, offset = fitted_affine(deformed, rest)
+    normal = plane.normal @ matrix
     size = normal @ normal
     if size < 1e-6:
         return plane
-    return Plane(centre - (plane.height(centre) + change.mean()) / size * normal, normal)
+    return Plane(-plane.height(offset) / size * normal, normal)
 
 
 def _size(rest, deformed):

@@ -3,10 +3,11 @@
 Which control points act on it is decided in the undeformed space: a cut sees control point i at p_i,
 and the material at its own place x. So G(v) is the fixed point x = G(v; damping as seen from x).
 
-The search for x begins with the map without cuts. A step of it that passes a cut goes on as if the
-cut were still ahead: what blocks is exchanged, and the map continued smoothly behind the face. If it
-ends there, the material on that side of the cut does not reach v; the other side gets a search of its own,
-from that place. If that ends behind the cut, too, v is void, and the better of the two counts.
+The search for x begins where the affine map that fits all control points best has it. A step that
+passes a cut goes on as if the cut were still ahead: what blocks is exchanged, and the map continued
+smoothly behind the face. If it ends there, the material on that side of the cut does not reach v; the
+other side gets a search of its own, from that place. If that ends behind the cut, too, v is void, and
+the better of the two counts.
 """
 
 from __future__ import annotations
@@ -20,15 +21,16 @@ _SETTLED = 1e-13  # next to the size of x: a step of the search that ends it
 _SEARCHES = 2
 
 
-def settled(evaluate, cuts, v, sizes):
-    """How the cuts see what is at v in the end.
+def settled(evaluate, cuts, start, sizes):
+    """How the cuts see what is at some points v in the end.
 
     Parameters
     ----------
-    evaluate : function of rows of v (indices) and a View of them, or None for no cuts
-        G there: (rows, 3).
+    evaluate : function of rows (indices) and a View of them
+        G(v) for these of the points: (rows, 3).
     cuts : sequence of Obstacle
-    v : (m, 3) float64, world coordinates
+    start : (m, 3) float64, world coordinates
+        Where the searches begin.
     sizes : (m,) float64, world units
         What rounding is relative to.
 
@@ -36,10 +38,9 @@ def settled(evaluate, cuts, v, sizes):
     -------
     View
     """
-    start = evaluate(slice(None), None)
-    best = View(start.copy(), np.zeros((len(v), len(cuts)), bool))
-    distance = np.full(len(v), -np.inf)
-    rows = np.arange(len(v))
+    best = View(start.copy(), np.zeros((len(start), len(cuts)), bool))
+    distance = np.full(len(start), -np.inf)
+    rows = np.arange(len(start))
     for _ in range(_SEARCHES):
         found = _search(lambda some, view: evaluate(rows[some], view), cuts, start, sizes[rows])
         reached = void_distance(cuts, found)

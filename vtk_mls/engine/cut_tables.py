@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.kernel_arguments import members, not_empty, record
+from vtk_mls.engine.kernel_arguments import members, not_empty, record, transform
 from vtk_mls.regions import ON_PLANE
 
 # A full cut: its normal and the height of the origin, in the local frame and by index of the grid
@@ -26,6 +26,7 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
             "mean_displacement": np.float32(
                 control_points.mean_displacement / control_points.scale
             ),
+            "affine": np.float32(_local_affine(control_points)),
             "plane_count": np.int32(len(deformation.planes)),
             "is_rival": np.int32(is_rival),
         }
@@ -51,6 +52,13 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
     tables = [_shape_table(cuts, control_points, seen) for cuts in shapes.values()]
     planes = _plane_table(deformation, region, grid)
     return constants, numbers, [not_empty(table) for table in (planes, *tables)]
+
+
+def _local_affine(control_points):
+    """The affine map of control points from v to x, in the local frame, as a transform."""
+    matrix, offset = control_points.affine
+    moved = (matrix - np.eye(3)) @ control_points.centre + offset
+    return transform(matrix, moved / control_points.scale)
 
 
 def _plane_table(deformation, region, grid):
