@@ -34,6 +34,11 @@ inline frame_t half_plane_control_point(__global const float *cut, int k, vec q)
   return (frame_t){frame[0], frame[1], frame[2], frame[3]};
 }
 
+inline real half_plane_distance2(frame_t a, frame_t b) {
+  real s = a.s - b.s, h = a.h - b.h, l = a.l - b.l;
+  return fma(s, s, fma(h, h, l * l));
+}
+
 inline integer half_plane_blocks(__global const float *cut, frame_t a, frame_t b) {
   return ((a.s < 0) != (b.s < 0)) & (fma(a.h, fabs(b.s), b.h * fabs(a.s)) > 0);
 }

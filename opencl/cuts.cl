@@ -49,7 +49,8 @@ inline real clamp01(real x) { return least(most(x, (real)(0)), (real)(1)); }
   inline vec shape##_point(__global const float *cut, vec x) { return x; }                        \
   inline vec shape##_view(__global const float *table, vec v) { return v; }                       \
   inline vec shape##_seen(const vec *view, int i) { return *view; }                               \
-  inline vec shape##_control_point(__global const float *cut, int k, vec q) { return q; }
+  inline vec shape##_control_point(__global const float *cut, int k, vec q) { return q; }         \
+  inline real shape##_distance2(vec a, vec b) { return dot3(vec_sub(a, b), vec_sub(a, b)); }
 
 #define NO_DETOUR -1.0f
 
@@ -211,15 +212,12 @@ inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
   return hidden;
 }
 
-// Squared length of the straight way, which a detour is compared to: d2 where cuts are seen from v.
-inline real straight_length2(const view_t *view, vec q, real d2) {
+// Squared length of the straight way, which a detour is compared to.
 #if AT_REST
-  vec way = vec_sub(view->seen, q);
-  return dot3(way, way);
+#define STRAIGHT2(shape) shape##_distance2(from, to)
 #else
-  return d2;
+#define STRAIGHT2(shape) d2
 #endif
-}
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
@@ -228,7 +226,7 @@ inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec 
   detours_t detours = {1, 0, 0};
   int number = 0;
 #define LENGTHEN(shape)                                                                           \
-  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, straight_length2(view, q, d2));)
+  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, STRAIGHT2(shape));)
   SHAPES(LENGTHEN)
   if (!ANY(detours.anything)) return d2;
   *hides |= detours.anything;
@@ -245,11 +243,11 @@ inline vec detour_slope(vec leg, real length2, vec away) {
 
 // d log(d)/dv for the damping d of Eq. 28, or as SEEN(view) moves.
 inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
-  vec way = vec_sub(SEEN(view), q);
-  vec away = vec_scale(1 / most(straight_length2(view, q, d2), 1e-30f), way), slope = {0, 0, 0};
+  vec way = vec_sub(SEEN(view), q), slope = {0, 0, 0};
   int number = 0;
 #define INCLINE(shape)                                                                            \
-  EACH_DETOUR(shape, vec change = detour_slope(vec_sub(SEEN(view), bend), length2, away);         \
+  EACH_DETOUR(shape, vec away = vec_scale(1 / most(STRAIGHT2(shape), 1e-30f), way);               \
+              vec change = detour_slope(vec_sub(SEEN(view), bend), length2, away);                \
               slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)
   return vec_scale((real)(cuts->numbers.nu), slope);
