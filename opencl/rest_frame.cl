@@ -32,18 +32,14 @@ typedef struct {
   integer stepped;  // whether there is a last residual
 } search_t;
 
-// What two residuals tell of the next step: by this share of the last it goes on, with the sign changed.
-inline real share_of(const search_t *search, vec residual) {
-  vec change = vec_sub(residual, search->residual);
+// The next x after the map has led to y: two residuals tell how much is left.
+inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) {
+  vec residual = vec_sub(y, search->x), change = vec_sub(residual, search->residual);
   real share = dot3(residual, change) / most(dot3(change, change), 1e-30f);
-  return select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->stepped);
-}
-
-// The next x after the map has led to y.
-inline void advance(const cuts_t *cuts, search_t *search, vec y, real share, integer going) {
+  share = select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->stepped);
   vec x = vec_madd(-share, vec_sub(y, search->led), y);
   search->passed ^= select((integer)(0), crossed(cuts, search->x, x), going);
-  search->residual = vec_select(search->residual, vec_sub(y, search->x), going);
+  search->residual = vec_select(search->residual, residual, going);
   search->x = vec_select(search->x, x, going);
   search->led = vec_select(search->led, y, going);
   search->stepped |= going;
@@ -67,15 +63,15 @@ inline fit_t fit_at(const map_t *map, vec v) {
       look(cuts, &fit.view, v, y);
       if (!ANY(hides(map, &fit.view))) break;
     }
-    real share = share_of(&search, residual), left = sqrt(dot3(residual, residual)), size = size_of(y);
-    real before = sqrt(dot3(search.residual, search.residual));
-    integer settled = (left <= SETTLED * size) |
-                      (search.stepped & (left * left <= FORESEEN * size * before));
+    real left2 = dot3(residual, residual), before2 = dot3(search.residual, search.residual);
+    real size = size_of(y), foreseen = FORESEEN * size;
+    integer settled = (left2 <= SETTLED * SETTLED * size * size) |
+                      (search.stepped & (left2 * left2 <= foreseen * foreseen * before2));
     integer ended = going & (settled | (rounds >= ROUNDS - 1));
     integer behind = ended & (search.passed != 0), stale = 0;
     going &= !ended;
     rounds += 1;
-    advance(cuts, &search, y, share, going);
+    if (ANY(going)) advance(cuts, &search, y, going);
     if (ANY(behind)) {
       integer fails = behind & again, retries = behind & !again;
       if (ANY(fails)) {
