@@ -80,6 +80,10 @@ def test_drag_apply_undo_and_keep(gui, paraview, display):
         gui.until("dragged(pending=True)")
         gui.screenshot("2_dragging")
         assert gui.value("dragged()") == []
+    gui.press("ctrl+z")  # a drag that waits for Apply
+    gui.until("dragged(pending=True) == []")
+    gui.press("ctrl+y")
+    gui.until("dragged(pending=True)")
     gui.press("alt+a")
     gui.until("is_bent()")
     (number,) = gui.value("dragged()")
