@@ -52,26 +52,19 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 #endif
 
 // Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
-// that comes hardly closer, or leads through a cut, is halved, and the next one is at most twice as
-// long: where there is no inverse the search is soon over. One that is stuck at a cut may pass it from then on:
-// the position may be beyond what is hidden from x.
+// that comes hardly closer is halved, and the next one is at most twice as long: where there is no
+// inverse the search is soon over. It may pass cuts: what counts is where it ends (is_cut_off).
 inline real newton(const map_t *map, vec x, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
-  integer passing = 0;
   for (int i = 0; i < TRIALS; ++i) {
     fit_t fit;
     vec r = residual(map, x, trial, &fit);
     real distance = length3(r);
-    integer better = distance < left * fma(-DECREASE, share, (real)(1)), stopped = 0;
-    if (i > 0) stopped = better & !passing & is_blocked(map, x, trial);
-    better &= !stopped;
+    integer better = distance < left * fma(-DECREASE, share, (real)(1));
     *displacement = vec_select(*displacement, trial, better);
     left = select(left, distance, better);
     share = select(share * 0.5f, least(2 * share, (real)(1)), better);
-    integer stuck = stopped & (share <= SMALLEST_SHARE);
-    passing |= stuck;
-    share = select(share, (real)(1), stuck);
     integer open = (left > close) & (share > SMALLEST_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {

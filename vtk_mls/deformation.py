@@ -314,9 +314,9 @@ class Deformation:
     def forward_field(self, points: ArrayLike, progress: ProgressLike = None) -> ForwardField:
         """Displacements of the material at `points`, with those marked that have no inverse.
 
-        G(v) = x is solved by Newton's method with the analytic Jacobian. Backtracking keeps each
-        step on the material's side of the cuts. Many points at once are solved for by Broyden's
-        method, from first guesses that are interpolated on a grid.
+        G(v) = x is solved by Newton's method with the analytic Jacobian and backtracking. Many
+        points at once are solved for by Broyden's method, from first guesses that are interpolated
+        on a grid.
 
         Parameters
         ----------

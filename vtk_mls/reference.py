@@ -88,30 +88,23 @@ def _inverse(deformation, region, x, box):
 def _newton(deformation, region, x, trial):
     """v with G(v) = x, from `trial` on, all (m, 3); the residuals |G(v) - x| (m,), in world units.
 
-    Backtracking halves a step that does not reduce the residual, or that crosses a cut. A point
-    whose steps are halved in vain because of a cut may cross cuts from then on: v may be behind one
-    of them, seen from x.
+    Backtracking halves a step that does not reduce the residual. Steps may cross cuts: what counts
+    is where the search ends.
     """
     view = None
     if deformation.in_rest_frame:  # the material is known, and so is how cuts see it
         view = View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-    passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.control_points, x)
-    for number in range(_TRIALS):
+    close = _EXACT * _size_of(region.control_points, x)
+    for _ in range(_TRIALS):
         fit = _Fit(deformation, region.control_points, trial, view)
         error = x - trial - fit.displacement()
         distance = np.linalg.norm(error, axis=1)
-        closer, stopped = distance < residual, np.zeros(len(x), bool)
-        if number > 0:
-            stopped = closer & ~passing & _is_blocked(deformation, x, trial)
-        closer &= ~stopped
+        closer = distance < residual
         v = np.where(closer[:, None], trial, v)
         residual = np.where(closer, distance, residual)
         share = np.where(closer, 1, share / 2)
-        stuck = stopped & (share <= _SMALLEST_SHARE)
-        passing |= stuck
-        share[stuck] = 1
         moving = (residual > close) & (share > _SMALLEST_SHARE)
         if not moving.any():
             break

@@ -201,11 +201,6 @@ add(
     "1 + jacobian->a[4], jacobian->a[5]};",
     "jacobian->a[4], jacobian->a[5]};",
 )
-add(
-    "inverse: a step may lead through a cut",
-    "stopped = better & !passing & is_blocked(map, x, trial);",
-    "stopped = 0;",
-)
 _in("opencl/point_forward.cl", FORWARD)(
     "inverse: the mean displacement has another sign",
     "LANE(displacement.y, l), -world.mean_displacement[1])",
