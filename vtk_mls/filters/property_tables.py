@@ -67,9 +67,9 @@ _HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
 CUT_ORIGIN = Vector(
     "CutOrigin",
     (0.0, 0.0, 0.0),
-    """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut in the
-    view stays at the undeformed volume, where it was laid, and the material takes the cut itself
-    along.""",
+    """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut in
+    the view stays at the undeformed volume, where it was laid, and the material takes the cut
+    itself along.""",
     **_HAS_CUT,
 )
 CUT_NORMAL = Vector(
