@@ -34,10 +34,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
     input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
-    cut; lines and vertices are ignored. Material on one side of a cut follows the control points of
-    that side, and where the cut opens there is nothing: the output's point array "Void" is 1 there,
-    and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
-    void (contour or clip by it; an isosurface of "Void" has steps).
+    cut; lines and vertices are ignored. They are in the undeformed volume and go with the material,
+    or stay in the deformed space, as CutFrame says. Material on one side of a cut follows the
+    control points of that side, and where the cut opens there is nothing: the output's point array
+    "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
+    smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
 
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.
