@@ -22,7 +22,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkImagingCore import vtkImageDataStreamer
 
-from vtk_mls import INTERPOLATIONS, HalfPlane, Plane, arrays
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, HalfPlane, Plane, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, parallel
 
@@ -140,6 +140,19 @@ def test_pieces_of_a_field(cuts):
         field = pipeline(MLSDisplacementField, cuts)
         field.SetGenerateJacobian(True)
         return field
+
+    check(make)
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("cut", ["half-plane", "plane"])
+def test_pieces_with_cuts_in_a_frame(frame, cut):
+    def make():
+        deform = pipeline(MLSDeform, CUTS[cut])
+        deform.SetCutFrame(frame)
+        deform.SetGradientArray("values")
+        deform.SetVoidValues("continued")
+        return deform
 
     check(make)
 

@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
-from vtk_mls import KINDS, Deformation, DeviceError, arrays
+from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError, arrays
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_point_polydata import fill_polydata
 
@@ -46,6 +46,7 @@ def _check_value(scene, device):
         "alpha": float(rng.choice([0.5, 1.0, 1.5, 2.0])),
         "weights": weights,
         "cuts": [scene.cut() for _ in range(rng.choice([0, 0, 1, 2]))],
+        "cut_frame": str(rng.choice(CUT_FRAMES)),
     }
     x = scene.places(int(rng.choice([0, 1, 50, 3000])), rng.choice([1.0, 3.0]))
     if len(x) > 1 and rng.random() < 0.2:

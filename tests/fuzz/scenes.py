@@ -16,7 +16,16 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, HalfPlane, Plane, Surface, arrays
+from vtk_mls import (
+    CUT_FRAMES,
+    INTERPOLATIONS,
+    KINDS,
+    VOID_VALUES,
+    HalfPlane,
+    Plane,
+    Surface,
+    arrays,
+)
 from vtk_mls.reals import shown
 
 _CELL_TYPES = (3, 5, 7, 9, 10, 11, 12, 13, 14, 15, 16, 21, 22, 23, 24, 25, 26, 27, 28, 29)
@@ -233,12 +242,14 @@ class Scene:
             "OutputSpacing": (tuple([self.size / 4] * 3),),
             "OutputOrigin": (tuple(self.low.tolist()),),
             "CutType": ("none", "none", "plane", "half-plane"),
+            "CutFrame": CUT_FRAMES,
             "CutOrigin": (tuple(self.places(1)[0].tolist()),),
             "CutNormal": ((1.0, 0.0, 0.0), (0.3, -1.0, 2.0)),
             "CutInward": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.2)),
         }
         wrong = ("Alpha", -1.0), ("Kind", "rigit"), ("Degree", 7), ("Nu", 0.5), ("Blend", np.nan)
         wrong += ("OutputGrid", "none"), ("CutNormal", (0, 0, 0)), ("Alpha", 10**400)
+        wrong += (("CutFrame", "world"),)
         for name in rng.permutation(list(choices))[: rng.integers(1, 9)]:
             found[str(name)] = choices[name][rng.integers(len(choices[name]))]
         if rng.random() < 0.08:

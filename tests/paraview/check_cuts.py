@@ -26,9 +26,9 @@ assert not data(deform).GetPointData().HasArray("Void")
 assert not data(deform).GetPointData().HasArray("vtkGhostType")
 
 
-def check(*cuts, nu=2.0):
+def check(*cuts, **options):
     """Both filters against the value outside of the pipeline; the number of void points."""
-    value = vtk_mls.Deformation(REST, APART, cuts=cuts, nu=nu)
+    value = vtk_mls.Deformation(REST, APART, cuts=cuts, **options)
     expected = value.displacement_field(lattice.dimensions, lattice.origin, lattice.spacing)
     assert 20 < np.count_nonzero(expected.void) < 2000
     for proxy in filters:
@@ -98,7 +98,14 @@ for proxy in filters:
     proxy.Nu = 4.0
 assert check(HALF_PLANE, nu=4.0) != half
 for proxy in filters:
-    proxy.Nu, proxy.CutType = 2.0, "plane"
+    proxy.Nu = 2.0
+for frame in (*vtk_mls.CUT_FRAMES, vtk_mls.Deformation.cut_frame):
+    for proxy in filters:
+        proxy.CutFrame = frame
+    count = check(HALF_PLANE, cut_frame=frame)
+    assert (count == half) == (frame == vtk_mls.Deformation.cut_frame)
+for proxy in filters:
+    proxy.CutType = "plane"
 check(vtk_mls.Plane((0.2, 0, -2.1), (1, 0, 0)))
 
 # The same half-plane as a large polygon, on the input Cuts.

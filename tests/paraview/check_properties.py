@@ -4,6 +4,8 @@ import numpy as np
 from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
+from vtk_mls import Deformation
+
 source = wavelet()
 volume = array(data(source), "RTData")
 
@@ -30,6 +32,7 @@ defaults = {
     "CutType": "none",
     "CutNormal": [1.0, 0.0, 0.0],
     "CutInward": [0.0, 0.0, 1.0],
+    "CutFrame": Deformation.cut_frame,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
 }
@@ -96,6 +99,8 @@ for proxy, name, options in (
     (deform, "VoidValues", ["background", "continued"]),
     (deform, "CutType", ["none", "plane", "half-plane"]),
     (field, "CutType", ["none", "plane", "half-plane"]),
+    (deform, "CutFrame", ["rest", "deformed"]),
+    (field, "CutFrame", ["rest", "deformed"]),
     (handles, "Mode", ["points", "lattice", "file"]),
 ):
     assert list(proxy.GetProperty(name).Available) == options

@@ -140,7 +140,9 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetCutType(self) -> str: ...
     def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane.
+        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
+        in the view stays at the undeformed volume, where it was laid, and the material takes
+        the cut itself along.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
         """
@@ -173,6 +175,17 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through
+        them is lost.
+
+        The paper's are in the deformed space.
+
+        One of "rest", "deformed"; default: "deformed".
+        """
+
+    def GetCutFrame(self) -> str: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.
@@ -422,7 +435,9 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def GetCutType(self) -> str: ...
     def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane.
+        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
+        in the view stays at the undeformed volume, where it was laid, and the material takes
+        the cut itself along.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
         """
@@ -455,6 +470,17 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through
+        them is lost.
+
+        The paper's are in the deformed space.
+
+        One of "rest", "deformed"; default: "deformed".
+        """
+
+    def GetCutFrame(self) -> str: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.

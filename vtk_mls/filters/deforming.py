@@ -34,10 +34,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
     input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
-    cut; lines and vertices are ignored. Material on one side of a cut follows the control points of
-    that side, and where the cut opens there is nothing: the output's point array "Void" is 1 there,
-    and "VoidDistance" is below 0 and continuous, so that its zero level is the smooth face of the
-    void (contour or clip by it; an isosurface of "Void" has steps).
+    cut; lines and vertices are ignored. They are in the undeformed volume and go with the material,
+    or stay in the deformed space, as CutFrame says. Material on one side of a cut follows the
+    control points of that side, and where the cut opens there is nothing: the output's point array
+    "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
+    smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
 
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.
@@ -152,8 +153,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
         names = self._control_point_arrays(*control_points) if control_points else ()
         cuts = self._all_cuts(surfaces)
+        cut_frame = property_tables.CUT_FRAME.checked(self)
         data = _stamps(control_points)
-        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts)
+        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
         state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
 
         def make():
@@ -170,6 +172,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 weights=weights,
                 cuts=cuts,
                 nu=self.GetNu(),
+                cut_frame=cut_frame,
                 device=self.GetDevice() or None,
             )
 
@@ -206,9 +209,12 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        held = np.zeros(len(rest), bool)
+        held, resting = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
         for cut in cut_inputs.own_cuts(*self._own_cut()):
-            held |= (rest == deformed).all(axis=1) & _is_on(cut, rest)
+            on_cut = _is_on(cut, rest)
+            held |= resting & on_cut
+            if self.GetCutFrame() == "rest":
+                rest = np.where(on_cut[:, None], _beside(cut.plane, rest, deformed), rest)
         if held.all():
             return _ANCHOR, _ANCHOR, None
         return rest[~held], deformed[~held], None if weights is None else weights[~held]
@@ -279,8 +285,19 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 def _is_on(cut, positions):
     """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
     with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
-        size = np.ptp(positions, axis=0).max(initial=0)
-        return cut.void_distance(positions, positions) <= _ON_CUT * size
+        return cut.void_distance(positions, positions) <= _rounding(positions)
+
+
+def _beside(plane, rest, deformed):
+    """Positions (n, 3) on a plane, as little off it as tells the side that they are dragged to."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        side = np.where(plane.height(deformed) < 0, -1, 1)
+        return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
+
+
+def _rounding(positions):
+    """What is no distance between positions (n, 3), world units."""
+    return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)
 
 
 def _stamps(data):

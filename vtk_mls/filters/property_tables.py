@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -67,7 +67,9 @@ _HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
 CUT_ORIGIN = Vector(
     "CutOrigin",
     (0.0, 0.0, 0.0),
-    "A point of the plane, or of the edge of the half-plane.",
+    """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut in
+    the view stays at the undeformed volume, where it was laid, and the material takes the cut
+    itself along.""",
     **_HAS_CUT,
 )
 CUT_NORMAL = Vector(
@@ -89,6 +91,15 @@ CUT_INWARD = Vector(
 
 # All cuts.
 CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
+CUT_FRAME = Choice(
+    "CutFrame",
+    Deformation.cut_frame,
+    """Where cuts are: rest, in the undeformed volume, and the material takes them along; deformed,
+    in the deformed space, where they stay, and material that is moved through them is lost.""",
+    more="The paper's are in the deformed space.",
+    choices=CUT_FRAMES,
+    is_advanced=True,
+)
 NU = Slider(
     "Nu",
     Deformation.nu,
@@ -282,7 +293,8 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *OWN_CONTROL_POINTS)
+_CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, CUT_FRAME, NU)
+_SHARED = (*MAP, *_CUTTING, *OWN_CONTROL_POINTS)
 DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
