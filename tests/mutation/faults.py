@@ -104,8 +104,8 @@ add(
 )
 add(
     "similarity: the spread is not about the mean",
-    "fit.spread = sums.spread - dot3(q, sums.q);",
-    "fit.spread = sums.spread;",
+    "fit->spread = sums.spread - dot3(q, sums.q);",
+    "fit->spread = sums.spread;",
 )
 add(
     "Jacobian: of the rotation of a line",
@@ -195,12 +195,12 @@ add(
 
 # Kernels: inverse
 
-add = _in("opencl/inverse.cl", FORWARD, ENGINE)
-add(
+_in("opencl/types.cl", FORWARD, ENGINE)(
     "inverse: Newton's matrix lacks the identity",
-    "1 + jacobian->a[4], jacobian->a[5]};",
-    "jacobian->a[4], jacobian->a[5]};",
+    "1 + j->a[4], j->a[5]};",
+    "j->a[4], j->a[5]};",
 )
+add = _in("opencl/inverse.cl", FORWARD, ENGINE)
 add(
     "inverse: a step may lead through a cut",
     "stopped = better & !passing & is_blocked(map, x, trial);",
