@@ -1,0 +1,164 @@
+"""Cuts that belong to the material: nothing is lost when what was cut moves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import (
+    DEVICES,
+    deformation,
+    random_rotation,
+)
+from pairwise import paired
+
+from vtk_mls import HalfPlane, Plane, Surface
+
+SIZE = 4.0  # of the box 4 x 2 x 1 that is cut
+BOX = np.array([(0, 0, 0), (4, 2, 1)], float)
+MIDDLE = np.array([2, 1, 0.5])
+PLANE = Plane(MIDDLE, (1, 0.1, 0))
+HALF_PLANE = HalfPlane(MIDDLE, (1, 0, 0), (0, 0, 1))
+
+
+def _cap():
+    """A shallow dome across the x axis, open all around."""
+    t = 2 * np.pi * np.arange(12) / 12
+    points, triangles = [(2, 1, 0.5)], []
+    for radius, height in ((0.25, 0.05), (0.6, 0.2)):
+        points += [(2 + height, 1 + radius * np.cos(a), 0.5 + 0.6 * radius * np.sin(a)) for a in t]
+    for i in range(12):
+        a, b = 1 + i, 1 + (i + 1) % 12
+        triangles += [(0, a, b), (a, 12 + a, b), (b, 12 + a, 12 + b)]
+    return Surface(points, triangles)
+
+
+def _closed_box(low, high):
+    corner = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)])
+    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [half for a, b, c, d in squares for half in ((a, b, c), (a, c, d))]
+    return Surface(low + corner * np.subtract(high, low), triangles)
+
+
+SHAPES = {
+    "plane": [PLANE],
+    "half-plane": [HALF_PLANE],
+    "polygon": [Surface.polygon([(2, 0.3, 0.2), (2, 1.7, 0.2), (2, 1.7, 0.8), (2, 0.3, 0.8)])],
+    "bent surface": [_cap()],
+    "two planes": [PLANE, Plane(MIDDLE, (0, 1, 0.2))],
+    "plane and half-plane": [PLANE, HalfPlane(MIDDLE, (0, 1, 0), (0, 0, 1))],
+    "crossing half-planes": [HALF_PLANE, HalfPlane((2, 1, 0.4), (0.3, 1, 0), (0, 0, -1))],
+    "closed box": [_closed_box((0.5, 0.3, 0.15), (3, 1.7, 0.85))],
+}
+EVERYWHERE = ["reference", *DEVICES]
+
+
+@pytest.fixture(params=EVERYWHERE)
+def device(request):
+    return request.param
+
+
+def rest_frame(rest, deformed, kind_and_degree=("rigid", 1), device="reference", **options):
+    return deformation(rest, deformed, kind_and_degree, device, cut_frame="rest", **options)
+
+
+def lengths(vectors):
+    return np.linalg.norm(vectors, axis=-1)
+
+
+def off(cuts, x):
+    """Which of the places x are farther from all cuts than rounding."""
+    return np.all([np.abs(cut.void_distance(x, x)) > 1e-5 * SIZE for cut in cuts], axis=0)
+
+
+# What moves as a whole
+
+
+def _origin_map(kind, rng):
+    """A map from the deformed to the undeformed space, which the kind can have everywhere."""
+    turned = random_rotation(rng)
+    matrix = {
+        "rigid": turned,
+        "similarity": 1.3 * turned,
+        "affine": np.eye(3) + rng.uniform(-0.3, 0.3, (3, 3)),
+        "polynomial": np.eye(3) + rng.uniform(-0.1, 0.1, (3, 3)),
+    }[kind]
+    square = 0.03 * rng.uniform(-1, 1, (3, 3, 3)) * (kind == "polynomial")
+    towards = MIDDLE + (0.4, -0.1, 0.2)
+
+    def origin(v):
+        v = v - MIDDLE
+        return v @ matrix + np.einsum("mi,mj,ijk->mk", v, v, square) + towards
+
+    return origin
+
+
+@paired(shape=SHAPES, kind=["rigid", "similarity", "affine", "polynomial"], device=EVERYWHERE)
+def test_what_moves_as_a_whole_loses_nothing(shape, kind, device, rng):
+    cuts, origin = SHAPES[shape], _origin_map(kind, rng)
+    deformed = rng.uniform(*BOX, (120, 3))
+    d = rest_frame(origin(deformed), deformed, (kind, 2), device, cuts=cuts)
+    v = rng.uniform(*BOX, (100 if device == "reference" else 20_000, 3))
+    x = origin(v)
+    np.testing.assert_allclose(d.backward(v), x, rtol=0, atol=1e-5 * SIZE)
+    assert not d.void(v)[off(cuts, x)].any()
+    some = slice(None, None, 10)
+    np.testing.assert_allclose(d.forward(x[some]), v[some], rtol=0, atol=1e-5 * SIZE)
+
+
+# What is pulled apart
+
+HANDLES = np.array([(x, y, z) for x in (0, 1.2, 2.8, 4) for y in (0, 2) for z in (0, 1)], float)
+RIGHT = HANDLES[:, :1] > 2
+ACROSS = {
+    "plane": Plane(MIDDLE, (1, 0, 0)),
+    "half-plane": HALF_PLANE,
+    "polygon": Surface.polygon([(2, -1, 0.5), (2, 3, 0.5), (2, 3, 3), (2, -1, 3)]),
+}
+
+
+def _turned(points, degrees):
+    """About the edge of the half-plane; positive opens the side of x > 2."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return (points - MIDDLE) @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) + MIDDLE
+
+
+def _hinge(degrees):
+    return np.where(RIGHT, _turned(HANDLES, degrees / 2), _turned(HANDLES, -degrees / 2))
+
+
+MOTIONS = {
+    "all moved": HANDLES + (0.3, 0, 0),
+    "all turned": _turned(HANDLES, -10),
+    "both sides": HANDLES + np.where(RIGHT, 0.3, 0.1) * [1, 0, 0],
+    "right side": HANDLES + np.where(RIGHT, 0.3, 0) * [1, 0, 0],
+    "hinge of 5": _hinge(5),
+    "hinge of 25": _hinge(25),
+    "hinge of 60": _hinge(60),
+}
+
+
+def lost(d, x):
+    """Which of the material at x has no place, or does not show there, though nothing else does."""
+    v = d.forward(x)
+    gone = np.isnan(v).any(axis=1)
+    v[gone] = 0
+    origin, void_distance = d.backward(v), d.void_distance(v)
+    gone |= (void_distance < 0) & off(d.cuts, x)
+    missed = np.flatnonzero(~gone & (lengths(origin - x) > 1e-4 * SIZE))
+    other = d.forward(origin[missed])  # comes to the same place where sides overlap
+    gone[missed[~(lengths(other - v[missed]) < 1e-4 * SIZE)]] = True
+    return gone
+
+
+@paired(shape=ACROSS, motion=MOTIONS, device=EVERYWHERE)
+def test_what_is_pulled_apart_loses_nothing(shape, motion, device, rng):
+    x = rng.uniform(*BOX, (400 if device == "reference" else 20_000, 3))
+    d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS[shape]], device=device)
+    assert lost(d, x).mean() <= 1e-4
+
+
+@pytest.mark.parametrize("motion", ["all moved", "all turned", "both sides"])
+def test_the_deformed_frame_loses_what_comes_to_the_cut(motion, rng):
+    x = rng.uniform(*BOX, (1000, 3))
+    d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS["plane"]])
+    assert lost(replace(d, cut_frame="deformed"), x).mean() > 0.01
