@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from conftest import (
     DEVICES,
+    EXTENT,
+    KINDS_AND_DEGREES,
     deformation,
     random_rotation,
 )
 from pairwise import paired
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import Grid, HalfPlane, Plane, Sampling, Surface
 
 SIZE = 4.0  # of the box 4 x 2 x 1 that is cut
 BOX = np.array([(0, 0, 0), (4, 2, 1)], float)
@@ -68,6 +70,13 @@ def lengths(vectors):
 def off(cuts, x):
     """Which of the places x are farther from all cuts than rounding."""
     return np.all([np.abs(cut.void_distance(x, x)) > 1e-5 * SIZE for cut in cuts], axis=0)
+
+
+def bent(rng, count=30):
+    """Control points that are moved smoothly, but apart across the middle."""
+    rest = rng.uniform(*BOX, (count, 3))
+    wave = np.sin(rest @ rng.normal(0, 1.2, (3, 3)) + rng.uniform(0, 6, 3))
+    return rest, rest + 0.15 * wave + 0.15 * np.sign(rest[:, :1] - 2) * [1, 0, 0]
 
 
 # What moves as a whole
@@ -162,3 +171,91 @@ def test_the_deformed_frame_loses_what_comes_to_the_cut(motion, rng):
     x = rng.uniform(*BOX, (1000, 3))
     d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS["plane"]])
     assert lost(replace(d, cut_frame="deformed"), x).mean() > 0.01
+
+
+# Round the tip
+
+
+@pytest.mark.parametrize("motion", ["right side", "hinge of 25", "hinge of 60"])
+@pytest.mark.parametrize("shape", ["half-plane", "polygon"])
+def test_nothing_jumps_beyond_the_edge(shape, motion, device, rng):
+    d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS[shape]], device=device)
+    depth = np.geomspace(1e-5, 0.4, 60)
+    x = np.column_stack([np.full(60, 2), rng.uniform(0.2, 1.8, 60), 0.5 - depth])
+    v = d.forward(x)
+    left, right = (d.backward(v + side * np.array([5e-7, 0, 0])) for side in (-1, 1))
+    assert lengths(right - left).max() < 1e-4
+    np.testing.assert_allclose(left, x, rtol=0, atol=1e-4)
+
+
+def _bends(d, count):
+    """Largest second differences of origins, by angle, along a loop round where the tip is now."""
+    angles = np.linspace(-0.75, 0.75, count) * np.pi  # from the face of the void to the other
+    tip = d.forward([MIDDLE - [0, 0, 1e-6]])
+    loop = tip + 0.15 * np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], axis=1)
+    origins = d.backward(loop)
+    assert not d.void(loop).any()
+    return lengths(np.diff(origins, 2, axis=0)).max() / (angles[1] - angles[0]) ** 2
+
+
+@pytest.mark.parametrize(
+    ("shape", "motion"), [("half-plane", "hinge of 60"), ("polygon", "hinge of 25")]
+)
+def test_a_loop_round_the_edge_has_no_kink(shape, motion):
+    """At a kink, second differences over finer and finer steps would grow beyond all bounds."""
+    d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS[shape]])
+    coarse, fine = (_bends(d, count) for count in (75, 300))
+    paper = _bends(replace(d, cut_frame="deformed"), 300)
+    assert fine < 1.1 * coarse
+    assert fine < 1.5 * paper
+
+
+# What any map must be
+
+
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, device=EVERYWHERE)
+def test_interpolates_and_rests(shape, kind_and_degree, device, rng):
+    rest, deformed = bent(rng, 16)
+    d = rest_frame(rest, deformed, kind_and_degree, device, cuts=SHAPES[shape])
+    tolerance = 2e-4 / EXTENT * SIZE
+    np.testing.assert_allclose(d.backward(deformed), rest, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(d.forward(rest), deformed, rtol=0, atol=1e-5 * SIZE)
+    still = rest_frame(rest, rest, kind_and_degree, device, cuts=SHAPES[shape])
+    v = rng.uniform(*BOX, (30, 3))
+    np.testing.assert_array_equal(still.backward(v), v)
+    np.testing.assert_array_equal(still.forward(v), v)
+    assert not still.void(v)[off(SHAPES[shape], v)].any()
+
+
+def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
+    rest, deformed = bent(rng)
+    one = rest_frame(rest, deformed, kind_and_degree, device)
+    other = replace(one, cut_frame="deformed")
+    v, grid = rng.uniform(*BOX, (50, 3)), Grid((9, 8, 3), (0, 0, 0), (0.5, 0.25, 0.4))
+    for answers in (
+        [d.backward(v) for d in (one, other)],
+        [d.forward(rest) for d in (one, other)],
+        [d.jacobian(v) for d in (one, other)],
+        [d.displacement_field(grid).displacement for d in (one, other)],
+    ):
+        np.testing.assert_array_equal(*answers)
+
+
+GRID = Grid((23, 13, 5), (-0.1, -0.1, -0.1), (0.19, 0.18, 0.25))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("device", DEVICES)
+def test_parts_of_a_grid_are_those_of_the_whole(shape, device, rng):
+    """Also those that begin in the middle of a row."""
+    d = rest_frame(*bent(rng), device=device, cuts=SHAPES[shape])
+    first, dimensions = (5, 3, 1), (13, 7, 3)
+    part = GRID.part(first, dimensions)
+    inside = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+    whole, piece = d.displacement_field(GRID), d.displacement_field(part)
+    np.testing.assert_array_equal(piece.displacement, whole.displacement[inside])
+    np.testing.assert_array_equal(piece.void_distance, whole.void_distance[inside])
+    np.testing.assert_array_equal(d.jacobian_field(part), d.jacobian_field(GRID)[inside])
+    image = np.sin(np.arange(GRID.size)).reshape(GRID.shape)
+    (whole,), (piece,) = (d.resample([image], Sampling(GRID, target)) for target in (GRID, part))
+    np.testing.assert_array_equal(piece, whole[inside])
