@@ -8,12 +8,14 @@ from conftest import (
     DEVICES,
     EXTENT,
     KINDS_AND_DEGREES,
+    TOLERANCE,
     deformation,
     random_rotation,
 )
 from pairwise import paired
 
-from vtk_mls import Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.progress import SILENT
 
 SIZE = 4.0  # of the box 4 x 2 x 1 that is cut
 BOX = np.array([(0, 0, 0), (4, 2, 1)], float)
@@ -259,3 +261,95 @@ def test_parts_of_a_grid_are_those_of_the_whole(shape, device, rng):
     image = np.sin(np.arange(GRID.size)).reshape(GRID.shape)
     (whole,), (piece,) = (d.resample([image], Sampling(GRID, target)) for target in (GRID, part))
     np.testing.assert_array_equal(piece, whole[inside])
+
+
+# Kernels do as the specification
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, alpha_and_nu=[(1, 2), (1.6, 3)])
+def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha_and_nu, rng):
+    cuts, (alpha, nu) = SHAPES[shape], alpha_and_nu
+    # inside the closed box they must tell all cubic polynomials
+    rest, deformed = bent(rng, 30 if "box" not in shape else 90)
+    expected, got = (
+        rest_frame(rest, deformed, kind_and_degree, name, alpha=alpha, cuts=cuts, nu=nu)
+        for name in ("reference", key)
+    )
+    v = rng.uniform(*BOX, (40, 3))
+    error = lengths(expected.backward(v) - got.backward(v)) / SIZE * EXTENT
+    largest, p99 = TOLERANCE[kind_and_degree]
+    # a side of planes has a few control points only, and float32 decides a little less
+    factor = 5 if "plane" in shape and "half-planes" not in shape else 1
+    factor *= 10 if kind_and_degree[0] == "polynomial" else 2  # the search ends at 1e-6
+    assert np.percentile(error, 90) <= factor * p99
+    assert error.max() <= factor * largest
+    distances = [d.void_distance(v) for d in (expected, got)]
+    assert np.abs(distances[0] - distances[1]).max() <= factor * largest / EXTENT * SIZE
+    np.testing.assert_array_equal(*(distance < 0 for distance in distances))
+    jacobians = [d.jacobian(v[:20]) for d in (expected, got)]
+    error = np.abs(jacobians[0] - jacobians[1]).max(axis=(1, 2))
+    assert error.max() <= 1e-3 * max(1, np.abs(jacobians[0]).max())
+    places = rest[:5]
+    np.testing.assert_allclose(got.forward(places), deformed[:5], rtol=0, atol=1e-5 * SIZE)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_grids_agree_with_points(key, shape, rng):
+    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
+    field, v = d.displacement_field(GRID), GRID.points()
+    origin, void_distance = d.backward(v), d.void_distance(v)
+    clear = np.abs(void_distance) > 1e-5 * SIZE
+    for got, exact, tolerance in (
+        (field.displacement.reshape(-1, 3), origin - v, 1e-3 / EXTENT * SIZE),
+        (field.void_distance.ravel(), void_distance, 1e-3 / EXTENT * SIZE),
+        (d.jacobian_field(GRID).reshape(-1, 3, 3), d.jacobian(v), 2e-3),
+    ):
+        error = np.abs(got - exact).reshape(len(v), -1).max(axis=1)
+        assert error[clear].max() <= tolerance
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", ["plane and half-plane", "polygon"])
+def test_devices_agree_on_images(key, shape, rng):
+    rest, deformed = bent(rng)
+    devices = [rest_frame(rest, deformed, device=e, cuts=SHAPES[shape]) for e in ("reference", key)]
+    source = Grid((9, 5, 5), (0, 0, 0), (0.5, 0.5, 0.25))
+    image = np.sin(source.points() @ (1, 2, 3)).reshape(source.shape)
+    vectors = np.stack([image, 2 * image, 1 - image], axis=-1)
+    sampling = Sampling(source, source)
+    images = [d.resample([image], sampling)[0] for d in devices]
+    gradients = [d.resample_gradients(vectors, sampling) for d in devices]
+    np.testing.assert_allclose(*images, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(*gradients, rtol=0, atol=1e-4)
+    bounds = [d._engine.source_bounds(d, sampling, SILENT) for d in devices]
+    np.testing.assert_allclose(*bounds, rtol=0, atol=1e-4)
+
+
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES[1:4])
+def test_jacobian_is_the_derivative(shape, kind_and_degree, rng):
+    d = rest_frame(*bent(rng), kind_and_degree, cuts=SHAPES[shape])
+    v, step = rng.uniform(*BOX, (12, 3)), 1e-5
+    steps = step * np.repeat(np.eye(3), 2, axis=0) * np.tile([[1], [-1]], (3, 1))
+    moved = d.backward((v[:, None] + steps).reshape(-1, 3)).reshape(-1, 3, 2, 3)
+    slopes = np.moveaxis(moved[:, :, 0] - moved[:, :, 1], 1, 2) / (2 * step)
+    error = np.abs(d.jacobian(v) - slopes).max(axis=(1, 2))
+    assert np.percentile(error, 90) <= 1e-6  # a kink may be within a step
+
+
+# Errors
+
+
+def test_an_unknown_frame_is_named():
+    message = "`cut_frame` must be .*rest.*deformed.*'paper'"
+    with pytest.raises(ValueError, match=message):
+        Deformation(np.eye(3), np.eye(3), cut_frame="paper")
+
+
+def test_obstacles_are_counted():
+    cuts = [HalfPlane((i, 0, 0), (1, 0, 0), (0, 0, 1)) for i in range(31)]
+    with pytest.raises(ValueError, match="`cuts` must have at most 30 .*, got 31; join"):
+        rest_frame(HANDLES, HANDLES, cuts=cuts)
+    Deformation(HANDLES, HANDLES, cuts=cuts, cut_frame="deformed")
+    rest_frame(HANDLES, HANDLES, cuts=cuts[:30])
