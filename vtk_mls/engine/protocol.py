@@ -45,6 +45,25 @@ class Engine(Protocol):
             G(v).
         """
 
+    def void_distance(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """How far some points are from being void, where the cuts are in the rest frame.
+
+        Parameters
+        ----------
+        deformation : Deformation
+            With cuts; in the deformed frame v and G(v) tell it (`Cut.void_distance`).
+        points : (m, 3) float64, world coordinates
+            v.
+        progress : Progress
+
+        Returns
+        -------
+        (m,) float64, world units
+            Below 0 in the void.
+        """
+
     def jacobian(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> np.ndarray:
