@@ -344,7 +344,12 @@ class Deformation:
             return ForwardField(displacement, found)
 
     @_quiet
-    def jacobian(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
+    def jacobian(
+        self,
+        points: ArrayLike,
+        progress: ProgressLike = None,
+        origins: ArrayLike | None = None,
+    ) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
         At a control point it is the linear part of the map fitted there.
@@ -354,14 +359,25 @@ class Deformation:
         points : (m, 3) array_like, world coordinates
         progress : callable, optional
             As for `backward`.
+        origins : (m, 3) array_like, world coordinates of the undeformed space, optional
+            x = G(v), where it is known. With cuts in the rest frame it tells material at a face
+            from that of another side which is there, too.
 
         Returns
         -------
         (m, 3, 3) float64
         """
         points = arguments.points("points", points)
+        if origins is not None:
+            origins = arguments.points("origins", origins)
+            if origins.shape != points.shape:
+                raise ValueError(
+                    f"`origins` must be as many as `points`, got {len(origins)} for {len(points)}"
+                )
         with whole(progress) as progress:
-            return self._engine.jacobian(self, points, progress)
+            if not self.in_rest_frame:
+                return self._engine.jacobian(self, points, progress)
+            return self._engine.jacobian(self, points, progress, origins)
 
     @_quiet
     def void_distance(

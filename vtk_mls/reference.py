@@ -41,8 +41,16 @@ def void_distance(deformation, points, progress=SILENT):
     return _answers(deformation, points, progress)[1]
 
 
-def jacobian(deformation, points, progress=SILENT):
-    return _answers(deformation, points, progress, with_jacobian=True)[2]
+def jacobian(deformation, points, progress=SILENT, origins=None):
+    if origins is None:
+        return _answers(deformation, points, progress, with_jacobian=True)[2]
+    result = np.empty((len(points), 3, 3))
+    for part in progress.over(_parts(len(points), deformation)):
+        for region in deformation.regions:
+            rows = part.start + np.flatnonzero(region.holds(deformation.planes, origins[part]))
+            view = _seen_from(deformation, origins[rows])
+            result[rows] = _Fit(deformation, region.control_points, points[rows], view).jacobian()
+    return result
 
 
 def forward(deformation, points, progress=SILENT):
@@ -92,9 +100,7 @@ def _newton(deformation, region, x, trial):
     whose steps are halved in vain because of a cut may cross cuts from then on: v may be behind one
     of them, seen from x.
     """
-    view = None
-    if deformation.in_rest_frame:  # the material is known, and so is how cuts see it
-        view = View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
+    view = _seen_from(deformation, x)
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
     passing, close = np.zeros(len(x), bool), _EXACT * _size_of(region.control_points, x)
@@ -125,6 +131,13 @@ def _newton(deformation, region, x, trial):
     for plane, side in zip(planes, region.sides):
         cut_off |= side * plane.height(v) < -ON_PLANE * _size_of(region.control_points, x)
     return v, np.where(cut_off, np.inf, residual)
+
+
+def _seen_from(deformation, x):
+    """How cuts that belong to the material see it at `x` (m, 3), as a View; None for others."""
+    if not deformation.in_rest_frame:
+        return None
+    return View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
 
 
 def _is_parted(deformation, x, other):

@@ -163,6 +163,18 @@ class RegionMap:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
 
+    def jacobian_of(self, points, origins):
+        """d(G - v)/dv at `points` (m, 3) for the material of `origins`, (9, m) float32."""
+        if not self.deformation.obstacles:
+            return self.at_points("point_jacobian", 9, points)
+        seen = self.local_points(origins)
+        result = np.empty((9, len(points)), np.float32)
+        if len(points) > 0:
+            with self.memory.read(seen) as buffer:
+                at = self.local_points(points)
+                self.launch_at("origin_jacobian", at, [buffer], outputs=[result])
+        return result
+
     def void_outputs(self, buffer):
         """Kernel arguments for void distances in a buffer; none without one."""
         return [] if buffer is None else [buffer, np.float32(self.control_points.scale)]

@@ -46,7 +46,11 @@ class Engine(Protocol):
         """
 
     def jacobian(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        progress: Progress,
+        origins: np.ndarray | None = None,
     ) -> np.ndarray:
         """Jacobian of the map at some points.
 
@@ -56,6 +60,8 @@ class Engine(Protocol):
         points : (m, 3) float64, world coordinates
             v.
         progress : Progress
+        origins : (m, 3) float64, world coordinates, optional
+            x = G(v) where it is known; only with cuts in the rest frame.
 
         Returns
         -------
