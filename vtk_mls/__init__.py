@@ -5,7 +5,7 @@ from importlib import import_module
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.cuts import HalfPlane, Plane, Surface
-    from vtk_mls.deformation import Deformation, DisplacementField, ForwardField
+    from vtk_mls.deformation import CUT_FRAMES, Deformation, DisplacementField, ForwardField
     from vtk_mls.engine.device import DeviceError
     from vtk_mls.grid import Grid
     from vtk_mls.interpolation import INTERPOLATIONS
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from vtk_mls.sampling import VOID_VALUES, Sampling
 
 __all__ = [
+    "CUT_FRAMES",
     "INTERPOLATIONS",
     "KINDS",
     "VOID_VALUES",
@@ -33,6 +34,7 @@ __version__ = "0.1.0"
 # Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
 # numpy is loaded.
 _MODULES = {
+    "CUT_FRAMES": "deformation",
     "INTERPOLATIONS": "interpolation",
     "KINDS": "kinds",
     "VOID_VALUES": "sampling",

@@ -20,6 +20,7 @@ from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided, moved
 from vtk_mls.sampling import Sampling
 
+CUT_FRAMES = ("rest", "deformed")
 # Points of a grid whose displacements are in memory though only void distances are wanted.
 _SLAB = 1 << 20
 _MOST_OBSTACLES = 30  # each has a bit in the kernels
@@ -194,7 +195,7 @@ class Deformation:
         nu = arguments.number("nu", self.nu)
         if not (np.isfinite(nu) and nu > 1):
             raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
-        arguments.choice("cut_frame", self.cut_frame, ("rest", "deformed"))
+        arguments.choice("cut_frame", self.cut_frame, CUT_FRAMES)
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
         seen = rest if self.cut_frame == "rest" else deformed
         kind = kinds.named(self.kind, degree)

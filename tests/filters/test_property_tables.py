@@ -81,6 +81,7 @@ def test_defaults_are_those_of_the_core():
     table = {each.name: each.default for each in filters.MLSDeform.PROPERTIES}
     for name in ("kind", "alpha", "degree", "nu"):
         assert table[name.capitalize()] == getattr(Deformation, name)
+    assert table["CutFrame"] == Deformation.cut_frame
     for name, attribute in (
         ("Interpolation", "interpolation"),
         ("Background", "background"),

@@ -61,6 +61,7 @@ def add(parser):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
+    property_options.add(parser, "CutFrame")
     property_options.add(parser, "Device")
     add("--progress", action="store_true", help="show a progress bar although not on a terminal")
 
@@ -98,6 +99,7 @@ def deformation(options):
         weights=weights,
         cuts=_cuts(options),
         nu=options.nu,
+        cut_frame=options.cut_frame,
         device=options.device or None,
     )
 

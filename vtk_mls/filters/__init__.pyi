@@ -173,6 +173,17 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+        """Where cuts are: rest, in the undeformed volume, as part of the material, which takes
+        them along and keeps all that it has; deformed, at a fixed position in the deformed
+        space, where material that is moved through them is lost.
+
+        The paper's cuts are those of the deformed space.
+
+        One of "rest", "deformed"; default: "deformed".
+        """
+
+    def GetCutFrame(self) -> str: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.
@@ -455,6 +466,17 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+        """Where cuts are: rest, in the undeformed volume, as part of the material, which takes
+        them along and keeps all that it has; deformed, at a fixed position in the deformed
+        space, where material that is moved through them is lost.
+
+        The paper's cuts are those of the deformed space.
+
+        One of "rest", "deformed"; default: "deformed".
+        """
+
+    def GetCutFrame(self) -> str: ...
     def SetNu(self, value: float) -> None:
         """How fast the influence of control points behind a cut falls with the length of the
         detour around it. Must be greater than 1.

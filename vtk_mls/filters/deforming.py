@@ -152,8 +152,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
         names = self._control_point_arrays(*control_points) if control_points else ()
         cuts = self._all_cuts(surfaces)
+        cut_frame = property_tables.CUT_FRAME.checked(self)
         data = _stamps(control_points)
-        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts)
+        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
         state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
 
         def make():
@@ -170,6 +171,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 weights=weights,
                 cuts=cuts,
                 nu=self.GetNu(),
+                cut_frame=cut_frame,
                 device=self.GetDevice() or None,
             )
 

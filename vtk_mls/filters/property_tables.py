@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls import INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -89,6 +89,16 @@ CUT_INWARD = Vector(
 
 # All cuts.
 CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
+CUT_FRAME = Choice(
+    "CutFrame",
+    Deformation.cut_frame,
+    """Where cuts are: rest, in the undeformed volume, as part of the material, which takes them
+    along and keeps all that it has; deformed, at a fixed position in the deformed space, where
+    material that is moved through them is lost.""",
+    more="The paper's cuts are those of the deformed space.",
+    choices=CUT_FRAMES,
+    is_advanced=True,
+)
 NU = Slider(
     "Nu",
     Deformation.nu,
@@ -282,7 +292,8 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-_SHARED = (*MAP, CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, NU, *OWN_CONTROL_POINTS)
+_CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, CUT_FRAME, NU)
+_SHARED = (*MAP, *_CUTTING, *OWN_CONTROL_POINTS)
 DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)

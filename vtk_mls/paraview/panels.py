@@ -53,6 +53,7 @@ _CUT = [
         panel_widget="InteractivePlane",
     ),
     element(tables.CUT_INWARD),
+    element(tables.CUT_FRAME),
     element(tables.NU),
 ]
 
