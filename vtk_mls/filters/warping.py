@@ -202,7 +202,7 @@ class Warp:
         return arrays.to_numpy(self.output.GetPoints().GetData())
 
     def _of_points(self):
-        """Where the output's points are (n, 3), and where their material is from, if that counts."""
+        """The output's points (n, 3), and where their material is from if that counts, or None."""
         if self.deformation.in_rest_frame:
             return self._points(), self._off_cuts(self.before)
         return self._off_cuts(self._points()), None
