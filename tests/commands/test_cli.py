@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import SimpleITK as sitk
 from command_fixtures import PROJECT, WITHOUT, files, run  # noqa: F401
 from conftest import DEVICES
 from vtk_fixtures import (
@@ -15,7 +16,18 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import KINDS, Deformation, HalfPlane, Plane, Sampling, Surface, __version__, arrays, io
+from vtk_mls import (
+    CUT_FRAMES,
+    KINDS,
+    Deformation,
+    HalfPlane,
+    Plane,
+    Sampling,
+    Surface,
+    __version__,
+    arrays,
+    io,
+)
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 
@@ -65,6 +77,21 @@ def test_deform_with_cuts_and_a_gradient(files):
     np.testing.assert_array_equal(values_of(output, "Void").ravel(), void)
     expected = value.corrected_gradient(values_of(image, "values"), grid)
     np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
+    options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-frame", frame, "--device", FAST]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options]) == 0
+    assert main(["field", "in.vti", "handles.csv", "out.nrrd", *options]) == 0
+    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
+    cut = Plane((4.3, 0, 0), (1, 0, 0))
+    value = Deformation(REST, DEFORMED, cuts=cut, cut_frame=frame, device=FAST)
+    found = values_of(io.read_dataset("out.vti"), "VoidDistance")
+    np.testing.assert_array_equal(found, value.void_distance_field(grid))
+    found = sitk.GetArrayFromImage(sitk.ReadImage("out.nrrd"))
+    expected = value.displacement_field(grid.dimensions, grid.origin, grid.spacing)
+    np.testing.assert_allclose(found, expected.displacement, atol=1e-6)
 
 
 def test_deform_a_mesh(files, capsys):

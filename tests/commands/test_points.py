@@ -9,7 +9,7 @@ import SimpleITK as sitk
 from command_fixtures import files, run  # noqa: F401
 from vtk_fixtures import DEFORMED, FAST, REST, messages  # noqa: F401
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane
+from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
@@ -60,6 +60,18 @@ def test_options_of_the_map_count(landmarks):
     value = Deformation(REST, DEFORMED, "polynomial", **options, device=FAST)
     found = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(found, value.backward(PLACES), rtol=1e-12)
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("inverse", [[], ["--inverse"]], ids=["forward", "inverse"])
+def test_the_frame_of_the_cuts_counts(landmarks, frame, inverse):
+    options = [f"--cut-frame={frame}", *inverse]
+    assert _points("in.csv", "handles.csv", "out.csv", "--cut-plane=4,4,4,0,0,1", *options) == 0
+    cut = Plane((4, 4, 4), (0, 0, 1))
+    value = Deformation(REST, DEFORMED, cuts=cut, cut_frame=frame, device=FAST)
+    expected = (value.backward if inverse else value.forward)(PLACES)
+    found = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_what_itk_reads_goes_back_by_the_displacement_field(landmarks):

@@ -140,7 +140,9 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetCutType(self) -> str: ...
     def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane.
+        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
+        in the view stays at the undeformed volume, where it was laid, and the material takes
+        the cut itself along.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
         """
@@ -174,11 +176,11 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
     def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Where cuts are: rest, in the undeformed volume, as part of the material, which takes
-        them along and keeps all that it has; deformed, at a fixed position in the deformed
-        space, where material that is moved through them is lost.
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through
+        them is lost.
 
-        The paper's cuts are those of the deformed space.
+        The paper's are in the deformed space.
 
         One of "rest", "deformed"; default: "deformed".
         """
@@ -433,7 +435,9 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def GetCutType(self) -> str: ...
     def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane.
+        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
+        in the view stays at the undeformed volume, where it was laid, and the material takes
+        the cut itself along.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
         """
@@ -467,11 +471,11 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
     def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Where cuts are: rest, in the undeformed volume, as part of the material, which takes
-        them along and keeps all that it has; deformed, at a fixed position in the deformed
-        space, where material that is moved through them is lost.
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through
+        them is lost.
 
-        The paper's cuts are those of the deformed space.
+        The paper's are in the deformed space.
 
         One of "rest", "deformed"; default: "deformed".
         """

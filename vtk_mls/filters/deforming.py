@@ -208,9 +208,12 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        held = np.zeros(len(rest), bool)
+        held, resting = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
         for cut in cut_inputs.own_cuts(*self._own_cut()):
-            held |= (rest == deformed).all(axis=1) & _is_on(cut, rest)
+            on_cut = _is_on(cut, rest)
+            held |= resting & on_cut
+            if self.GetCutFrame() == "rest":
+                rest = np.where(on_cut[:, None], _beside(cut.plane, rest, deformed), rest)
         if held.all():
             return _ANCHOR, _ANCHOR, None
         return rest[~held], deformed[~held], None if weights is None else weights[~held]
@@ -281,8 +284,19 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 def _is_on(cut, positions):
     """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
     with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
-        size = np.ptp(positions, axis=0).max(initial=0)
-        return cut.void_distance(positions, positions) <= _ON_CUT * size
+        return cut.void_distance(positions, positions) <= _rounding(positions)
+
+
+def _beside(plane, rest, deformed):
+    """Positions (n, 3) on a plane, as little off it as tells the side that they are dragged to."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        side = np.where(plane.height(deformed) < 0, -1, 1)
+        return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
+
+
+def _rounding(positions):
+    """What is no distance between positions (n, 3), world units."""
+    return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)
 
 
 def _stamps(data):

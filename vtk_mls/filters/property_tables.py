@@ -67,7 +67,9 @@ _HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
 CUT_ORIGIN = Vector(
     "CutOrigin",
     (0.0, 0.0, 0.0),
-    "A point of the plane, or of the edge of the half-plane.",
+    """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut in
+    the view stays at the undeformed volume, where it was laid, and the material takes the cut
+    itself along.""",
     **_HAS_CUT,
 )
 CUT_NORMAL = Vector(
@@ -92,10 +94,9 @@ CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
 CUT_FRAME = Choice(
     "CutFrame",
     Deformation.cut_frame,
-    """Where cuts are: rest, in the undeformed volume, as part of the material, which takes them
-    along and keeps all that it has; deformed, at a fixed position in the deformed space, where
-    material that is moved through them is lost.""",
-    more="The paper's cuts are those of the deformed space.",
+    """Where cuts are: rest, in the undeformed volume, and the material takes them along; deformed,
+    in the deformed space, where they stay, and material that is moved through them is lost.""",
+    more="The paper's are in the deformed space.",
     choices=CUT_FRAMES,
     is_advanced=True,
 )
