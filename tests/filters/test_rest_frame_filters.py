@@ -47,6 +47,7 @@ MOTIONS = {
     "one side pulled": REST + np.where(ABOVE, [1, 0, 0], 0),
     "both pulled above": REST
     + np.where(REST[:, 2:] > 3, np.where(ABOVE, [1.2, 0, 0], [-0.4, 0.2, 0]), 0),
+    "one side pushed": REST - np.where(ABOVE, [1, 0, 0], 0),
     "hinge": np.where(ABOVE, turned(REST, -0.25, HALF.along), turned(REST, 0.25, HALF.along)),
 }
 OPENINGS = [
@@ -219,6 +220,35 @@ def test_jacobians_of_known_material_are_those_of_the_map(cut, motion, device):
     np.testing.assert_allclose(value.jacobian(v, origins=origins), expected, rtol=0, atol=1e-4)
     with pytest.raises(ValueError, match=r"`origins` must be as many as `points`, got 1 for 2"):
         value.jacobian(v[:2], origins=v[:1])
+
+
+# Overlap
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_overlap_is_where_other_material_comes_to_the_same_place(cut, motion, device):
+    """A point of the material to which other material is mapped: `backward` gives one of them."""
+    value = Deformation(REST, MOTIONS[motion], cuts=[CUTS[cut]], cut_frame="rest", device=device)
+    x = np.random.default_rng(4).uniform(0, 8, (4000, 3))
+    v = value.forward(x)
+    assert np.isfinite(v).all()
+    hidden = np.linalg.norm(value.backward(v) - x, axis=1) > 1e-3 * EXTENT
+    overlaps = value.overlap(v)
+    assert np.count_nonzero(hidden & ~overlaps) <= 2  # on the face, to rounding
+    if motion == "one side pushed":
+        assert hidden.sum() > 3
+        assert np.count_nonzero(overlaps) > 1.3 * hidden.sum()
+    if motion in ("one side pulled", "all turned"):
+        assert not overlaps.any()
+    assert not (overlaps & value.void(v)).any()
+
+
+def test_nothing_overlaps_without_cuts_or_where_material_is_gone(device):
+    x = np.random.default_rng(4).uniform(0, 8, (50, 3))
+    pushed_ = MOTIONS["one side pushed"]
+    for options in ({}, {"cuts": [CUTS["plane"]], "cut_frame": "deformed"}):
+        assert not Deformation(REST, pushed_, device=device, **options).overlap(x).any()
 
 
 # Gradients of images at the faces

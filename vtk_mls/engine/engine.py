@@ -77,6 +77,16 @@ class Engine:
         return self._origins(deformation, points, progress)[1]
 
     @_question
+    def origins_from(self, deformation, points, starts, progress=SILENT):
+        origins, void_distance = np.empty_like(points), np.empty(len(points))
+        maps = self._maps(deformation)
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 48)):
+            for map_ in maps:
+                rows = _held(deformation.planes, map_.region, starts, part)
+                origins[rows], void_distance[rows] = map_.origins(points[rows], starts[rows])
+        return origins, void_distance
+
+    @_question
     def jacobian(self, deformation, points, progress=SILENT, origins=None):
         if origins is not None:
             return self._jacobian_of(deformation, points, origins, progress)

@@ -45,6 +45,47 @@ class Engine(Protocol):
             G(v).
         """
 
+    def void_distance(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """How far points are from being void; only with cuts in the rest frame.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        progress : Progress
+
+        Returns
+        -------
+        (m,) float64, world units
+        """
+
+    def origins_from(
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        starts: np.ndarray,
+        progress: Progress,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Origins of the material that a search finds; only with cuts in the rest frame.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        starts : (m, 3) float64, world coordinates
+            Where searches begin, on the side of each full plane whose material is wanted.
+        progress : Progress
+
+        Returns
+        -------
+        origins : (m, 3) float64, world coordinates
+        void_distance : (m,) float64, world units
+        """
+
     def jacobian(
         self,
         deformation: Deformation,
