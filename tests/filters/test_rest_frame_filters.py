@@ -17,6 +17,7 @@ from vtk_fixtures import (
     FAST,
     REST,
     add_array,
+    connect,
     control_points,
     device,  # noqa: F401
     make_image,
@@ -27,6 +28,7 @@ from vtk_fixtures import (
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, arrays
 from vtk_mls.arrays import ImageGeometry
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.linear_algebra import unit
 
 EXTENT = 6.0  # of the control points
@@ -242,6 +244,28 @@ def test_overlap_is_where_other_material_comes_to_the_same_place(cut, motion, de
     if motion in ("one side pulled", "all turned"):
         assert not overlaps.any()
     assert not (overlaps & value.void(v)).any()
+
+
+@pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
+@pytest.mark.parametrize("frame", ["rest", "deformed"])
+def test_filters_mark_the_overlap(kind, frame):
+    image = make_image((13, 12, 11), origin=(-1, -1, -1))
+    cut, moved = CUTS["half-plane"], MOTIONS["one side pushed"]
+    filter_ = connect(kind(), image, control_points(REST, moved))
+    filter_.SetDevice(FAST)
+    filter_.AddCut(cut)
+    filter_.SetCutFrame(frame)
+    assert not update(filter_).GetPointData().HasArray("Overlap")
+    filter_.SetGenerateOverlap(True)
+    output = update(filter_)
+    value = Deformation(REST, moved, cuts=[cut], cut_frame=frame, device=FAST)
+    expected = value.overlap_field(ImageGeometry.of_image(image).grid)
+    got = values_of(output, "Overlap")
+    assert got.dtype == np.uint8
+    np.testing.assert_array_equal(got, expected)
+    total = output.GetFieldData().GetArray("OverlappingPoints").GetValue(0)
+    assert total == expected.sum()
+    assert (total > 10) == (frame == "rest")
 
 
 def test_nothing_overlaps_without_cuts_or_where_material_is_gone(device):

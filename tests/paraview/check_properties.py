@@ -30,6 +30,7 @@ defaults = {
     "CutType": "none",
     "CutNormal": [1.0, 0.0, 0.0],
     "CutInward": [0.0, 0.0, 1.0],
+    "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
 }

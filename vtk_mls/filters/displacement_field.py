@@ -102,6 +102,7 @@ class MLSDisplacementField(DeformingFilter):
             tasks = [partial(self._fill_forward, output, deformation, grid)]
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
+            tasks += self._overlap_tasks(deformation, output, grid)
             tasks += self._jacobian_tasks(deformation, output, grid)
         self._run(tasks)
         return 1
