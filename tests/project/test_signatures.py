@@ -12,7 +12,7 @@ from vtk_mls.engine import engine, protocol
 PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 MOST = 6
 QUESTIONS = (
-    *("backward", "forward", "jacobian"),
+    *("backward", "void_distance", "forward", "jacobian", "origins_from"),
     *("displacement_field", "jacobian_field"),
     *("resample", "resample_gradients", "source_bounds"),
 )

@@ -48,11 +48,12 @@ class Engine(Protocol):
     def void_distance(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> np.ndarray:
-        """How far points are from being void; only with cuts in the rest frame.
+        """How far some points are from being void, where the cuts are in the rest frame.
 
         Parameters
         ----------
         deformation : Deformation
+            With cuts; in the deformed frame v and G(v) tell it (`Cut.void_distance`).
         points : (m, 3) float64, world coordinates
             v.
         progress : Progress
@@ -60,30 +61,7 @@ class Engine(Protocol):
         Returns
         -------
         (m,) float64, world units
-        """
-
-    def origins_from(
-        self,
-        deformation: Deformation,
-        points: np.ndarray,
-        starts: np.ndarray,
-        progress: Progress,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Origins of the material that a search finds; only with cuts in the rest frame.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        points : (m, 3) float64, world coordinates
-            v.
-        starts : (m, 3) float64, world coordinates
-            Where searches begin, on the side of each full plane whose material is wanted.
-        progress : Progress
-
-        Returns
-        -------
-        origins : (m, 3) float64, world coordinates
-        void_distance : (m,) float64, world units
+            Below 0 in the void.
         """
 
     def jacobian(
@@ -108,6 +86,30 @@ class Engine(Protocol):
         -------
         (m, 3, 3) float64
             dG_i/dv_j.
+        """
+
+    def origins_from(
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        starts: np.ndarray,
+        progress: Progress,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Origins of the material that a search finds; only with cuts in the rest frame.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        starts : (m, 3) float64, world coordinates
+            Where searches begin, on the side of each full plane whose material is wanted.
+        progress : Progress
+
+        Returns
+        -------
+        origins : (m, 3) float64, world coordinates
+        void_distance : (m,) float64, world units
         """
 
     def forward(

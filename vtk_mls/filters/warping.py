@@ -135,7 +135,7 @@ class Warp:
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
             tasks.append(self._add_jacobian)
-        for attributes, places in (
+        for attributes, positions in (
             (self.output.GetPointData(), self._of_points),
             (self.output.GetCellData(), self._of_centres),
         ):
@@ -145,7 +145,7 @@ class Warp:
                 self.wanted.GetPushForwardArrays(),
             )
             if directions:
-                tasks.append(partial(self._transform, attributes, places, directions))
+                tasks.append(partial(self._transform, attributes, positions, directions))
         run_all(tasks, progress)
 
     def _move(self, progress):
@@ -179,10 +179,10 @@ class Warp:
             if isinstance(self.output, vtkUnstructuredGrid):
                 self._count("InvertedCells", inverted(self.output, self.before, self._points()))
 
-    def _transform(self, attributes, places, directions, progress):
-        """Transform covariant and contravariant vectors at places that a function gives."""
+    def _transform(self, attributes, positions, directions, progress):
+        """Transform covariant and contravariant vectors at positions that a function gives."""
         values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
-        for part, jacobian in _jacobians(self.deformation, *places(), progress):
+        for part, jacobian in _jacobians(self.deformation, *positions(), progress):
             for name, how in directions.items():
                 rows = values[name][part]
                 if how == "tangent":
