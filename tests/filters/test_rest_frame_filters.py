@@ -356,13 +356,13 @@ def test_devices_agree_on_gradients_at_an_opening(shape, key):
 
 
 def test_faces_of_a_turned_image_look_into_the_opening(device):
-    """Two halves of a block, apart and turned: the filter's gradient on each face is its normal."""
-    axis, angle = np.array([1, 2, 0.5]), 0.5
+    """Two halves of a block, apart, turned and moved: the gradient on each face is its normal."""
+    axis, angle, by = np.array([1, 2, 0.5]), 0.5, np.array([1.0, 0, -3])
     apart = REST + np.where(REST[:, 2:] > 3, 1, -1) * [0, 0, 2]
-    image = make_image((17, 17, 17), origin=(-4, -4, -5))
+    image = make_image((17, 17, 17), origin=(-3, -4, -8))
     add_array(image.GetPointData(), "one", np.ones(image.GetNumberOfPoints()))
     image.GetPointData().SetActiveScalars("one")
-    handles = control_points(REST, turned(apart, angle, axis))
+    handles = control_points(REST, turned(apart, angle, axis) + by)
     filter_ = deforming(image, handles, device, Plane((4, 4, 3), (0, 0, 1)), CutFrame="rest")
     filter_.SetGradientArray("one")
     filter_.SetNormalizeGradient(True)
@@ -371,7 +371,7 @@ def test_faces_of_a_turned_image_look_into_the_opening(device):
     distance = values_of(output, "VoidDistance").ravel()
     assert (slope[distance < 0] == 0).all()
     x = ImageGeometry.of_image(image).grid.points()
-    middle = turned(np.array([(4.0, 4, 3)]), angle, axis)
+    middle = turned(np.array([(4.0, 4, 3)]), angle, axis) + by
     normal = turned(np.array([(0.0, 0, 1)]), angle, axis, np.zeros(3))[0]
     height = (x - middle) @ normal
     near = (distance >= 0) & (distance < 0.4) & (np.linalg.norm(x - middle, axis=1) < 4)
