@@ -12,9 +12,9 @@ from vtk_mls.engine import engine, protocol
 PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 MOST = 6
 QUESTIONS = (
-    *("backward", "void_distance", "forward", "jacobian", "origins_from"),
+    *("backward", "void_distance", "forward", "jacobian"),
     *("displacement_field", "jacobian_field"),
-    *("resample", "resample_gradients", "source_bounds"),
+    *("resample", "resample_gradients", "source_bounds", "origins_from"),
 )
 
 
