@@ -45,11 +45,12 @@ inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) 
   search->stepped |= going;
 }
 
-inline fit_t fit_at(const map_t *map, vec v) {
+// The fit at v, for the place that a search from `start` finds.
+inline fit_t fit_from(const map_t *map, vec v, vec start) {
   const cuts_t *cuts = &map->cuts;
   fit_t fit;
   search_t search;
-  search.x = first_guess(cuts, v);
+  search.x = start;
   search.residual = search.led = v;
   search.passed = search.stepped = (integer)(0);
   vec first = v;  // where the first search ended
@@ -91,6 +92,10 @@ inline fit_t fit_at(const map_t *map, vec v) {
     if (!ANY(going | stale)) break;
   }
   return fit;
+}
+
+inline fit_t fit_at(const map_t *map, vec v) {
+  return fit_from(map, v, first_guess(&map->cuts, v));
 }
 
 // d(G - v)/dv: the place x from which cuts are seen moves, too.

@@ -15,6 +15,7 @@ from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
 from vtk_mls.linear_algebra import unit
+from vtk_mls.overlap import overlap
 from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided, moved
@@ -345,7 +346,12 @@ class Deformation:
             return ForwardField(displacement, found)
 
     @_quiet
-    def jacobian(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
+    def jacobian(
+        self,
+        points: ArrayLike,
+        progress: ProgressLike = None,
+        origins: ArrayLike | None = None,
+    ) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
         At a control point it is the linear part of the map fitted there.
@@ -355,14 +361,25 @@ class Deformation:
         points : (m, 3) array_like, world coordinates
         progress : callable, optional
             As for `backward`.
+        origins : (m, 3) array_like, world coordinates of the undeformed space, optional
+            x = G(v), where it is known. With cuts in the rest frame it tells material at a face
+            from that of another side which is there, too.
 
         Returns
         -------
         (m, 3, 3) float64
         """
         points = arguments.points("points", points)
+        if origins is not None:
+            origins = arguments.points("origins", origins)
+            if origins.shape != points.shape:
+                raise ValueError(
+                    f"`origins` must be as many as `points`, got {len(origins)} for {len(points)}"
+                )
         with whole(progress) as progress:
-            return self._engine.jacobian(self, points, progress)
+            if not self.in_rest_frame:
+                return self._engine.jacobian(self, points, progress)
+            return self._engine.jacobian(self, points, progress, origins)
 
     @_quiet
     def void_distance(
@@ -396,6 +413,40 @@ class Deformation:
     def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether there is nothing at `points` (m, 3) because a cut has opened: (m,) bool."""
         return self.void_distance(points, progress) < 0
+
+    @_quiet
+    def overlap(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
+        """Whether material from both sides of a cut is at `points`: they are pushed together.
+
+        What `backward` says there is the origin of one of them.
+
+        Parameters
+        ----------
+        points : (m, 3) array_like, world coordinates
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        (m,) bool
+            False with cuts in the deformed frame, where material that comes to a cut is gone.
+        """
+        points = arguments.points("points", points)
+        with whole(progress) as progress:
+            if not self.in_rest_frame:
+                return np.zeros(len(points), bool)
+            return overlap(self._engine, self, points, progress)
+
+    @_quiet
+    def overlap_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
+        """`overlap` on a grid, (nz, ny, nx) bool."""
+        result = np.zeros(arguments.grid("grid", grid).shape, bool)
+        with whole(progress) as progress:
+            starts = range(0, grid.size, _SLAB)
+            for start, part in zip(starts, progress.divided(*[1] * len(starts))):
+                points = grid.points(start, min(start + _SLAB, grid.size))
+                result.reshape(-1)[start : start + _SLAB] = self.overlap(points, part)
+            return result
 
     @_quiet
     def displacement_field(

@@ -41,8 +41,27 @@ def void_distance(deformation, points, progress=SILENT):
     return _answers(deformation, points, progress)[1]
 
 
-def jacobian(deformation, points, progress=SILENT):
-    return _answers(deformation, points, progress, with_jacobian=True)[2]
+def origins_from(deformation, points, starts, progress=SILENT):
+    origins, void_distance = np.empty(points.shape), np.empty(len(points))
+    for part in progress.over(_parts(len(points), deformation)):
+        for region in deformation.regions:
+            rows = part.start + np.flatnonzero(region.holds(deformation.planes, starts[part]))
+            v = points[rows]
+            displacement, void_distance[rows], _ = _in_region(deformation, region, v, starts[rows])
+            origins[rows] = v + displacement
+    return origins, void_distance
+
+
+def jacobian(deformation, points, progress=SILENT, origins=None):
+    if origins is None:
+        return _answers(deformation, points, progress, with_jacobian=True)[2]
+    result = np.empty((len(points), 3, 3))
+    for part in progress.over(_parts(len(points), deformation)):
+        for region in deformation.regions:
+            rows = part.start + np.flatnonzero(region.holds(deformation.planes, origins[part]))
+            view = _seen_from(deformation, origins[rows])
+            result[rows] = _Fit(deformation, region.control_points, points[rows], view).jacobian()
+    return result
 
 
 def forward(deformation, points, progress=SILENT):
@@ -91,9 +110,7 @@ def _newton(deformation, region, x, trial):
     Backtracking halves a step that does not reduce the residual. Steps may cross cuts: what counts
     is where the search ends.
     """
-    view = None
-    if deformation.in_rest_frame:  # the material is known, and so is how cuts see it
-        view = View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
+    view = _seen_from(deformation, x)
     v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
     close = _EXACT * _size_of(region.control_points, x)
@@ -120,6 +137,13 @@ def _newton(deformation, region, x, trial):
     return v, np.where(cut_off, np.inf, residual)
 
 
+def _seen_from(deformation, x):
+    """How cuts that belong to the material see it at `x` (m, 3), as a View; None for others."""
+    if not deformation.in_rest_frame:
+        return None
+    return View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
+
+
 def _is_parted(deformation, x, other):
     """Whether a cut that one can go round is between `x` (m, 3) and another place."""
     blocks = [cut.blocks(x, other) for cut in deformation.obstacles]
@@ -144,7 +168,7 @@ def _samples(deformation, region, box):
     box = guesses.joined(box, guesses.bounds(control_points.deformed))
     v = guesses.cubic_grid(guesses.padded(box, 0.1), _SAMPLES).points()
     v = v[region.holds(deformation.moved_planes, v)]
-    displacement, void_distance, jacobian = _in_region(deformation, region, v, True)
+    displacement, void_distance, jacobian = _in_region(deformation, region, v, with_jacobian=True)
     upright = np.linalg.det(jacobian) > 0
     if deformation.in_rest_frame:
         upright &= void_distance >= 0
@@ -254,26 +278,29 @@ def _take(deformation, region, points, rows, results):
     if len(rows) == 0:
         return
     jacobian = results[2]
-    found = _in_region(deformation, region, points[rows], jacobian is not None)
+    with_jacobian = jacobian is not None
+    found = _in_region(deformation, region, points[rows], with_jacobian=with_jacobian)
     better = ~(found[1] <= results[1][rows])
     for result, new in zip(results, found):
         if result is not None:
             result[rows[better]] = new[better]
 
 
-def _in_region(deformation, region, v, with_jacobian):
-    """What `_answers` says, of the material of one region."""
+def _in_region(deformation, region, v, start=None, with_jacobian=False):
+    """What `_answers` says, of the material of one region; searches may have a `start` (m, 3)."""
     control_points, cuts = region.control_points, deformation.obstacles
 
     def fit_of(rows, view):
         return _Fit(deformation, control_points, v[rows], view)
 
     if deformation.in_rest_frame and cuts:
-        matrix, offset = control_points.affine
+        if start is None:
+            matrix, offset = control_points.affine
+            start = v @ matrix.T + offset
         view = settled(
             lambda rows, view: v[rows] + fit_of(rows, view).displacement(),
             cuts,
-            v @ matrix.T + offset,
+            start,
             _size_of(control_points, v),
         )
         fit = fit_of(slice(None), view)

@@ -97,12 +97,13 @@ def at_faces(deformation, v, fields, sampling, progress):
     mapping, sloping, closing, sampled = progress.divided(1, 3, 1, 1)
     origin = deformation.backward(v, mapping)
     covariant_jacobian = deformation.jacobian(v, sloping).swapaxes(1, 2)
-    void_distances = [cut.void_distance(v, origin) for cut in deformation.cuts]
+    seen = origin if deformation.in_rest_frame else v  # from where cuts are seen
+    void_distances = [cut.void_distance(seen, origin) for cut in deformation.cuts]
     void_distance, nearest = np.min(void_distances, axis=0), np.argmin(void_distances, axis=0)
     away = np.zeros_like(v)
     for number, cut in enumerate(deformation.cuts):
         here = nearest == number
-        away[here] = cut.away(v[here], origin[here])
+        away[here] = cut.away(seen[here], origin[here])
     across = np.einsum("mij,mj->mi", covariant_jacobian, away)
     squared = np.maximum(np.sum(across**2, axis=1), np.finfo(float).tiny)
     behind = v - ((void_distance + voxel / 2) / squared)[:, None] * across

@@ -1,5 +1,7 @@
 """Progress grows to 1, which it reaches once, and each time the callback can stop the work."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import DEVICES, EXTENT, random_handles
@@ -21,6 +23,8 @@ QUESTIONS = {
     "forward_field": lambda d, progress: d.forward_field(POINTS, progress).displacement,
     "jacobian": lambda d, progress: d.jacobian(POINTS, progress),
     "void_distance": lambda d, progress: d.void_distance(POINTS, progress),
+    "overlap": lambda d, progress: replace(d, cut_frame="rest").overlap(POINTS, progress),
+    "overlap_field": lambda d, progress: replace(d, cut_frame="rest").overlap_field(GRID, progress),
     "void": lambda d, progress: d.void(POINTS, progress),
     "displacement_field": lambda d, progress: (
         d.displacement_field(GRID, progress=progress).displacement

@@ -235,6 +235,7 @@ class Scene:
             "VoidValues": VOID_VALUES,
             "HideVoid": (True, False),
             "SplitCells": (True, False),
+            "GenerateOverlap": (True, False),
             "GenerateJacobian": (True, False),
             "GenerateJacobianDeterminant": (True, False),
             "SampleDimensions": ((4, 5, 6), (2, 1, 3)),

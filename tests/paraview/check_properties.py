@@ -33,6 +33,7 @@ defaults = {
     "CutNormal": [1.0, 0.0, 0.0],
     "CutInward": [0.0, 0.0, 1.0],
     "CutFrame": Deformation.cut_frame,
+    "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
 }

@@ -77,7 +77,19 @@ class Engine:
         return self._origins(deformation, points, progress)[1]
 
     @_question
-    def jacobian(self, deformation, points, progress=SILENT):
+    def origins_from(self, deformation, points, starts, progress=SILENT):
+        origins, void_distance = np.empty_like(points), np.empty(len(points))
+        maps = self._maps(deformation)
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 48)):
+            for map_ in maps:
+                rows = _held(deformation.planes, map_.region, starts, part)
+                origins[rows], void_distance[rows] = map_.origins(points[rows], starts[rows])
+        return origins, void_distance
+
+    @_question
+    def jacobian(self, deformation, points, progress=SILENT, origins=None):
+        if origins is not None:
+            return self._jacobian_of(deformation, points, origins, progress)
         result = np.empty((len(points), 3, 3))
         choosing, sloping = progress.divided(1, 2) if deformation.has_rivals else (None, progress)
         if deformation.has_rivals:
@@ -124,7 +136,9 @@ class Engine:
                 for map_, is_rival in launches:
                     outputs = [kernel_arguments.world(map_.control_points), out]
                     outputs += map_.void_outputs(distance)
-                    map_.launch_on_grid("grid_displacement", grid, part, *outputs, is_rival=is_rival)
+                    map_.launch_on_grid(
+                        "grid_displacement", grid, part, *outputs, is_rival=is_rival
+                    )
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), void_distance
 
@@ -185,6 +199,17 @@ class Engine:
             bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
         return bounds
 
+    def _jacobian_of(self, deformation, points, origins, progress):
+        """The Jacobian at `points` for the material that is known to be there."""
+        result = np.empty((len(points), 3, 3))
+        maps = self._maps(deformation)
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
+            for map_ in maps:
+                rows = _held(deformation.planes, map_.region, origins, part)
+                planes = map_.jacobian_of(points[rows], origins[rows])
+                result[rows] = np.eye(3) + planes.T.reshape(-1, 3, 3)
+        return result
+
     def _maps(self, deformation):
         return [RegionMap(self.launcher, deformation, region) for region in deformation.regions]
 
@@ -212,14 +237,18 @@ class Engine:
         def take(number, map_, rows, is_rival):
             found, distance = map_.origins(points[rows])
             if is_rival:
-                rows, found, distance = (a[distance > void_distance[rows]] for a in (rows, found, distance))
+                rows, found, distance = (
+                    a[distance > void_distance[rows]] for a in (rows, found, distance)
+                )
             origins[rows], numbers[rows] = found, number
             if distance is not None:
                 void_distance[rows] = distance
 
         for part in progress.over(self.launcher.slabs(len(points), deformation, 32)):
             for number, map_ in maps:
-                take(number, map_, _held(deformation.moved_planes, map_.region, points, part), False)
+                take(
+                    number, map_, _held(deformation.moved_planes, map_.region, points, part), False
+                )
             if deformation.has_rivals:
                 expected = numbers[part].copy()
                 for number, map_ in maps:

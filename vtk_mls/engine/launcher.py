@@ -153,15 +153,36 @@ class RegionMap:
         self.launch_at(name, points, outputs=[result])
         return result
 
-    def origins(self, points):
-        """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None."""
+    def origins(self, points, starts=None):
+        """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None.
+
+        Searches for the origins begin at `starts` (m, 3), if they are given.
+        """
         control_points = self.control_points
-        planes = self.at_points("point_displacement", self.displacements, points)
+        if starts is None or not self.deformation.obstacles:
+            planes = self.at_points("point_displacement", self.displacements, points)
+        else:
+            planes = self._at_pairs("point_search", self.displacements, points, starts)
         displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
         distance = None
         if self.deformation.in_rest_frame:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
+
+    def jacobian_of(self, points, origins):
+        """d(G - v)/dv at `points` (m, 3) for the material of `origins`, (9, m) float32."""
+        if not self.deformation.obstacles:
+            return self.at_points("point_jacobian", 9, points)
+        return self._at_pairs("origin_jacobian", 9, points, origins)
+
+    def _at_pairs(self, name, planes, points, others):
+        """What a kernel writes at `points` and `others` (m, 3) of the world: (planes, m)."""
+        result = np.empty((planes, len(points)), np.float32)
+        if len(points) > 0:
+            at, other = self.local_points(points), self.local_points(others)
+            with self.memory.read(other) as buffer:
+                self.launch_at(name, at, [buffer], outputs=[result])
+        return result
 
     def void_outputs(self, buffer):
         """Kernel arguments for void distances in a buffer; none without one."""

@@ -65,7 +65,11 @@ class Engine(Protocol):
         """
 
     def jacobian(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        progress: Progress,
+        origins: np.ndarray | None = None,
     ) -> np.ndarray:
         """Jacobian of the map at some points.
 
@@ -75,11 +79,37 @@ class Engine(Protocol):
         points : (m, 3) float64, world coordinates
             v.
         progress : Progress
+        origins : (m, 3) float64, world coordinates, optional
+            x = G(v) where it is known; only with cuts in the rest frame.
 
         Returns
         -------
         (m, 3, 3) float64
             dG_i/dv_j.
+        """
+
+    def origins_from(
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        starts: np.ndarray,
+        progress: Progress,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Origins of the material that a search finds; only with cuts in the rest frame.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        points : (m, 3) float64, world coordinates
+            v.
+        starts : (m, 3) float64, world coordinates
+            Where searches begin, on the side of each full plane whose material is wanted.
+        progress : Progress
+
+        Returns
+        -------
+        origins : (m, 3) float64, world coordinates
+        void_distance : (m,) float64, world units
         """
 
     def forward(

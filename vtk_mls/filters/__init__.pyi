@@ -320,6 +320,18 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetVoidValues(self) -> str: ...
+    def SetGenerateOverlap(self, wanted: bool) -> None:
+        """Whether to make the point array Overlap of an image, which is 1 where material from both
+        sides of a cut has come to the same place and only one can be shown, and the field array
+        OverlappingPoints with the number of such points.
+
+        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
+        sides. If the output is made in pieces, it is the number of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateOverlap(self) -> bool: ...
     def SetGradientArray(self, text: str | None) -> None:
         """Point scalars whose gradient in the deformed volume is wanted, as the point array
         Gradient, for shading: it follows the deformation exactly.
@@ -544,6 +556,18 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetSampleDimensions(self) -> tuple[int, ...]: ...
+    def SetGenerateOverlap(self, wanted: bool) -> None:
+        """Whether to make the point array Overlap of an image, which is 1 where material from both
+        sides of a cut has come to the same place and only one can be shown, and the field array
+        OverlappingPoints with the number of such points.
+
+        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
+        sides. If the output is made in pieces, it is the number of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateOverlap(self) -> bool: ...
     def SetGenerateJacobian(self, wanted: bool) -> None:
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
         derivative of G_j in the direction i, where G(v) is the point that the material now at v

@@ -157,6 +157,7 @@ class MLSDeform(DeformingFilter):
             return []
         sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
         tasks = Resampling(self, deformation, image, output, sampling).tasks()
+        tasks += self._overlap_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
     def _sampling(self, source, target):

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables
+from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.filters.memo import Memo
@@ -244,6 +244,14 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         if not np.isfinite(blend):
             raise ValueError(f"`Blend` must be a finite number, got {shown(self.GetBlend())}")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
+
+    def _overlap_tasks(self, deformation, output, grid):
+        """What to do for the array of the overlap."""
+
+        def add(progress):
+            void_arrays.add_overlap(output, deformation.overlap_field(grid, progress))
+
+        return [add] if deformation.cuts and self.GetGenerateOverlap() else []
 
     def _jacobian_tasks(self, deformation, output, grid):
         """What to do for the arrays of the Jacobian; the output has "Void" then, if any."""

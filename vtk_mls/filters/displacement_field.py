@@ -102,6 +102,7 @@ class MLSDisplacementField(DeformingFilter):
             tasks = [partial(self._fill_forward, output, deformation, grid)]
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
+            tasks += self._overlap_tasks(deformation, output, grid)
             tasks += self._jacobian_tasks(deformation, output, grid)
         self._run(tasks)
         return 1
@@ -203,7 +204,7 @@ def _add_field(output, name, displacement):
 
 def _inverse_jacobian(deformation, x, field, progress):
     """dF_i/dx_j (n, 3, 3) at the points x (n, 3), 0 where F has no value or no derivative."""
-    jacobian = deformation.jacobian(x + field.displacement, progress)
+    jacobian = deformation.jacobian(x + field.displacement, progress, x)
     usable = field.found & (np.linalg.det(jacobian) != 0)
     inverse = np.zeros_like(jacobian)
     inverse[usable] = np.linalg.inv(jacobian[usable])

@@ -222,6 +222,16 @@ VOID = (
     VOID_VALUES_CHOICE,
 )
 
+OVERLAP = Flag(
+    "GenerateOverlap",
+    False,
+    """Whether to make the point array Overlap of an image, which is 1 where material from both
+    sides of a cut has come to the same place and only one can be shown, and the field array
+    OverlappingPoints with the number of such points.""",
+    more="""With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
+    sides. If the output is made in pieces, it is the number of each piece.""",
+)
+
 GRADIENT_ARRAY = ArrayName(
     "GradientArray",
     "",
@@ -295,12 +305,12 @@ SAMPLE_DIMENSIONS = Dimensions(
 # What both filters ask of the deformation.
 _CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, CUT_FRAME, NU)
 _SHARED = (*MAP, *_CUTTING, *OWN_CONTROL_POINTS)
-DEFORMING = (*_SHARED, *JACOBIAN, DEVICE)
+DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, DEVICE)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
-DEFORM = (*_SHARED, *SAMPLING, *VOID, *VECTORS, *JACOBIAN, DEVICE)
+DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, DEVICE)
 # MLSDisplacementField
-DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, *JACOBIAN, DEVICE)
+DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, DEVICE)
 
 # MLSControlPoints
 MODE = Choice(

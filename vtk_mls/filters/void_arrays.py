@@ -27,6 +27,13 @@ def add_void(attributes, void_distance):
     arrays.add(attributes, "Void", void_distance.ravel() < 0)
 
 
+def add_overlap(output, overlaps):
+    """Add "Overlap", (nz, ny, nx) bool, to the points of an image, and "OverlappingPoints"."""
+    arrays.add(output.GetPointData(), "Overlap", overlaps.ravel())
+    count = np.array([np.count_nonzero(overlaps)], np.int64)
+    arrays.add(output.GetFieldData(), "OverlappingPoints", count)
+
+
 def hide(attributes, hidden):
     """Mark points or cells as hidden, beside what their ghost array says already."""
     is_points = attributes.IsA("vtkPointData")

@@ -135,9 +135,9 @@ class Warp:
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
             tasks.append(self._add_jacobian)
-        for attributes, make_points in (
-            (self.output.GetPointData(), lambda: self._off_cuts(self._points())),
-            (self.output.GetCellData(), self._centres),
+        for attributes, positions in (
+            (self.output.GetPointData(), self._of_points),
+            (self.output.GetCellData(), self._of_centres),
         ):
             directions = gradients.directions(
                 attributes,
@@ -145,7 +145,7 @@ class Warp:
                 self.wanted.GetPushForwardArrays(),
             )
             if directions:
-                tasks.append(partial(self._transform, attributes, make_points, directions))
+                tasks.append(partial(self._transform, attributes, positions, directions))
         run_all(tasks, progress)
 
     def _move(self, progress):
@@ -164,10 +164,9 @@ class Warp:
         self._count("FailedInverses", np.count_nonzero(~field.found))
 
     def _add_jacobian(self, progress):
-        at = self._off_cuts(self._points())
-        rows = np.empty((len(at), 9), np.float32)
+        rows = np.empty((self.output.GetNumberOfPoints(), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in _jacobians(self.deformation, at, mapping):
+        for part, jacobian in _jacobians(self.deformation, *self._of_points(), mapping):
             rows[part] = jacobian.reshape(-1, 9)
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
@@ -180,10 +179,10 @@ class Warp:
             if isinstance(self.output, vtkUnstructuredGrid):
                 self._count("InvertedCells", inverted(self.output, self.before, self._points()))
 
-    def _transform(self, attributes, make_points, directions, progress):
-        """Transform covariant and contravariant vectors at the points that a function gives."""
+    def _transform(self, attributes, positions, directions, progress):
+        """Transform covariant and contravariant vectors at positions that a function gives."""
         values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
-        for part, jacobian in _jacobians(self.deformation, make_points(), progress):
+        for part, jacobian in _jacobians(self.deformation, *positions(), progress):
             for name, how in directions.items():
                 rows = values[name][part]
                 if how == "tangent":
@@ -202,13 +201,20 @@ class Warp:
         """The points of the output (n, 3)."""
         return arrays.to_numpy(self.output.GetPoints().GetData())
 
-    def _centres(self):
-        """Centres of the output's cells (n, 3)."""
-        centers = vtkCellCenters()
-        centers.SetInputData(self.output)
-        centers.VertexCellsOff()
-        centers.Update()
-        return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
+    def _of_points(self):
+        """The output's points (n, 3), and where their material is from if that counts, or None."""
+        if self.deformation.in_rest_frame:
+            return self._points(), self._off_cuts(self.before)
+        return self._off_cuts(self._points()), None
+
+    def _of_centres(self):
+        """The same for the centres of its cells."""
+        if not self.deformation.in_rest_frame:
+            return _centres(self.output), None
+        before = self.output.NewInstance()
+        before.ShallowCopy(self.output)
+        set_positions(before, self.before, VTK_DOUBLE)
+        return _centres(self.output), _centres(before)
 
     def _count(self, name, number):
         arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
@@ -240,14 +246,27 @@ def _stamp(thing):
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def _jacobians(deformation, points, progress):
-    """Slices of `points` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN."""
+def _centres(mesh):
+    """Centres of the cells (n, 3)."""
+    centers = vtkCellCenters()
+    centers.SetInputData(mesh)
+    centers.VertexCellsOff()
+    centers.Update()
+    return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
+
+
+def _jacobians(deformation, points, origins, progress):
+    """Slices of `points` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN.
+
+    For the material of `origins` (n, 3), if they are given.
+    """
     starts = range(0, len(points), _CHUNK)
     for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
         part = slice(start, min(start + _CHUNK, len(points)))
         finite = np.isfinite(points[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
-        jacobian[finite] = deformation.jacobian(points[part][finite], chunk)
+        known = None if origins is None else origins[part][finite]
+        jacobian[finite] = deformation.jacobian(points[part][finite], chunk, known)
         yield part, jacobian
 
 

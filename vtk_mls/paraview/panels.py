@@ -79,7 +79,8 @@ DEFORM = [
     _CUTS,
     *_CUT,
     *HANDLES,
-    *elements((*tables.SAMPLING, *tables.VOID, *tables.VECTORS, *tables.JACOBIAN)),
+    *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
+    *elements((*tables.VECTORS, *tables.JACOBIAN)),
     element(tables.DEVICE),
 ]
 
@@ -100,7 +101,7 @@ DISPLACEMENT_FIELD = [
     _CUTS,
     *_CUT,
     *HANDLES,
-    *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, *tables.JACOBIAN)),
+    *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, tables.OVERLAP, *tables.JACOBIAN)),
     element(tables.DEVICE),
 ]
 

@@ -1,0 +1,380 @@
+"""Cuts that belong to the material: meshes and images opened by the same filter fit each other."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+from mesh_fixtures import (
+    CUTS,
+    MESHES,
+    array_of,
+    as_grid,
+    deforming,
+    places_of,
+    sizes,
+    split,
+)
+from vtk_fixtures import (
+    FAST,
+    REST,
+    add_array,
+    connect,
+    control_points,
+    device,  # noqa: F401
+    make_image,
+    messages,  # noqa: F401
+    update,
+    values_of,
+)
+
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, arrays
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.linear_algebra import unit
+
+EXTENT = 6.0  # of the control points
+HALF = CUTS["half-plane"]
+ABOVE = HALF.plane.height(REST)[:, None] > 0
+
+
+def turned(x, angle, axis, middle=HALF.point):
+    """Points `x` turned about an axis through a point."""
+    x, axis = x - middle, axis / np.linalg.norm(axis)
+    along = (x @ axis)[:, None] * axis
+    across = x - along
+    return middle + along + np.cos(angle) * across + np.sin(angle) * np.cross(axis, across)
+
+
+MOTIONS = {
+    "all turned": turned(REST, 0.6, np.array([1, 2, 0.5])) + [1, -2, 0.5],
+    "one side pulled": REST + np.where(ABOVE, [1, 0, 0], 0),
+    "both pulled above": REST
+    + np.where(REST[:, 2:] > 3, np.where(ABOVE, [1.2, 0, 0], [-0.4, 0.2, 0]), 0),
+    "one side pushed": REST - np.where(ABOVE, [1, 0, 0], 0),
+    "hinge": np.where(ABOVE, turned(REST, -0.25, HALF.along), turned(REST, 0.25, HALF.along)),
+}
+OPENINGS = [
+    ("half-plane", "one side pulled"),
+    ("half-plane", "both pulled above"),
+    ("half-plane", "hinge"),
+    ("polygon", "one side pulled"),
+    ("polygon", "both pulled above"),
+    ("plane", "one side pulled"),
+]
+
+
+def depth_in_polygon(x):
+    """How far points on the polygon are from its edges."""
+    distances = []
+    corners = CUTS["polygon"].points[:4]
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        share = np.clip((x - a) @ (b - a) / np.sum((b - a) ** 2), 0, 1)
+        distances.append(np.linalg.norm(x - a - share[:, None] * (b - a), axis=1))
+    return np.min(distances, axis=0)
+
+
+DEPTH = {
+    "plane": lambda x: np.full(len(x), np.inf),
+    "half-plane": lambda x: HALF.frame(x)[1],
+    "polygon": depth_in_polygon,
+}
+
+
+class Scene:
+    """A mesh that is cut and moved, and the deformation that did it."""
+
+    def __init__(self, name, cut, motion, device, **properties):
+        self.cut, self.handles = CUTS[cut], control_points(REST, MOTIONS[motion])
+        properties["CutFrame"] = "rest"
+        mesh = MESHES[name]()
+        self.undeformed, self.shift = split(mesh, [self.cut])
+        self.output = update(deforming(mesh, self.handles, device, self.cut, **properties))
+        self.value = Deformation(
+            REST, MOTIONS[motion], cuts=[self.cut], cut_frame="rest", device=device
+        )
+        self.face = np.flatnonzero(self.shift.any(axis=1))
+
+    def faces(self, device):
+        """Points on the faces of the output, and how they move as material moves inwards."""
+        x = places_of(self.undeformed)[self.face] + self.shift[self.face]
+        v = places_of(self.output)[self.face].astype(np.float64)
+        jacobian = self.value.jacobian(v, origins=x)
+        inwards = unit(self.shift[self.face])
+        return x, v, np.linalg.solve(jacobian, inwards[:, :, None])[:, :, 0]
+
+
+@pytest.mark.parametrize("name", ["cells 10", "cells 12", "polydata"])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+def test_nothing_is_lost(cut, motion, name):
+    scene = Scene(name, cut, motion, FAST)
+    assert len(scene.face) > 10
+    assert not array_of(scene.output, "NoInverse").any()
+
+
+@pytest.mark.parametrize(("cut", "motion"), OPENINGS)
+@pytest.mark.parametrize("name", ["cells 10", "cells 12"])
+def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
+    """A step out of the material is as far in the void as it is long."""
+    scene = Scene(name, cut, motion, device)
+    x, v, inwards = scene.faces(device)
+    step = 5e-4 * EXTENT
+    inner, outer = (scene.value.void_distance(v + side * step * inwards) for side in (1, -1))
+    np.testing.assert_allclose(inner, step, rtol=0, atol=1e-4 * EXTENT)
+    open_ = DEPTH[cut](x) > 0.3
+    assert open_.mean() > 0.5
+    np.testing.assert_allclose(outer[open_], -step, rtol=0, atol=1e-4 * EXTENT)
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+def test_an_image_opens_where_the_value_says(cut, device):
+    image = make_image((19, 17, 15), origin=(-1, -1, -1))
+    image.SetSpacing(0.5, 0.5, 0.5)
+    x = ImageGeometry.of_image(image).grid.points()
+    add_array(image.GetPointData(), "linear", x @ [1.0, -2.0, 0.5])
+    handles = control_points(REST, MOTIONS["one side pulled"])
+    properties = {"CutFrame": "rest", "VoidValues": "continued", "HideVoid": False}
+    output = update(deforming(image, handles, device, CUTS[cut], **properties))
+    value = Deformation(
+        REST,
+        MOTIONS["one side pulled"],
+        cuts=[CUTS[cut]],
+        cut_frame="rest",
+        device="reference",
+    )
+    distance = value.void_distance(x)
+    got = values_of(output, "VoidDistance").ravel()
+    np.testing.assert_allclose(got, distance, rtol=0, atol=1e-4)
+    np.testing.assert_array_equal(values_of(output, "Void").ravel(), got < 0)
+    assert 5 < (got < 0).sum() < len(got) / 2
+    origin = value.backward(x)
+    index = ImageGeometry.of_image(image).grid.index_of(origin)
+    inside = ((index > 0) & (index < np.array(image.GetDimensions()) - 1)).all(axis=1)
+    inside &= distance >= 0
+    assert inside.mean() > 0.3
+    expected = origin @ [1.0, -2.0, 0.5]
+    np.testing.assert_allclose(
+        values_of(output, "linear").ravel()[inside], expected[inside], rtol=0, atol=1e-4
+    )
+
+
+@pytest.mark.parametrize("name", ["cells 10", "cells 12", "polydata"])
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+def test_what_is_only_moved_keeps_its_shape(cut, name, device):
+    scene = Scene(name, cut, "all turned", device)
+    before, after = sizes(as_grid(scene.undeformed)), sizes(as_grid(scene.output))
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-4 * before.max())
+    expected = turned(places_of(scene.undeformed), 0.6, np.array([1, 2, 0.5])) + [1, -2, 0.5]
+    np.testing.assert_allclose(places_of(scene.output), expected, rtol=0, atol=1e-5 * EXTENT)
+
+
+# Directions
+
+
+def pushed(output, name, data):
+    return array_of(output, name, data).astype(np.float64)
+
+
+@pytest.mark.parametrize("angle", [0.25, -0.25])
+def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
+    """Two rigid halves, partly one in the other: each point and cell turns as its half."""
+    cut, mesh = CUTS["plane"], MESHES["cells 10"]()
+    rest_normal = np.array([1.0, 0.0, 0.0])
+    for data, number in (
+        (mesh.GetPointData(), mesh.GetNumberOfPoints()),
+        (mesh.GetCellData(), mesh.GetNumberOfCells()),
+    ):
+        for name in ("normal", "tangent"):
+            add_array(data, name, np.tile(rest_normal, (number, 1)))
+    deformed = [turned(REST, side * angle, HALF.along) for side in (1, -1)]
+    handles = control_points(REST, np.where(ABOVE, *deformed))
+    filter_ = deforming(mesh, handles, device, cut, CutFrame="rest", GenerateJacobian=True)
+    filter_.AddGradientVectorArray("normal")
+    filter_.AddPushForwardArray("tangent")
+    output = update(filter_)
+    undeformed, shift = split(mesh, [cut])
+    for data, is_above in (
+        ("Point", cut.height(places_of(undeformed) + shift) > 0),
+        ("Cell", cut.height(_middles(undeformed)) > 0),
+    ):
+        turns = [
+            turned(rest_normal[None], side * angle, HALF.along, np.zeros(3)) for side in (1, -1)
+        ]
+        expected = np.where(is_above[:, None], *turns)
+        for name in ("normal", "tangent"):
+            np.testing.assert_allclose(pushed(output, name, data), expected, rtol=0, atol=1e-4)
+    determinant = np.linalg.det(pushed(output, "Jacobian", "Point").reshape(-1, 3, 3))
+    np.testing.assert_allclose(determinant, 1, rtol=0, atol=1e-4)
+
+
+def _middles(grid):
+    corners = arrays.to_numpy(grid.GetCells().GetConnectivityArray())
+    starts = arrays.to_numpy(grid.GetCells().GetOffsetsArray())
+    return np.add.reduceat(places_of(grid)[corners], starts[:-1]) / np.diff(starts)[:, None]
+
+
+@pytest.mark.parametrize(("cut", "motion"), OPENINGS)
+def test_jacobians_of_known_material_are_those_of_the_map(cut, motion, device):
+    value = Deformation(REST, MOTIONS[motion], cuts=[CUTS[cut]], cut_frame="rest", device=device)
+    v = np.random.default_rng(3).uniform(0, 8, (300, 3))
+    v = v[value.void_distance(v) > 0.05]
+    origins = value.backward(v)
+    expected = value.jacobian(v)
+    np.testing.assert_allclose(value.jacobian(v, origins=origins), expected, rtol=0, atol=1e-4)
+    with pytest.raises(ValueError, match=r"`origins` must be as many as `points`, got 1 for 2"):
+        value.jacobian(v[:2], origins=v[:1])
+
+
+# Overlap
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_overlap_is_where_other_material_comes_to_the_same_place(cut, motion, device):
+    """A point of the material to which other material is mapped: `backward` gives one of them."""
+    value = Deformation(REST, MOTIONS[motion], cuts=[CUTS[cut]], cut_frame="rest", device=device)
+    x = np.random.default_rng(4).uniform(0, 8, (4000, 3))
+    v = value.forward(x)
+    assert np.isfinite(v).all()
+    hidden = np.linalg.norm(value.backward(v) - x, axis=1) > 1e-3 * EXTENT
+    overlaps = value.overlap(v)
+    assert np.count_nonzero(hidden & ~overlaps) <= 2  # on the face, to rounding
+    if motion == "one side pushed":
+        assert hidden.sum() > 3
+        assert np.count_nonzero(overlaps) > 1.3 * hidden.sum()
+    if motion in ("one side pulled", "all turned"):
+        assert not overlaps.any()
+    assert not (overlaps & value.void(v)).any()
+
+
+@pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
+@pytest.mark.parametrize("frame", ["rest", "deformed"])
+def test_filters_mark_the_overlap(kind, frame):
+    image = make_image((13, 12, 11), origin=(-1, -1, -1))
+    cut, moved = CUTS["half-plane"], MOTIONS["one side pushed"]
+    filter_ = connect(kind(), image, control_points(REST, moved))
+    filter_.SetDevice(FAST)
+    filter_.AddCut(cut)
+    filter_.SetCutFrame(frame)
+    assert not update(filter_).GetPointData().HasArray("Overlap")
+    filter_.SetGenerateOverlap(True)
+    output = update(filter_)
+    value = Deformation(REST, moved, cuts=[cut], cut_frame=frame, device=FAST)
+    expected = value.overlap_field(ImageGeometry.of_image(image).grid)
+    got = values_of(output, "Overlap")
+    assert got.dtype == np.uint8
+    np.testing.assert_array_equal(got, expected)
+    total = output.GetFieldData().GetArray("OverlappingPoints").GetValue(0)
+    assert total == expected.sum()
+    assert (total > 10) == (frame == "rest")
+
+
+def test_nothing_overlaps_without_cuts_or_where_material_is_gone(device):
+    x = np.random.default_rng(4).uniform(0, 8, (50, 3))
+    pushed_ = MOTIONS["one side pushed"]
+    for options in ({}, {"cuts": [CUTS["plane"]], "cut_frame": "deformed"}):
+        assert not Deformation(REST, pushed_, device=device, **options).overlap(x).any()
+
+
+# Gradients of images at the faces
+
+
+def opened(cut, device, by, angle=0.0):
+    """Both sides of a cut across x = 16 pulled apart above the middle, then everything turned."""
+    rest = np.array([(x, y, z) for x in (8, 24) for y in (8, 24) for z in (8, 24)], float)
+    way = np.where(rest[:, 2:] > 16, np.sign(rest[:, :1] - 16), 0)
+    deformed = turned(rest + by * way * [1, 0, 0], angle, np.array([1, 2, 0.5]), MIDDLE)
+    return Deformation(rest, deformed, cuts=[cut], cut_frame="rest", device=device)
+
+
+MIDDLE = np.full(3, 16.0)
+SHAPES = {
+    "plane": Plane((16.3, 16, 10.2), (1, 0.2, 0.1)),
+    "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
+    "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
+}
+
+
+def ball(x):
+    return 20 - np.linalg.norm(x - MIDDLE, axis=-1)
+
+
+def slope_of_void_distance(value, v):
+    steps = 1e-5 * np.eye(3)
+    slopes = [(value.void_distance(v + e) - value.void_distance(v - e)) / 2e-5 for e in steps]
+    return np.stack(slopes, axis=1)
+
+
+@pytest.mark.parametrize("angle", [0, 0.5])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_gradients_turn_smoothly_to_the_face(shape, angle):
+    """From that inside to across the face, out of the void, over a voxel."""
+    value = opened(SHAPES[shape], "reference", 3.0, angle)
+    source = Grid((33, 33, 33))
+    image = ball(source.points()).reshape(source.shape)
+    ends = turned(np.array([(10.0, 16, 22), (24, 16, 22)]), angle, np.array([1, 2, 0.5]), MIDDLE)
+    along = unit(ends[1:] - ends[:1])[0]
+    frame = np.linalg.svd(along[None])[2]
+    frame[0] = along
+    line = Grid((1401, 1, 1), ends[0], (0.01, 1, 1), frame.T)
+    v = line.points()
+    np.testing.assert_allclose(v[-1], ends[1], atol=1e-9)
+    slopes = value.corrected_gradient(image, Sampling(source, line))[0, 0]
+    solid = value.void_distance(v) >= 0
+    assert (slopes[~solid] == 0).all()
+    both = solid[1:] & solid[:-1]
+    steps = np.linalg.norm(np.diff(slopes, axis=0), axis=1)[both]
+    assert steps.max() < 0.05 * np.linalg.norm(slopes, axis=1).max()
+    at_face = np.flatnonzero(solid[1:] != solid[:-1])
+    assert len(at_face) == 2
+    for place in (at_face[0], at_face[1] + 1):
+        # the values end within one voxel of the undeformed image
+        across = slope_of_void_distance(value, v[[place]])[0]
+        level = ball(value.backward(v[[place]]))[0]
+        np.testing.assert_allclose(slopes[place], level * across, rtol=0.03, atol=0.02 * level)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_closed_cut_that_is_moved_has_no_face(shape, device):
+    value = opened(SHAPES[shape], device, 0.0, 0.5)
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = ball(grid.points()).reshape(grid.shape)
+    plain = Deformation(value.rest, value.deformed, device=device).corrected_gradient(image, grid)
+    np.testing.assert_allclose(value.corrected_gradient(image, grid), plain, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_devices_agree_on_gradients_at_an_opening(shape, key):
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = ball(grid.points()).reshape(grid.shape)
+    expected, got = (
+        opened(SHAPES[shape], each, 3.0, 0.3).corrected_gradient(image, grid)
+        for each in ("reference", key)
+    )
+    error = np.linalg.norm(got - expected, axis=-1)
+    assert np.mean(error > 1e-3 * np.linalg.norm(expected, axis=-1).max()) <= 1e-3
+
+
+def test_faces_of_a_turned_image_look_into_the_opening(device):
+    """Two halves of a block, apart, turned and moved: the gradient on each face is its normal."""
+    axis, angle, by = np.array([1, 2, 0.5]), 0.5, np.array([1.0, 0, -3])
+    apart = REST + np.where(REST[:, 2:] > 3, 1, -1) * [0, 0, 2]
+    image = make_image((17, 17, 17), origin=(-3, -4, -8))
+    add_array(image.GetPointData(), "one", np.ones(image.GetNumberOfPoints()))
+    image.GetPointData().SetActiveScalars("one")
+    handles = control_points(REST, turned(apart, angle, axis) + by)
+    filter_ = deforming(image, handles, device, Plane((4, 4, 3), (0, 0, 1)), CutFrame="rest")
+    filter_.SetGradientArray("one")
+    filter_.SetNormalizeGradient(True)
+    output = update(filter_)
+    slope = values_of(output, "Gradient").reshape(-1, 3)
+    distance = values_of(output, "VoidDistance").ravel()
+    assert (slope[distance < 0] == 0).all()
+    x = ImageGeometry.of_image(image).grid.points()
+    middle = turned(np.array([(4.0, 4, 3)]), angle, axis) + by
+    normal = turned(np.array([(0.0, 0, 1)]), angle, axis, np.zeros(3))[0]
+    height = (x - middle) @ normal
+    near = (distance >= 0) & (distance < 0.4) & (np.linalg.norm(x - middle, axis=1) < 4)
+    assert near.sum() > 20
+    outwards = np.sign(height[near])[:, None] * normal
+    np.testing.assert_allclose(slope[near], outwards, rtol=0, atol=1e-3)
