@@ -108,7 +108,7 @@ def test_what_moves_as_a_whole_loses_nothing(shape, kind, device, rng):
     cuts, origin = SHAPES[shape], _origin_map(kind, rng)
     deformed = rng.uniform(*BOX, (120, 3))
     d = rest_frame(origin(deformed), deformed, (kind, 2), device, cuts=cuts)
-    v = rng.uniform(*BOX, (100 if device == "reference" else 20_000, 3))
+    v = rng.uniform(*BOX, (60 if device == "reference" else 20_000, 3))
     x = origin(v)
     np.testing.assert_allclose(d.backward(v), x, rtol=0, atol=1e-5 * SIZE)
     assert not d.void(v)[off(cuts, x)].any()
@@ -276,7 +276,7 @@ def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha
         rest_frame(rest, deformed, kind_and_degree, name, alpha=alpha, cuts=cuts, nu=nu)
         for name in ("reference", key)
     )
-    v = rng.uniform(*BOX, (40, 3))
+    v = rng.uniform(*BOX, (30, 3))
     error = lengths(expected.backward(v) - got.backward(v)) / SIZE * EXTENT
     largest, p99 = TOLERANCE[kind_and_degree]
     # a side of planes has a few control points only, and float32 decides a little less
@@ -287,7 +287,7 @@ def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha
     distances = [d.void_distance(v) for d in (expected, got)]
     assert np.abs(distances[0] - distances[1]).max() <= factor * largest / EXTENT * SIZE
     np.testing.assert_array_equal(*(distance < 0 for distance in distances))
-    jacobians = [d.jacobian(v[:20]) for d in (expected, got)]
+    jacobians = [d.jacobian(v[:10]) for d in (expected, got)]
     error = np.abs(jacobians[0] - jacobians[1]).max(axis=(1, 2))
     assert error.max() <= 1e-3 * max(1, np.abs(jacobians[0]).max())
     places = rest[:5]
