@@ -295,18 +295,27 @@ def test_a_fold_is_said_to_have_no_place(device):
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("cuts", ["none", "half-plane"])
-def test_what_folds_lose_is_counted_as_in_the_specification(cuts, kind_and_degree, key, rng):
+@pytest.mark.parametrize(
+    ("cuts", "cut_frame"), [("none", "rest"), ("half-plane", "rest"), ("half-plane", "deformed")]
+)
+def test_what_folds_lose_is_counted_as_in_the_specification(
+    cuts, cut_frame, kind_and_degree, key, rng
+):
     """Control points moved past each other; right at a fold or a cut rounding decides."""
     rest, deformed = random_handles(rng, 60, 25)
     x = rng.uniform(0, EXTENT, (300, 3))
     expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, cuts=CUTS[cuts])
+        deformation(rest, deformed, kind_and_degree, name, cuts=CUTS[cuts], cut_frame=cut_frame)
         for name in ("reference", key)
     )
     field = got.forward_field(x)
     assert (field.found != expected.forward_field(x).found).mean() <= 0.01
-    assert misses(expected, x, field).max() <= 1e-5
+    missed = misses(expected, x, field) > 1e-5
+    if cut_frame == "rest":  # sides that are pushed into each other: there is what is behind x
+        there = x[field.found]
+        origins = expected.backward(there + field.displacement[field.found])
+        missed[np.any([cut.blocks(there, origins) for cut in CUTS[cuts]], axis=0)] = False
+    assert not missed.any()
 
 
 @pytest.mark.parametrize("key", DEVICES)
