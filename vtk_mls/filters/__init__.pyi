@@ -180,7 +180,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
         The paper's cuts are those of the deformed space.
 
-        One of "rest", "deformed"; default: "deformed".
+        One of "rest", "deformed"; default: "rest".
         """
 
     def GetCutFrame(self) -> str: ...
@@ -473,7 +473,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
         The paper's cuts are those of the deformed space.
 
-        One of "rest", "deformed"; default: "deformed".
+        One of "rest", "deformed"; default: "rest".
         """
 
     def GetCutFrame(self) -> str: ...
