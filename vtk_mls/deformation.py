@@ -153,7 +153,7 @@ class Deformation:
     weights: NDArray[np.float64] = None
     cuts: tuple[Cut, ...] = ()
     nu: float = 2.0
-    cut_frame: str = "deformed"
+    cut_frame: str = "rest"
     device: str | None = None
     regions: tuple[Region, ...] = field(init=False)
 

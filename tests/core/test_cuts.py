@@ -14,6 +14,7 @@ from conftest import (
 from pairwise import paired
 
 from vtk_mls import (
+    CUT_FRAMES,
     VOID_VALUES,
     Aborted,
     Deformation,
@@ -55,6 +56,11 @@ def cuts(request):
 
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request):
+    return request.param
+
+
+@pytest.fixture(params=CUT_FRAMES)
+def cut_frame(request):
     return request.param
 
 
@@ -146,7 +152,7 @@ def _tiles(count):
     return Surface(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), triangles)
 
 
-def test_ways_through_corners_are_blocked(device):
+def test_ways_through_corners_are_blocked(device, cut_frame):
     """Symmetric scenes make them common."""
     tiles, polygon = _tiles(3), Surface.polygon([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
     q = np.array([[0.0, 0, 2]])
@@ -157,11 +163,14 @@ def test_ways_through_corners_are_blocked(device):
     for cut in (tiles, polygon):
         np.testing.assert_array_equal(cut.blocks(v, q)[inside], True)
     # what the nearer of two opposite handles says counts for less than nothing behind the cut
-    rest, deformed = np.array([[0, 0, 2.5], [0, 0, -3.0]]), np.array([[0, 0, 2.0], [0, 0, -2.0]])
+    seen, other = np.array([[0, 0, 2.0], [0, 0, -2.0]]), np.array([[0, 0, 2.5], [0, 0, -3.0]])
+    rest, deformed = (seen, other) if cut_frame == "rest" else (other, seen)
+    below = v[np.abs(v[:, :2]).max(axis=1) <= 1]
+    if cut_frame == "rest":  # material that has come from there
+        below = below + deformed[1] - rest[1]
     for cut in (tiles, polygon):
-        d = Deformation(rest, deformed, cuts=[cut], nu=8, device=device)
+        d = Deformation(rest, deformed, cuts=[cut], nu=8, cut_frame=cut_frame, device=device)
         with_one = Deformation(rest[1:], deformed[1:], device="reference")
-        below = v[np.abs(v[:, :2]).max(axis=1) <= 1]
         np.testing.assert_allclose(d.backward(below), with_one.backward(below), atol=0.02)
 
 
@@ -214,23 +223,29 @@ def test_a_closed_surface_has_no_detour():
 
 
 EVERY_SHAPE = paired(
-    shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, device=["reference", *DEVICES]
+    shape=SHAPES,
+    kind_and_degree=KINDS_AND_DEGREES,
+    device=["reference", *DEVICES],
+    cut_frame=CUT_FRAMES,
 )
 
 
 @EVERY_SHAPE
-def test_interpolates_with_cuts(shape, kind_and_degree, device, rng):
+def test_interpolates_with_cuts(shape, kind_and_degree, device, cut_frame, rng):
     cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 25)
-    d = deformation(rest, deformed, kind_and_degree, device, cuts=cuts)
+    if cut_frame == "rest":  # where sides overlap, only one of them is seen
+        for plane in (cut for cut in cuts if isinstance(cut, Plane)):
+            deformed += 30 * np.sign(plane.height(rest))[:, None] * plane.normal
+    d = deformation(rest, deformed, kind_and_degree, device, cuts=cuts, cut_frame=cut_frame)
     np.testing.assert_allclose(d.backward(deformed), rest, rtol=0, atol=2e-4)
 
 
 @EVERY_SHAPE
-def test_is_the_identity_where_nothing_moved(shape, kind_and_degree, device, rng):
+def test_is_the_identity_where_nothing_moved(shape, kind_and_degree, device, cut_frame, rng):
     cuts = SHAPES[shape]
     _, deformed = random_handles(rng, 25)
-    d = deformation(deformed, deformed, kind_and_degree, device, cuts=cuts)
+    d = deformation(deformed, deformed, kind_and_degree, device, cuts=cuts, cut_frame=cut_frame)
     v = rng.uniform(0, EXTENT, (300, 3))
     np.testing.assert_array_equal(d.backward(v), v)
     assert not d.void(v).any()
@@ -249,14 +264,16 @@ def test_a_cut_far_outside_changes_nothing(kind_and_degree, device, rng):
     shape=SHAPES,
     kind_and_degree=KINDS_AND_DEGREES,
     alpha_and_nu=[(1, 2), (1.6, 2), (1, 3), (2, 1.5)],
+    cut_frame=CUT_FRAMES,
 )
-def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha_and_nu, rng):
-    cuts, (alpha, nu) = SHAPES[shape], alpha_and_nu
+def test_devices_agree_with_the_specification(
+    key, shape, kind_and_degree, alpha_and_nu, cut_frame, rng
+):
     rest, deformed = random_handles(rng, 30)
     v = rng.uniform(0, EXTENT, (800, 3))
+    options = dict(zip(("alpha", "nu"), alpha_and_nu), cuts=SHAPES[shape], cut_frame=cut_frame)
     expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, alpha=alpha, cuts=cuts, nu=nu)
-        for name in ("reference", key)
+        deformation(rest, deformed, kind_and_degree, name, **options) for name in ("reference", key)
     )
     error = lengths(expected.backward(v) - got.backward(v))
     largest, p99 = TOLERANCE[kind_and_degree]
@@ -272,10 +289,10 @@ def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha
 
 
 @pytest.mark.parametrize("key", DEVICES)
-def test_grids_agree_with_points(key, cuts, rng):
+def test_grids_agree_with_points(key, cuts, cut_frame, rng):
     """Region by region, opening and Jacobian included; a cut through grid points too."""
     rest, deformed = random_handles(rng, 20)
-    d = deformation(rest, deformed, ("rigid", 1), key, cuts=cuts)
+    d = deformation(rest, deformed, ("rigid", 1), key, cuts=cuts, cut_frame=cut_frame)
     grid = Grid((33, 20, 17), (3.1, 5, -1), (8, 12.3, 16), random_rotation(rng))
     frame = grid.dimensions, grid.origin, grid.spacing, grid.direction
     field, v = d.displacement_field(*frame), grid.points()
@@ -293,9 +310,11 @@ def test_grids_agree_with_points(key, cuts, rng):
     np.testing.assert_allclose(jacobian[clear], d.jacobian(v)[clear], rtol=0, atol=2e-3)
 
 
-def test_jacobian_is_the_derivative(cuts, kind_and_degree, rng):
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, cut_frame=CUT_FRAMES)
+def test_jacobian_is_the_derivative(shape, kind_and_degree, cut_frame, rng):
+    cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 20)
-    d = deformation(rest, deformed, kind_and_degree, cuts=cuts)
+    d = deformation(rest, deformed, kind_and_degree, cuts=cuts, cut_frame=cut_frame)
     v, step = rng.uniform(0, EXTENT, (200, 3)), 1e-4
     slopes = [
         (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
@@ -306,22 +325,28 @@ def test_jacobian_is_the_derivative(cuts, kind_and_degree, rng):
     assert np.percentile(error, 97) <= 1e-5
 
 
-def test_continuous_along_paths_that_cross_no_cut(cuts, kind_and_degree, rng):
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, cut_frame=CUT_FRAMES)
+def test_continuous_along_paths_that_cross_no_cut(shape, kind_and_degree, cut_frame, rng):
     """Also where ways begin to be blocked."""
+    cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 12)
-    d = deformation(rest, deformed, kind_and_degree, cuts=cuts)
+    d = deformation(rest, deformed, kind_and_degree, cuts=cuts, cut_frame=cut_frame)
     free = deformation(rest, deformed, kind_and_degree)
     for _ in range(5):
         start, end = rng.uniform(0, EXTENT, (2, 3))
         path = start + (end - start) * np.linspace(0, 1, 1001)[:, None]
-        crossed = np.zeros(1000, bool)
+        origins, crossed = d.backward(path), np.zeros(1000, bool)
+        seen = origins if cut_frame == "rest" else path
+        if cut_frame == "rest" and len(cuts) > 1:  # nothing of several sides is in the void
+            void = d.void(path)
+            crossed |= void[:-1] & void[1:]
         for cut in cuts:
             if isinstance(cut, Plane):
-                crossed |= (cut.height(path[:-1]) < 0) != (cut.height(path[1:]) < 0)
+                crossed |= (cut.height(seen[:-1]) < 0) != (cut.height(seen[1:]) < 0)
             else:
-                crossed |= cut.blocks(path[:-1], path[1:])
+                crossed |= cut.blocks(seen[:-1], seen[1:])
         step = lengths(end - start) / 1000
-        speed = lengths(np.diff(d.backward(path), axis=0)) / step
+        speed = lengths(np.diff(origins, axis=0)) / step
         around = np.linalg.norm(d.jacobian(path), axis=(1, 2))
         # the slope on both sides of a step bounds the way between
         bound = 2 * np.maximum(around[:-1], around[1:]) + 0.5
@@ -344,22 +369,26 @@ def test_sides_are_independent_as_nu_grows(rng):
     assert moves[-1] < 1e-4
 
 
-def test_a_side_without_control_points_stays_at_rest(kind_and_degree, device, rng):
+def test_a_side_without_control_points_stays_at_rest(kind_and_degree, device, cut_frame, rng):
     rest, deformed = random_handles(rng, 12)
     cut = Plane((0, 0, -10), (0, 0, 1))  # all of them are above
     v = rng.uniform(0, EXTENT, (200, 3))
     v[:100, 2] -= 300
-    d = deformation(rest, deformed, kind_and_degree, device, cuts=[cut])
-    np.testing.assert_array_equal(d.backward(v[:100]), v[:100])
     free = deformation(rest, deformed, kind_and_degree, device)
+    if cut_frame == "rest":  # what comes there, and not into what stays
+        above = free.forward(v[100:])
+        v = np.concatenate([v[:100], above[above[:, 2] > -10]])
+    d = deformation(rest, deformed, kind_and_degree, device, cuts=[cut], cut_frame=cut_frame)
+    np.testing.assert_array_equal(d.backward(v[:100]), v[:100])
     np.testing.assert_allclose(d.backward(v[100:]), free.backward(v[100:]), rtol=0, atol=1e-6)
 
 
-def test_a_side_with_one_control_point_is_translated(kind_and_degree, device):
+def test_a_side_with_one_control_point_is_translated(kind_and_degree, device, cut_frame):
     deformed = np.array([[1, 1, 5], [4, 2, 6], [2, 5, 7], [6, 6, 5], [3, 3, -4]], float)
     rest = deformed + [[0.1, 0, 0], [0, 0.3, 0], [0, 0, 0.2], [0, 0.1, 0.1], [1, 2, 3]]
-    d = deformation(rest, deformed, kind_and_degree, device, cuts=[Plane((0, 0, 0), (0, 0, 1))])
-    v = np.array([[0, 0, -1], [8, -3, -5]], float)
+    plane = Plane((0, 0, 0), (0, 0, 1))
+    d = deformation(rest, deformed, kind_and_degree, device, cuts=[plane], cut_frame=cut_frame)
+    v = np.array([[0, 0, -3.5], [8, -3, -5]])
     np.testing.assert_allclose(d.backward(v) - v, [[1, 2, 3]] * 2, rtol=0, atol=1e-5)
 
 
@@ -399,12 +428,12 @@ def test_control_points_on_a_cut(where, kind_and_degree, device, rng):
 
 @pytest.mark.parametrize("shape", [name for name in SHAPES if name != "outside"])
 def test_pulling_apart_opens_a_void(shape, device, rng):
-    """Where the way to the origin crosses, and nowhere else; the opening is continuous."""
+    """Where the way to the origin crosses a cut that stays, and nowhere else."""
     cuts = SHAPES[shape]
     deformed = rng.uniform(60, 200, (16, 3))
     side = np.where(deformed[:, 2:] > 128, 1, -1)
     rest = deformed - side * [0, 0, 12]
-    d = Deformation(rest, deformed, device=device, cuts=cuts)
+    d = Deformation(rest, deformed, device=device, cuts=cuts, cut_frame="deformed")
     v = rng.uniform(20, 230, (3000, 3))
     origin = d.backward(v)
     crossed = np.zeros(len(v), bool)

@@ -43,9 +43,15 @@ def steps(engine):
     images = [(image * (100 if type_ is np.uint8 else 1)).astype(type_) for type_ in types]
     vectors = rng.normal(size=(*GRID.shape, 3)).astype(np.float32)
 
-    def over(kind, cut):
+    def over(kind, cut, cut_frame="rest"):
         return Deformation(
-            rest, deformed, kind, alpha=KINDS[kind], cuts=CUTS[cut], device="reference"
+            rest,
+            deformed,
+            kind,
+            alpha=KINDS[kind],
+            cuts=CUTS[cut],
+            cut_frame=cut_frame,
+            device="reference",
         )
 
     def difference(question, d, *arguments):
@@ -81,6 +87,12 @@ def steps(engine):
                     lambda d=d: difference("displacement_field", d, GRID) / EXTENT,
                 )
                 yield f"{kind}, {cut}: inverse", lambda d=d: inverse(d)
+    for kind, cut in zip(KINDS, ("surface", "half-plane", "plane", "surface")):
+        d = over(kind, cut, "deformed")
+        name = f"{kind}, {cut} that stays"
+        yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
+        yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
+        yield f"{name}: inverse", lambda d=d: inverse(d)
     d = over("rigid", "half-plane")
     for method in ("nearest", "linear", "cubic"):
         question = images, Sampling(GRID, interpolation=method, background=-1.0)

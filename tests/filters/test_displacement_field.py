@@ -205,6 +205,7 @@ def test_points_without_a_forward_image_are_counted_and_finite(field):
     # the left half is pushed through the cut
     through = rest + np.where(rest[:, :1] < 4, (5, 0, 0), (0, 0, 0))
     field.AddCut(Plane((4.2, 0, 0), (1, 0, 0)))
+    field.SetCutFrame("deformed")
     field.SetInverse(True)
     field.SetGenerateJacobianDeterminant(True)
     output = update(connect(field, make_image(), control_points(rest, through)))

@@ -259,12 +259,13 @@ def test_volumes_are_those_of_vtk(kind):
 
 
 def test_what_has_no_inverse_is_marked_and_counted():
-    # the half x > 4 is pushed over the cut into the other half
+    # the half x > 4 is pushed over the cut, which stays, into the other half
     rest = np.array([(x, y, z) for x in (2.0, 6.0) for y in (1, 7) for z in (1, 5)])
     deformed = rest - np.where(rest[:, :1] > 4, [[1.0, 0, 0]], [[0.0, 0, 0]])
     cut = Plane((4, 4, 3), (1, 0, 0))
     mesh = cells(VTK_TETRA, 8)
-    output = update(deforming(mesh, control_points(rest, deformed), cut=cut, SplitCells=False))
+    properties = {"SplitCells": False, "CutFrame": "deformed"}
+    output = update(deforming(mesh, control_points(rest, deformed), cut=cut, **properties))
     x = places_of(mesh)
     lost = (x[:, 0] >= 4) & (x[:, 0] < 5)  # places on a plane belong to the side of its normal
     np.testing.assert_array_equal(array_of(output, "NoInverse") > 0, lost)

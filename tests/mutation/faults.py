@@ -344,7 +344,7 @@ add = _in("vtk_mls/engine/self_test.py", PROOF)
 add("proof: a device that computes NaN passes", "if not error <= bound:", "if error > bound:")
 add(
     "proof: the inverse is not tested",
-    '    yield "rigid inverse, cut", lambda: (of_the_inverse(), 1e-4)\n',
+    '    yield "rigid inverse, cut", lambda: (of_the_inverse(rigid), 1e-4)\n',
     "",
 )
 add = _in("vtk_mls/engine/proof.py", PROOF)

@@ -58,7 +58,8 @@ def main(request, folder):
 
 
 def checks(engine):
-    """Every kind, with and without cuts, at points and on grids, images, slopes and the inverse.
+    """Every kind, without cuts and with cuts in both frames, at points and on grids, images, slopes
+    and the inverse.
 
     Yields
     ------
@@ -71,12 +72,16 @@ def checks(engine):
     deformed = rng.uniform(0, EXTENT, (12, 3))
     rest = deformed + rng.normal(0, 1.5, (12, 3))
     points = np.concatenate([rng.uniform(0, EXTENT, (45, 3)), deformed[:4]])
-    affine, similarity = (
-        Deformation(rest, deformed, kind, device="reference") for kind in ("affine", "similarity")
-    )
+    affine = Deformation(rest, deformed, "affine", device="reference")
     polynomial, rigid = (
-        Deformation(rest, deformed, kind, alpha=alpha, cuts=[_CUT], device="reference")
+        Deformation(
+            rest, deformed, kind, alpha=alpha, cuts=[_CUT], cut_frame="rest", device="reference"
+        )
         for kind, alpha in (("polynomial", 2.0), ("rigid", 1.0))
+    )
+    similarity, staying = (
+        Deformation(rest, deformed, kind, cuts=[_CUT], cut_frame="deformed", device="reference")
+        for kind in ("similarity", "rigid")
     )
 
     others = [
@@ -102,18 +107,19 @@ def checks(engine):
         pairs = zip(engine.resample(*question), reference.resample(*question))
         return max(_most(np.abs(a - b)) for a, b in pairs)
 
-    def of_the_inverse():
-        origins = rigid.backward(points[~rigid.void(points)])
-        displacement, found = engine.forward(rigid, origins)
-        back = rigid.backward((origins + displacement)[found])
+    def of_the_inverse(d):
+        origins = d.backward(points[~d.void(points)])
+        displacement, found = engine.forward(d, origins)
+        back = d.backward((origins + displacement)[found])
         return _most(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
 
     yield "affine map at points", lambda: (at_points(affine), 1e-5)
-    yield "similarity map on a grid", lambda: (on_grid(similarity), 1e-5)
     yield "polynomial map on a grid, cut", lambda: (on_grid(polynomial), 1e-4)
     yield "rigid Jacobian, cut", lambda: (of_slopes(), 1e-3)
     yield "images, rigid, cut", lambda: (of_images(), 1e-3)
-    yield "rigid inverse, cut", lambda: (of_the_inverse(), 1e-4)
+    yield "rigid inverse, cut", lambda: (of_the_inverse(rigid), 1e-4)
+    yield "similarity map on a grid, cut that stays", lambda: (on_grid(similarity), 1e-5)
+    yield "rigid inverse, cut that stays", lambda: (of_the_inverse(staying), 1e-4)
     for other in others:
         yield f"{other.kind} map at points", lambda d=other: (at_points(d), 1e-5)
 

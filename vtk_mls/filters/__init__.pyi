@@ -182,7 +182,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
         The paper's are in the deformed space.
 
-        One of "rest", "deformed"; default: "deformed".
+        One of "rest", "deformed"; default: "rest".
         """
 
     def GetCutFrame(self) -> str: ...
@@ -489,7 +489,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
         The paper's are in the deformed space.
 
-        One of "rest", "deformed"; default: "deformed".
+        One of "rest", "deformed"; default: "rest".
         """
 
     def GetCutFrame(self) -> str: ...
