@@ -212,11 +212,11 @@ inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
   return hidden;
 }
 
-// Squared length of the straight way, which a detour is compared to.
+// Squared length of the segment that a detour is compared to.
 #if AT_REST
-#define STRAIGHT2(shape) shape##_distance2(from, to)
+#define SEGMENT2(shape) shape##_distance2(from, to)
 #else
-#define STRAIGHT2(shape) d2
+#define SEGMENT2(shape) d2
 #endif
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
@@ -226,7 +226,7 @@ inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec 
   detours_t detours = {1, 0, 0};
   int number = 0;
 #define LENGTHEN(shape)                                                                           \
-  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, STRAIGHT2(shape));)
+  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, SEGMENT2(shape));)
   SHAPES(LENGTHEN)
   if (!ANY(detours.anything)) return d2;
   *hides |= detours.anything;
@@ -243,10 +243,10 @@ inline vec detour_slope(vec leg, real length2, vec away) {
 
 // d log(d)/dv for the damping d of Eq. 28, or as SEEN(view) moves.
 inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
-  vec way = vec_sub(SEEN(view), q), slope = {0, 0, 0};
+  vec segment = vec_sub(SEEN(view), q), slope = {0, 0, 0};
   int number = 0;
 #define INCLINE(shape)                                                                            \
-  EACH_DETOUR(shape, vec away = vec_scale(1 / most(STRAIGHT2(shape), 1e-30f), way);               \
+  EACH_DETOUR(shape, vec away = vec_scale(1 / most(SEGMENT2(shape), 1e-30f), segment);           \
               vec change = detour_slope(vec_sub(SEEN(view), bend), length2, away);                \
               slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)

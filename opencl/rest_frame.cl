@@ -9,8 +9,8 @@
 // the cut too, v is void.
 
 #define ROUNDS 12       // of one search
-#define SETTLED 4e-7f   // next to the size of x: a residual that ends it, ...
-#define FORESEEN 1e-7f  // ... and what two residuals say of the error that is left
+#define SETTLED 3e-7f   // next to the size of x: a residual that ends it, ...
+#define FORESEEN 3e-8f  // ... and what two residuals say of the error that is left
 
 // Whether a cut hides any of the control points from view->seen.
 inline integer hides(const map_t *map, const view_t *view) {

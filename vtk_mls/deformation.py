@@ -249,7 +249,7 @@ class Deformation:
 
     @functools.cached_property
     def moved_planes(self) -> list[Plane]:
-        """Where the full cuts are in the deformed space, about: which region a point is tried in."""
+        """About where the full cuts are in the deformed space: which region is tried first."""
         if not self.in_rest_frame:
             return self.planes
         return [moved(plane, self.rest, self.deformed) for plane in self.planes]

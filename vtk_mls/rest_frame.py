@@ -1,13 +1,14 @@
 """Cuts that belong to the material, in float64.
 
-Which control points act on it is decided in the undeformed space: a cut sees control point i at p_i,
-and the material at its own place x. So G(v) is the fixed point x = G(v; damping as seen from x).
+Which control points act on it is decided in the undeformed space: a cut sees control point i at
+p_i, and the material at its own place x. So G(v) is the fixed point x = G(v; damping as seen from
+x).
 
 The search for x begins where the affine map that fits all control points best has it. A step that
 passes a cut goes on as if the cut were still ahead: what blocks is exchanged, and the map continued
-smoothly behind the face. If it ends there, the material on that side of the cut does not reach v; the
-other side gets a search of its own, from that place. If that ends behind the cut, too, v is void, and
-the better of the two counts.
+smoothly behind the face. If it ends there, the material on that side of the cut does not reach v;
+the other side gets a search of its own, from that place. If that ends behind the cut, too, v is
+void, and the better of the two counts.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def settled(evaluate, cuts, start, sizes):
     distance = np.full(len(start), -np.inf)
     rows = np.arange(len(start))
     for _ in range(_SEARCHES):
-        found = _search(lambda some, view: evaluate(rows[some], view), cuts, start, sizes[rows])
+        found = _search(evaluate, cuts, rows, start, sizes)
         reached = void_distance(cuts, found)
         better = reached > distance[rows]
         for kept, new in zip((*best, distance), (*found, reached)):
@@ -63,15 +64,15 @@ def void_distance(cuts, view):
     return result
 
 
-def _search(evaluate, cuts, start, sizes):
-    """The fixed points that searches from `start` (m, 3) find, as a View."""
+def _search(evaluate, cuts, rows, start, sizes):
+    """The fixed points for `rows` that searches from `start` (rows, 3) find, as a View."""
     x, passed = start.copy(), np.zeros((len(start), len(cuts)), bool)
     residuals, images = np.full_like(x, np.nan), np.full_like(x, np.nan)
     going = np.arange(len(x))
     for _ in range(_ROUNDS):
-        image = evaluate(going, View(x[going], passed[going]))
+        image = evaluate(rows[going], View(x[going], passed[going]))
         residual = image - x[going]
-        moves = np.linalg.norm(residual, axis=1) > _SETTLED * sizes[going]
+        moves = np.linalg.norm(residual, axis=1) > _SETTLED * sizes[rows[going]]
         going, image, residual = going[moves], image[moves], residual[moves]
         if len(going) == 0:
             break

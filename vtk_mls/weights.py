@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 
-
 class View(NamedTuple):
     """How cuts in the rest frame see the material at some points.
 
