@@ -10,6 +10,7 @@ from vtk_mls.progress import SILENT
 
 # How far into the material the face of a void shows in the gradient, in voxels of the source.
 REACH = 1.5
+_ON_FACE = 1e-3  # what is nearer to a cut counts as on it, in voxels
 
 
 def gradient(array, grid, progress=SILENT):
@@ -108,6 +109,12 @@ def at_faces(deformation, v, fields, sampling, progress):
     squared = np.maximum(np.sum(across**2, axis=1), np.finfo(float).tiny)
     behind = v - ((void_distance + voxel / 2) / squared)[:, None] * across
     depth = -deformation.void_distance(behind, closing)
+    # right on a cut in the rest frame the origin does not tell on which side the material is
+    unsure = np.flatnonzero((void_distance < _ON_FACE * voxel) & (depth <= 0))
+    if deformation.in_rest_frame and len(unsure) > 0:
+        mirrored = -deformation.void_distance(2 * v[unsure] - behind[unsure])
+        turned = unsure[mirrored > 0]
+        away[turned], depth[turned] = -away[turned], mirrored[mirrored > 0]
     share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
     sampled.report(0)
