@@ -113,8 +113,8 @@ def at_faces(deformation, v, fields, sampling, progress):
     unsure = np.flatnonzero((void_distance < _ON_FACE * voxel) & (depth <= 0))
     if deformation.in_rest_frame and len(unsure) > 0:
         mirrored = -deformation.void_distance(2 * v[unsure] - behind[unsure])
-        turned = unsure[mirrored > 0]
-        away[turned], depth[turned] = -away[turned], mirrored[mirrored > 0]
+        others = unsure[mirrored > 0]
+        away[others], depth[others] = -away[others], mirrored[mirrored > 0]
     share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
     sampled.report(0)

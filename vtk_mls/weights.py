@@ -27,6 +27,8 @@ class View(NamedTuple):
     passed: np.ndarray
 
 
+# Squared distance that detours can be divided by, squared world units.
+_SMALLEST = 1e-200
 # Squared distance, in squared local units, below which a point counts as on a control point.
 _ON_CONTROL_POINT = 1e-32
 
@@ -119,7 +121,7 @@ def _detour(cut, v, q, passed):
     """
     v = v[:, None]
     offset = q - v
-    d2 = np.maximum(np.einsum("mia,mia->mi", offset, offset), np.finfo(float).tiny)
+    d2 = np.maximum(np.einsum("mia,mia->mi", offset, offset), _SMALLEST)
     blocked = cut.blocks(v, q) ^ passed
     bend = cut.bend(v, q)
     leg = v - bend
