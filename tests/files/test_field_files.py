@@ -181,7 +181,8 @@ def test_what_has_no_forward_image_is_counted(scene, capsys):
     grid, rest, _ = scene
     centre = grid.corners().mean(axis=0)
     write_handles(rest, np.where(rest[:, :1] < centre[0], rest + [3, 0, 0], rest - [3, 0, 0]))
-    run("field", "field.mha", "--inverse", f"--cut-plane={','.join(map(str, centre))},1,0,0")
+    cut = f"--cut-plane={','.join(map(str, centre))},1,0,0"
+    run("field", "field.mha", "--inverse", cut, "--cut-frame=deformed")
     found = capsys.readouterr().err
     assert found.startswith("vtk-mls: `field.mha`: ")
     assert " of 4896 points have no forward image" in found
