@@ -164,6 +164,7 @@ def test_edits_after_vtk_mls(start):
         gui.run("simple.GetDisplayProperties(file, view).SetRepresentationType('Outline')")
         gui.launch("MLS Deform")
         gui.run("deform = simple.GetActiveSource()")
+        gui.run("deform.CutFrame = 'deformed'")  # then all that is behind the plane is void
         gui.click("drop_down('CutType')")
         gui.click("option('CutType', 'plane')")
         with gui.dragging((10, 10, 0), PULL):
