@@ -7,6 +7,8 @@
 #error "PLANE or CUT_NUMBERS is missing: members of the structs below"
 #endif
 
+#define REST_FRAME (AT_REST || RIVALS)
+
 typedef struct { PLANE } plane_t;
 typedef struct { CUT_NUMBERS } cut_numbers_t;
 

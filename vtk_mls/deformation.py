@@ -377,9 +377,8 @@ class Deformation:
                     f"`origins` must be as many as `points`, got {len(origins)} for {len(points)}"
                 )
         with whole(progress) as progress:
-            if not self.in_rest_frame:
-                return self._engine.jacobian(self, points, progress)
-            return self._engine.jacobian(self, points, progress, origins)
+            known = origins if self.in_rest_frame else None
+            return self._engine.jacobian(self, points, progress, known)
 
     @_quiet
     def void_distance(

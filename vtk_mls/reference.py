@@ -303,16 +303,13 @@ def _in_region(deformation, region, v, start=None, with_jacobian=False):
             start,
             _size_of(control_points, v),
         )
-        fit = fit_of(slice(None), view)
+        fit, void_distance = fit_of(slice(None), view), rest_frame.void_distance(cuts, view)
     else:
-        view, fit = None, fit_of(slice(None), None)
+        fit, void_distance = fit_of(slice(None), None), np.full(len(v), np.inf)
     displacement = fit.displacement()
     origin = v + displacement
-    if view is not None:
-        void_distance = rest_frame.void_distance(cuts, view)
-    else:
-        distances = [cut.void_distance(v, origin) for cut in cuts]
-        void_distance = np.min(distances, axis=0) if cuts else np.full(len(v), np.inf)
+    for cut in () if deformation.in_rest_frame else cuts:
+        void_distance = np.minimum(void_distance, cut.void_distance(v, origin))
     for plane, side in zip(deformation.planes, region.sides):
         void_distance = np.minimum(void_distance, side * plane.height(origin))
     return displacement, void_distance, fit.jacobian() if with_jacobian else None

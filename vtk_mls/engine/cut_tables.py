@@ -37,7 +37,6 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
     shapes = dict(sorted(shapes.items(), key=lambda item: item[0].kernel))
     constants = [
         ("CUTS", 1),
-        ("REST_FRAME", int(deformation.in_rest_frame)),
         ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
         ("RIVALS", int(deformation.has_rivals)),
         ("ON_PLANE", f"{ON_PLANE}f"),

@@ -88,20 +88,20 @@ class Engine:
 
     @_question
     def jacobian(self, deformation, points, progress=SILENT, origins=None):
-        if origins is not None:
-            return self._jacobian_of(deformation, points, origins, progress)
-        result = np.empty((len(points), 3, 3))
-        choosing, sloping = progress.divided(1, 2) if deformation.has_rivals else (None, progress)
-        if deformation.has_rivals:
+        result, numbers = np.empty((len(points), 3, 3)), None
+        if origins is None and deformation.has_rivals:
+            choosing, progress = progress.divided(1, 2)
             numbers = self._origins(deformation, points, choosing)[2]
+        sided = points if origins is None else origins  # what tells the region
         maps = self._maps(deformation)
-        for part in sloping.over(self.launcher.slabs(len(points), deformation, 48)):
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
             for number, map_ in enumerate(maps):
-                if deformation.has_rivals:
-                    rows = part.start + np.flatnonzero(numbers[part] == number)
+                if numbers is None:
+                    rows = _held(deformation.planes, map_.region, sided, part)
                 else:
-                    rows = _held(deformation.planes, map_.region, points, part)
-                planes = map_.at_points("point_jacobian", 9, points[rows])
+                    rows = part.start + np.flatnonzero(numbers[part] == number)
+                known = None if origins is None else origins[rows]
+                planes = map_.jacobian(points[rows], known)
                 result[rows] = np.eye(3) + planes.T.reshape(-1, 3, 3)
         return result
 
@@ -198,17 +198,6 @@ class Engine:
             planes = self.memory.planes(index, part.stop - part.start)
             bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
         return bounds
-
-    def _jacobian_of(self, deformation, points, origins, progress):
-        """The Jacobian at `points` for the material that is known to be there."""
-        result = np.empty((len(points), 3, 3))
-        maps = self._maps(deformation)
-        for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
-            for map_ in maps:
-                rows = _held(deformation.planes, map_.region, origins, part)
-                planes = map_.jacobian_of(points[rows], origins[rows])
-                result[rows] = np.eye(3) + planes.T.reshape(-1, 3, 3)
-        return result
 
     def _maps(self, deformation):
         return [RegionMap(self.launcher, deformation, region) for region in deformation.regions]

@@ -147,13 +147,11 @@ class InverseSearch:
         local = kernel_arguments.planes(control_points.local(v))
         slope = np.empty((9, len(v)), np.float32)
         self.map.launch_at("point_jacobian", local, outputs=[slope])
-        upright = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
-        if not upright.any():
-            return None
-        local = np.ascontiguousarray(local[:, upright])
+        usable = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
         displacement = self.map.at_local_points("point_displacement", self.map.displacements, local)
         if self.deformation.in_rest_frame:
-            there = displacement[3] >= 0
-            local, displacement = local[:, there], displacement[:, there]
-        table = kernel_arguments.samples(local, local + displacement[:3])
+            usable &= displacement[3] >= 0
+        if not usable.any():
+            return None
+        table = kernel_arguments.samples(local[:, usable], (local + displacement[:3])[:, usable])
         return np.int32(len(table)), self.map.memory.constant(table)

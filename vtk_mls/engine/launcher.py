@@ -169,9 +169,9 @@ class RegionMap:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
 
-    def jacobian_of(self, points, origins):
-        """d(G - v)/dv at `points` (m, 3) for the material of `origins`, (9, m) float32."""
-        if not self.deformation.obstacles:
+    def jacobian(self, points, origins=None):
+        """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
+        if origins is None or not self.deformation.obstacles:
             return self.at_points("point_jacobian", 9, points)
         return self._at_pairs("origin_jacobian", 9, points, origins)
 
