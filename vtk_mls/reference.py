@@ -287,7 +287,7 @@ def _take(deformation, region, points, rows, results):
 
 
 def _in_region(deformation, region, v, start=None, with_jacobian=False):
-    """What `_answers` says, of the material of one region, and on one side where `start` is given."""
+    """What `_answers` says of the material of one region, on one side if there is a `start`."""
     control_points, cuts = region.control_points, deformation.obstacles
 
     def fit_of(rows, view):
