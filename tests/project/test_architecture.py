@@ -21,7 +21,10 @@ ROOMS = {
     "rendering": {"core", "cuts", "engine", "arrays", "filters", "numpy", "vtkmodules"},
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
     "demo": {"core", "engine", "filters", "numpy", "tetgen", "vtkmodules"},
-    "paraview": {"core", "arrays", "files", "filters", "io", "numpy", "paraview", "vtkmodules"},
+    "paraview": {
+        *{"core", "arrays", "files", "filters", "io", "rendering"},
+        *{"numpy", "paraview", "vtkmodules"},
+    },
     "commands": {
         *{"core", "engine", "arrays", "files", "filters", "io", "demo", "paraview"},
         *{"numpy", "vtkmodules"},

@@ -15,18 +15,14 @@ import time
 from contextlib import suppress
 
 import numpy as np
-
-# An object that Python meets before its class stays one of a base class: import those of views,
-# their representations and widgets first.
-import paraview.modules.vtkRemotingViews  # noqa: F401
-import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingCore import vtkProcessModule
-from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
+from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_points import lattice
-from vtk_mls.paraview import undo
+from vtk_mls.paraview import live, undo
 from vtk_mls.paraview.arrows import Arrows
+from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
@@ -76,34 +72,40 @@ def _watch(session):
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
 
+    def edited(is_held):
+        for handles in list(pipelines.values()):
+            handles.show_pending(is_held)
+
     def widgets_changed(shown, event):
-        sources = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
-        for widget in _proxies_of(shown):
+        sources = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
+        for widget in proxies_of(shown):
             for number, handles in pipelines.items():
                 if number in sources and _shows(widget, sources[number]):
                     handles.take(widget)
+                elif number in sources and _shows_cut(widget, sources[number]):
+                    handles.take_cut(widget)
 
     def displays_changed(shown, event):
-        every = {each.GetGlobalID(): each for each in _proxies_of(shown)}
+        every = {each.GetGlobalID(): each for each in proxies_of(shown)}
         for number in every.keys() - displays:
             displays.add(number)
             if not manager.GetInLoadXMLState() and not undo.is_busy():
                 _show_as_input(every[number], every.values())
 
     def changed(manager, event):
-        here = {each.GetGlobalID(): each for each in _proxies(manager, "sources")}
+        here = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
         for number in pipelines.keys() - here.keys():
             pipelines.pop(number).end()
         for number in here.keys() - pipelines.keys():
             if here[number].GetXMLName() in (*_FILTERS, _SOURCE):
-                pipelines[number] = _Handles(here[number])
-        for view in _proxies(manager, "views"):
+                pipelines[number] = _Handles(here[number], edited)
+        for view in proxies(manager, "views"):
             shown = view.GetProperty("HiddenRepresentations")
             if shown and view.GetGlobalID() not in views:
                 views.add(view.GetGlobalID())
                 shown.AddObserver("ModifiedEvent", widgets_changed)
                 shown = view.GetProperty("Representations")
-                displays.update(each.GetGlobalID() for each in _proxies_of(shown))
+                displays.update(each.GetGlobalID() for each in proxies_of(shown))
                 shown.AddObserver("ModifiedEvent", displays_changed)
 
     manager.AddObserver("RegisterEvent", changed)
@@ -114,12 +116,14 @@ def _watch(session):
 class _Handles:
     """What is to know of a proxy's handles between two events."""
 
-    def __init__(self, proxy):
+    def __init__(self, proxy, edited):
         self._busy = self._is_held = False
         # when handles were last added to or removed from which list, and what was before
         self._recounted = None
         self._number, self._widgets = proxy.GetGlobalID(), set()
         self._arrows = Arrows()
+        self._edited = edited  # tells all pipelines, for handles may be another's control points
+        self._live = live.Live(self._number) if proxy.GetProperty(live.SWITCH) else None
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
@@ -133,6 +137,17 @@ class _Handles:
         ):
             if proxy.GetProperty(name):
                 proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
+        if self._live:
+            for name in {live.SWITCH, *live.EDITED} - {*_LISTS}:
+                proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
+
+    def _map_edited(self, changed, event):
+        self._edited(self._is_held)
+
+    def show_pending(self, is_held):
+        """Draw what is pending, in the views."""
+        if self._live:
+            self._live.edited(is_held)
 
     def _answer(self, method):
         """A callback for the events of a property, unless it is we who cause them."""
@@ -146,6 +161,7 @@ class _Handles:
                     self._point(changed.GetParent())
                 finally:
                     self._busy = False
+                self._edited(self._is_held)
 
         return callback
 
@@ -157,8 +173,14 @@ class _Handles:
         _hide_line(widget)
         if not widget.GetSession().IsA("vtkSMSessionClient"):  # it draws what is here
             self._arrows.follow(widget)
-            self._point(_find(self._number))
+            self._point(find(self._number))
         self._listen(widget)
+
+    def take_cut(self, widget):
+        """Take over a widget that shows the cut."""
+        if widget.GetGlobalID() not in self._widgets:
+            self._widgets.add(widget.GetGlobalID())
+            self._listen(widget)
 
     def _listen(self, widget):
         """Hear when a drag of a widget's handles begins or ends."""
@@ -168,16 +190,17 @@ class _Handles:
 
         def let_go(widget, event):
             self._is_held = False
-            proxy = _find(self._number)
+            proxy = find(self._number)
             if proxy:
                 self._settle(proxy)
+            self._edited(False)
 
         widget.AddObserver("StartInteractionEvent", held)
         widget.AddObserver("EndInteractionEvent", let_go)
 
     def restore(self, lists):
         """Make these lists the pending ones: Undo or Redo asks for it."""
-        proxy = _find(self._number)
+        proxy = find(self._number)
         if proxy is None:
             return
         self._busy = True
@@ -189,10 +212,13 @@ class _Handles:
             self._point(proxy)
         finally:
             self._busy = False
+        self._edited(False)
 
     def end(self):
         """The proxy is gone."""
         self._arrows.end()
+        if self._live:
+            self._live.end()
 
     def _point(self, proxy):
         """Let the arrows show what is pending."""
@@ -203,7 +229,7 @@ class _Handles:
         if self._is_held:
             return
         before, self._settled = self._settled, _lists(proxy)
-        if not any(_is_pending(proxy.GetProperty(name)) for name in _LISTS):
+        if not any(is_pending(proxy.GetProperty(name)) for name in _LISTS):
             undo.forget(self)
         elif before != self._settled:
             undo.add("Edit Handles", self, before, self._settled)
@@ -220,7 +246,7 @@ class _Handles:
     def _deformed_edited(self, deformed, proxy):
         """A handle was dragged, added or removed, or an edit was applied or taken back."""
         before, self._deformed = self._deformed, _pending(deformed)
-        if not _is_pending(deformed):
+        if not is_pending(deformed):
             return
         if len(before) != len(self._deformed):
             self._count_changed(proxy, before, self._deformed, "RestPoints")
@@ -230,7 +256,7 @@ class _Handles:
     def _rest_edited(self, rest, proxy):
         """A rest position was moved, added or removed: the handle goes along."""
         before, self._rest = self._rest, _pending(rest)
-        if not _is_pending(rest):
+        if not is_pending(rest):
             return
         if len(before) != len(self._rest):
             self._count_changed(proxy, before, self._rest, "DeformedPoints")
@@ -285,34 +311,18 @@ class _Handles:
 
     def _laid(self, changed, proxy):
         """Lay the handles anew, if an edit asks for that."""
-        found = _layout(proxy) if _is_pending(changed) else None
+        found = _layout(proxy) if is_pending(changed) else None
         if found is None:
             return
         for name, rows in zip(_LISTS, found):
             _set_pending(proxy.GetProperty(name), rows)
         self._remember(proxy)
-        for view in _proxies(proxy.GetSessionProxyManager(), "views"):
+        for view in proxies(proxy.GetSessionProxyManager(), "views"):
             view.StillRender()
 
     def _remember(self, proxy):
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
         self._rest = _pending(proxy.GetProperty("RestPoints"))
-
-
-def _proxies(manager, group):
-    """The proxies registered in a group."""
-    iterator = vtkSMProxyIterator()
-    iterator.SetSessionProxyManager(manager)
-    iterator.SetModeToOneGroup()
-    iterator.Begin(group)
-    while not iterator.IsAtEnd():
-        yield iterator.GetProxy()
-        iterator.Next()
-
-
-def _proxies_of(changed):
-    """The proxies that a property has."""
-    return [changed.GetProxy(number) for number in range(changed.GetNumberOfProxies())]
 
 
 def _show_as_input(display, others):
@@ -341,20 +351,22 @@ def _hide_line(widget):
         each.SetOpacity(0)
 
 
-def _find(number):
-    """The source or filter of the active session with this id, if it is still there."""
-    manager = vtkSMProxyManager.GetProxyManager().GetActiveSessionProxyManager()
-    found = (each for each in _proxies(manager, "sources") if each.GetGlobalID() == number)
-    return next(found, None)
-
-
 def _shows(widget, proxy):
     """Whether a representation is the widget of a proxy's handles: ParaView keeps them alike."""
     if widget.GetXMLName() != "PolyLineWidgetRepresentation":
         return False
-    positions = _elements(widget.GetProperty("HandlePositions"))
+    positions = elements(widget.GetProperty("HandlePositions"))
     lists = (proxy.GetProperty(name) for name in ("RestPoints", "DeformedPoints"))
-    return any(positions == _elements(each) for each in lists)
+    return any(positions == elements(each) for each in lists)
+
+
+def _shows_cut(widget, proxy):
+    """Whether a representation is the widget of a proxy's cut plane."""
+    return "ImplicitPlane" in widget.GetXMLName() and all(
+        proxy.GetProperty(f"Cut{name}")
+        and elements(widget.GetProperty(name)) == elements(proxy.GetProperty(f"Cut{name}"))
+        for name in ("Origin", "Normal")
+    )
 
 
 def _layout(proxy):
@@ -365,11 +377,11 @@ def _layout(proxy):
         if mode == "file":
             named = (proxy.GetProperty(name) for name in _FILES)
             rest, deformed, weights = control_point_files.read(
-                *(_elements(each)[0] for each in named)
+                *(elements(each)[0] for each in named)
             )
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
-            positions = lattice(_elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
+            positions = lattice(elements(proxy.GetProperty("LatticeDimensions")), _bounds(proxy))
             return positions, positions, np.empty(0)
     return None
 
@@ -377,35 +389,22 @@ def _layout(proxy):
 def _bounds(proxy):
     """Bounds for a lattice: the property's, or those of the input."""
     if proxy.GetProperty("Bounds"):
-        return _elements(proxy.GetProperty("Bounds"))
+        return elements(proxy.GetProperty("Bounds"))
     source = proxy.GetProperty("Input")
     data = source.GetProxy(0).GetDataInformation(source.GetOutputPortForConnection(0))
     return data.GetBounds()
 
 
-def _elements(changed):
-    """The pending elements of a property."""
-    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
-
-
 def _lists(proxy):
     """The pending elements of all lists."""
-    return [_elements(proxy.GetProperty(name)) for name in _LISTS]
+    return [elements(proxy.GetProperty(name)) for name in _LISTS]
 
 
 def _pending(changed):
     """The pending rows of a list property: (n, columns)."""
-    values = _elements(changed)
+    values = elements(changed)
     columns = 1 if changed.GetXMLName() == "Weights" else 3
     return np.reshape(values, (-1, columns)).astype(float)
-
-
-def _is_pending(changed):
-    """Whether a property has an edit that is not applied."""
-    count = changed.GetNumberOfUncheckedElements()
-    if count != changed.GetNumberOfElements():
-        return True
-    return any(changed.GetUncheckedElement(i) != changed.GetElement(i) for i in range(count))
 
 
 def _set_pending(changed, rows):

@@ -10,7 +10,15 @@ from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.handle_panel import HANDLES, draggable
 from vtk_mls.paraview.property_xml import element, elements, visibility
-from vtk_mls.paraview.xml import bounds, data_input, documentation, input_arrays, vector, xml
+from vtk_mls.paraview.xml import (
+    bounds,
+    check_box,
+    data_input,
+    documentation,
+    input_arrays,
+    vector,
+    xml,
+)
 
 _CONTROL_POINTS = data_input(
     "ControlPoints",
@@ -57,6 +65,14 @@ _CUT = [
     element(tables.NU),
 ]
 
+_LIVE = check_box(
+    "Live",
+    """Whether a volume follows while a handle or the cut is dragged, before Apply. Where the data
+    are on another machine, Apply shows the result.""",
+    default=1,
+    command="",
+)
+
 DEFORM = [
     documentation(
         """Deforms an image (a volume) or a mesh by control points that are dragged from p to q, by
@@ -78,6 +94,7 @@ DEFORM = [
     _CONTROL_POINTS,
     _CUTS,
     *_CUT,
+    _LIVE,
     *HANDLES,
     *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
     *elements((*tables.VECTORS, *tables.JACOBIAN)),

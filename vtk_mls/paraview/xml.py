@@ -60,9 +60,9 @@ def shown_when(name, value, **options):
     return xml("PropertyWidgetDecorator", **decorator, **options)
 
 
-def check_box(name, text, default=0):
+def check_box(name, text, default=0, **attributes):
     """A property that is on or off."""
-    return vector("Int", name, default, text, xml("BooleanDomain", name="bool"))
+    return vector("Int", name, default, text, xml("BooleanDomain", name="bool"), **attributes)
 
 
 def names(name, setter, text, domain):

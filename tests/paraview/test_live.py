@@ -1,0 +1,65 @@
+"""A volume follows the mouse before Apply, in each ParaView there is."""
+
+from __future__ import annotations
+
+from gui_fixtures import HANDLE, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
+
+LIVE = """
+simple.ColorBy(simple.GetDisplayProperties(wavelet, view), ("POINTS", "RTData"))
+simple.GetDisplayProperties(wavelet, view).SetRepresentationType("Volume")
+simple.Render(view)
+from vtk_mls.rendering import DeformedVolume
+frames, drawn = [], []
+usual = DeformedVolume.update
+def update(self, deformation, nodes=64):
+    usual(self, deformation, nodes)
+    drawn[:] = [self, deformation, nodes]
+DeformedVolume.update = update
+
+def pending():
+    moved = deform.SMProxy.GetProperty("DeformedPoints")
+    values = [moved.GetUncheckedElement(i) for i in range(moved.GetNumberOfUncheckedElements())]
+    return np.reshape(values, (-1, 3))
+
+def ended(*_):
+    applied = np.reshape(deform.DeformedPoints, (-1, 3))
+    if not np.array_equal(pending(), applied):
+        frames.append(bool(drawn) and np.array_equal(pending(), drawn[1].deformed))
+
+def volumes(seen=view):  # visible ones
+    props = seen.GetRenderer().GetVolumes()
+    props = [props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())]
+    return [type(each).__name__ for each in props if each.GetVisibility()]
+"""
+
+
+def test_a_volume_follows_before_apply(gui):
+    gui.run(LIVE)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.run("view.GetRenderer().AddObserver('EndEvent', ended)")
+    with gui.dragging(HANDLE, PULL):  # before the first Apply: the input is what is shown
+        gui.until("dragged(pending=True) and drawn")
+        gui.screenshot("1_before_the_first_apply")
+        assert gui.value("volumes()") == ["vtkVolume"]
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    gui.screenshot("2_applied")
+    assert gui.value("volumes()") != ["vtkVolume"]
+
+    gui.run("frames.clear(); drawn.clear()")
+    other = [10, -10, 0]
+    with gui.dragging(other, PULL):
+        gui.until("len(dragged(pending=True)) == 2 and drawn")
+        gui.screenshot("3_dragging")
+        assert gui.value("len(dragged())") == 1
+        assert gui.value("drawn[2]") == 64
+    gui.until("drawn[2] == 128")
+    gui.screenshot("4_let_go")
+    shown = gui.value("frames")
+    print(len(shown), sum(shown), gui.value("drawn[0].uploads"))
+    gui.press("ctrl+z")
+    gui.until("len(dragged(pending=True)) == 1")
+    gui.screenshot("5_undone")
+    gui.press("alt+a")
+    gui.screenshot("6_end")

@@ -1,0 +1,132 @@
+"""An image that ParaView shows as a volume, drawn deformed in its stead."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPlane
+from vtkmodules.vtkRenderingCore import vtkVolume
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+
+from vtk_mls.paraview.server_manager import elements, find
+from vtk_mls.rendering import DeformedVolume
+
+
+class LiveVolume:
+    """A volume of our own with the look of ParaView's, which is hidden.
+
+    ParaView's own cannot be drawn deformed: its mapper may be one of several.
+
+    Parameters
+    ----------
+    display : proxy of a representation
+        One that `can_draw` accepts.
+    image : vtkImageData
+        To be drawn.
+    renderer : vtkRenderer
+    """
+
+    def __init__(self, display, image, renderer):
+        self._image, self._renderer, self._array = image, renderer, _array(display)
+        self._hidden = _volume_of(display)
+        self._display = display.GetGlobalID()
+        mapper = vtkGPUVolumeRayCastMapper()
+        mapper.SetInputData(image)
+        self._volume = vtkVolume()
+        self._volume.SetMapper(mapper)
+        self._volume.PickableOff()
+        self._update_look(display)
+        renderer.AddViewProp(self._volume)
+        self._drawn, self._latest = DeformedVolume(self._volume, renderer), None
+        self._limits = None
+
+    @staticmethod
+    def can_draw(display, image):
+        """Whether a display shows the image as a volume of one number a voxel."""
+        shows = display.GetProperty("Representation")
+        if image is None or shows is None or shows.GetElement(0) != "Volume":
+            return False
+        association, name = _array(display)
+        attributes = image.GetCellData() if association == "1" else image.GetPointData()
+        array = attributes.GetArray(name)
+        is_plain = array is not None and array.GetNumberOfComponents() == 1
+        return is_plain and min(image.GetDimensions()) > 1 and _volume_of(display) is not None
+
+    def is_of(self, display, image):
+        """Whether this still draws what the display shows."""
+        return (
+            self.can_draw(display, image)
+            and image is self._image
+            and _array(display) == self._array
+            and _volume_of(display) is self._hidden
+        )
+
+    def update(self, deformation, nodes, limits):
+        """Draw the image as a deformation has it; whether the graphics card can.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        nodes : int
+            Of the map.
+        limits : ImageGeometry or None
+            What lies outside of it is not drawn.
+        """
+        self._limit(limits)
+        self._hidden.SetVisibility(False)
+        if self._drawn.failure is None and self._latest != (deformation, nodes):
+            self._latest = deformation, nodes
+            self._drawn.update(deformation, nodes)
+            self._renderer.ResetCameraClippingRange()
+        return self._drawn.failure is None
+
+    def end(self):
+        """Let ParaView's volume be seen again."""
+        self._drawn.detach()
+        self._renderer.RemoveViewProp(self._volume)
+        display = find(self._display, "representations")
+        if display:
+            self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
+
+    def _limit(self, limits):
+        """Clip what is outside of an ImageGeometry."""
+        if limits == self._limits:
+            return
+        self._limits = limits
+        mapper = self._volume.GetMapper()
+        mapper.RemoveAllClippingPlanes()
+        for axis in range(3) if limits else ():
+            grid = limits.grid
+            inward = np.linalg.inv(grid.index_to_world)[axis]
+            for corner, normal in ((grid.corners()[0], inward), (grid.corners()[-1], -inward)):
+                mapper.AddClippingPlane(_plane(corner, normal))
+
+    def _update_look(self, display):
+        association, name = self._array
+        mapper = self._volume.GetMapper()
+        if association == "1":
+            mapper.SetScalarModeToUseCellFieldData()
+        else:
+            mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectScalarArray(name)
+        blend = display.GetProperty("BlendMode")
+        mapper.SetBlendMode(blend.GetElement(0) if blend else 0)
+        self._volume.SetProperty(self._hidden.GetProperty())
+
+
+def _plane(point, normal):
+    plane = vtkPlane()
+    plane.SetOrigin(point)
+    plane.SetNormal(normal / np.linalg.norm(normal))
+    return plane
+
+
+def _array(display):
+    """Association ("0" of points, "1" of cells) and name of the array that a display shows."""
+    return tuple(elements(display.GetProperty("ColorArrayName"))[3:5])
+
+
+def _volume_of(display):
+    """ParaView's own vtkVolume of a display; None where it has none here."""
+    active = display.GetClientSideObject().GetActiveRepresentation()
+    volume = active.GetActor() if hasattr(active, "GetActor") else None
+    return volume if isinstance(volume, vtkVolume) else None

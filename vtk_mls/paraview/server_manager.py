@@ -1,0 +1,45 @@
+"""What ParaView's server manager knows: proxies, and their properties with edits that wait."""
+
+from __future__ import annotations
+
+# An object that Python meets before its class stays one of a base class: import those of views,
+# their representations and widgets first.
+import paraview.modules.vtkRemotingViews  # noqa: F401
+import vtkmodules.vtkInteractionWidgets  # noqa: F401
+from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
+
+
+def proxies(manager, group):
+    """The proxies registered in a group."""
+    iterator = vtkSMProxyIterator()
+    iterator.SetSessionProxyManager(manager)
+    iterator.SetModeToOneGroup()
+    iterator.Begin(group)
+    while not iterator.IsAtEnd():
+        yield iterator.GetProxy()
+        iterator.Next()
+
+
+def proxies_of(changed):
+    """The proxies that a property has."""
+    return [changed.GetProxy(number) for number in range(changed.GetNumberOfProxies())]
+
+
+def find(number, group="sources"):
+    """The proxy of the active session with this id, if it is still there."""
+    manager = vtkSMProxyManager.GetProxyManager().GetActiveSessionProxyManager()
+    found = (each for each in proxies(manager, group) if each.GetGlobalID() == number)
+    return next(found, None)
+
+
+def elements(changed):
+    """The pending elements of a property."""
+    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
+
+
+def is_pending(changed):
+    """Whether a property has an edit that is not applied."""
+    count = changed.GetNumberOfUncheckedElements()
+    if count != changed.GetNumberOfElements():
+        return True
+    return any(changed.GetUncheckedElement(i) != changed.GetElement(i) for i in range(count))
