@@ -12,17 +12,17 @@ from vtk_mls import arrays, guesses
 from vtk_mls.rendering.drawn_mesh import jacobians
 from vtk_mls.vector_fields import covariant
 
-# Points up to which the map itself takes no longer than its interpolation, and nodes of the grid:
-# its error is below half a pixel where the mesh is drawn 1000 pixels large.
+# Points up to which the map itself takes no longer than its interpolation, and nodes of the grid.
 MOST_EXACT, _NODES = 1 << 18, 1 << 18
+_ERROR = 5e-4  # of interpolation, as a share of the grid's largest side: half of 1000 pixels
 _CORNERS = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 class CoarseForward:
     """Moves a drawn mesh by a forward map that is linear in each cell of a grid.
 
-    Points in cells through which a cut goes, or of which a corner has no inverse, are moved by the
-    map itself, as are those far from all others.
+    Points are moved by the map itself in cells where it bends too much, through which a cut goes,
+    or of which a corner has no inverse, as are those far from all others.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class CoarseForward:
         field = deformation.forward_field(self._nodes)
         moved = self._interpolated(field.displacement)
         points, normals = moved.GetPoints(), moved.GetPointData().GetNormals()
-        rows = np.flatnonzero(self._is_exact(field.found)[self._cell])
+        rows = np.flatnonzero(self._is_exact(field)[self._cell])
         if len(rows) > 0:
             self._move_exactly(deformation, rows, points, normals)
         return self._drawn.with_points(points, normals)
@@ -65,14 +65,23 @@ class CoarseForward:
         move.Update()
         return move.GetOutput()
 
-    def _is_exact(self, found):
-        """Cells in which the map itself is asked, by nodes (m,) that have an inverse."""
-        if found.all():
-            return self._is_crossed
-        found = found.reshape(self._grid.shape)
+    def _is_exact(self, field):
+        """Cells, and at last what is in none, where the map itself is asked, by that of the nodes.
+
+        What a linear function misses is an eighth of the second difference.
+        """
+        values = field.displacement.reshape(*self._grid.shape, 3)
+        error = np.zeros(self._grid.shape, np.float32)
+        for axis in range(3):
+            if values.shape[axis] > 2:
+                second = np.abs(np.diff(values, 2, axis)).max(axis=-1) / 8
+                ends = [(1, 1) if each == axis else (0, 0) for each in range(3)]
+                error += np.pad(second, ends, "edge")
+        allowed = _ERROR * (self._grid.spacing * self._last).max()
+        wrong = ~(field.found.reshape(error.shape) & (error <= allowed))
         nx, ny, nz = self._last
-        lost = [~found[k : k + nz, j : j + ny, i : i + nx] for i, j, k in _CORNERS]
-        return self._is_crossed | np.append(np.any(lost, axis=0), True)
+        corners = [wrong[k : k + nz, j : j + ny, i : i + nx] for i, j, k in _CORNERS]
+        return self._is_crossed | np.append(np.any(corners, axis=0), True)
 
     def _move_exactly(self, deformation, rows, points, normals):
         """Move some points by the map itself, and their normals, if there are any."""
