@@ -87,7 +87,10 @@ def split(mesh, cuts, progress=SILENT):
     ------
     Aborted
     """
-    grid = _unstructured(mesh)
+    named = mesh.NewInstance()
+    named.ShallowCopy(mesh)
+    arrays.name_normals(named)
+    mesh, grid = named, _unstructured(named)
     extent = _extent(_positions(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))

@@ -129,6 +129,7 @@ class Warp:
 
     def _warp(self, progress):
         """All that is done to the output once it has its cells."""
+        arrays.name_normals(self.output)
         self.before = arrays.to_numpy(self.output.GetPoints().GetData())
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():

@@ -38,7 +38,7 @@ class DeformedMesh:
             got = "none" if mapper is None else mapper.GetClassName()
             raise TypeError(
                 "`actor` must have a vtkPolyDataMapper or a vtkDataSetMapper, "
-                f"got {got}; give each block of composite data an actor of its own"
+                f"got {got}; of composite data give each block an actor of its own"
             )
         if _is_moved(mapper):
             raise ValueError("`actor` shows a deformed mesh already; update or detach that one")
@@ -83,8 +83,9 @@ class DeformedMesh:
         mapper = self._actor.GetMapper()
         if mapper is not self._mapper:
             self._leave()
-            if not _is_of_meshes(mapper):
-                return
+        if not _is_of_meshes(mapper):
+            return
+        if mapper is not self._mapper:
             self._mapper = mapper
             self._observe(mapper)
         if mapper.GetNumberOfInputConnections(0) > 0 and not _is_moved(mapper):

@@ -43,6 +43,7 @@ class DrawnMesh:
         else:
             rows = _extract_surface(mesh, self.surface)
             foot, side = (each[rows] if len(each) > 0 else each for each in (foot, side))
+        arrays.name_normals(self.surface)
         points = self.surface.GetPoints()
         is_empty = points is None or points.GetNumberOfPoints() == 0
         self.positions = np.empty((0, 3)) if is_empty else arrays.to_numpy(points.GetData())
@@ -83,8 +84,7 @@ class DrawnMesh:
         output = self._copy()
         output.SetPoints(points)
         if normals is not None:
-            normals.SetName(self.surface.GetPointData().GetNormals().GetName())
-            output.GetPointData().AddArray(normals)  # in place of the old one, with its role
+            output.GetPointData().SetNormals(normals)
         if output.GetCellData().GetNormals() is not None:
             for data in (output.GetPointData(), output.GetCellData()):
                 data.SetActiveAttribute(-1, vtkDataSetAttributes.NORMALS)

@@ -26,11 +26,13 @@ class MovedMesh(Algorithm):
 
     def show(self, deformation, exact):
         """Move the mesh from now on by a Deformation; an error leaves it where it is."""
-        if self.GetNumberOfInputConnections(0) > 0:
+        has_input = self.GetNumberOfInputConnections(0) > 0
+        if has_input:
             self._polydata(self._update_input(0), deformation, exact)
         self._shown = deformation, exact
         self.Modified()
-        self.Update()
+        if has_input:  # mappers that are static do not ask for it
+            self.Update()
 
     def RequestData(self, request, inInfo, outInfo):
         mesh, output = vtkDataSet.GetData(inInfo[0]), vtkPolyData.GetData(outInfo)
