@@ -1,7 +1,7 @@
 #include "map.cl"
 
-// As point_displacement, where searches for the origins begin at `starts`; only with cuts in the rest
-// frame.
+// As point_displacement, for the material on the side of the cuts where `starts` are, which the map
+// continues behind the faces; only with cuts in the rest frame.
 KERNEL void point_search(MAP_PARAMETERS, const long points_count,
                          __global const float *restrict points,
                          __global const float *restrict starts,
@@ -10,7 +10,7 @@ KERNEL void point_search(MAP_PARAMETERS, const long points_count,
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec v = load_points(points, points_count, first);
-  fit_t fit = fit_from(&map, v, load_points(starts, points_count, first));
+  fit_t fit = fit_from(&map, v, load_points(starts, points_count, first), 1);
   vec d = moved(&map, &fit);
   store_points(displacement, d, points_count, first);
   real nothing = void_distance_at(&map, &fit, d);

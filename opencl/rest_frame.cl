@@ -45,8 +45,9 @@ inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) 
   search->stepped |= going;
 }
 
-// The fit at v, for the place that a search from `start` finds.
-inline fit_t fit_from(const map_t *map, vec v, vec start) {
+// The fit at v, for the place that a search from `start` finds; if that ends behind a cut, a second
+// of the `searches` begins there.
+inline fit_t fit_from(const map_t *map, vec v, vec start, int searches) {
   const cuts_t *cuts = &map->cuts;
   fit_t fit;
   search_t search;
@@ -74,7 +75,7 @@ inline fit_t fit_from(const map_t *map, vec v, vec start) {
     rounds += 1;
     if (ANY(going)) advance(cuts, &search, y, going);
     if (ANY(behind)) {
-      integer fails = behind & again, retries = behind & !again;
+      integer fails = behind & again, retries = behind & !again & (integer)(searches > 1 ? -1 : 0);
       if (ANY(fails)) {
         stale = fails & (void_distance_of(cuts, first, first, first_passed) >
                          void_distance_of(cuts, search.x, search.x, search.passed));
@@ -95,7 +96,7 @@ inline fit_t fit_from(const map_t *map, vec v, vec start) {
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
-  return fit_from(map, v, first_guess(&map->cuts, v));
+  return fit_from(map, v, first_guess(&map->cuts, v), 2);
 }
 
 // d(G - v)/dv: the place x from which cuts are seen moves, too.

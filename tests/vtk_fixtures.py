@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -170,3 +171,14 @@ def can_draw():
     """Asked in a process of its own, which a machine without OpenGL may take down."""
     probe = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, check=False)
     return probe.returncode == 0
+
+
+@pytest.fixture(scope="module")
+def opengl():
+    """Pictures can be drawn."""
+    with pytest.MonkeyPatch.context() as patch:
+        if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+            patch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # X11 would complain
+        if not can_draw():
+            pytest.skip("VTK cannot draw here")
+        yield

@@ -287,21 +287,23 @@ def _take(deformation, region, points, rows, results):
 
 
 def _in_region(deformation, region, v, start=None, with_jacobian=False):
-    """What `_answers` says, of the material of one region; searches may have a `start` (m, 3)."""
+    """What `_answers` says of the material of one region, on one side if there is a `start`."""
     control_points, cuts = region.control_points, deformation.obstacles
 
     def fit_of(rows, view):
         return _Fit(deformation, control_points, v[rows], view)
 
     if deformation.in_rest_frame and cuts:
+        searches = 1
         if start is None:
             matrix, offset = control_points.affine
-            start = v @ matrix.T + offset
+            start, searches = v @ matrix.T + offset, 2
         view = settled(
             lambda rows, view: v[rows] + fit_of(rows, view).displacement(),
             cuts,
             start,
             _size_of(control_points, v),
+            searches,
         )
         fit, void_distance = fit_of(slice(None), view), rest_frame.void_distance(cuts, view)
     else:

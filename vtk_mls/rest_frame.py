@@ -19,10 +19,9 @@ from vtk_mls.weights import View
 
 _ROUNDS = 60  # of one search
 _SETTLED = 1e-13  # next to the size of x: a step of the search that ends it
-_SEARCHES = 2
 
 
-def settled(evaluate, cuts, start, sizes):
+def settled(evaluate, cuts, start, sizes, searches=2):
     """How the cuts see what is at some points v in the end.
 
     Parameters
@@ -34,6 +33,8 @@ def settled(evaluate, cuts, start, sizes):
         Where the searches begin.
     sizes : (m,) float64, world units
         What rounding is relative to.
+    searches : int
+        1 where only the material on the side where the search starts is wanted.
 
     Returns
     -------
@@ -42,7 +43,7 @@ def settled(evaluate, cuts, start, sizes):
     best = View(start.copy(), np.zeros((len(start), len(cuts)), bool))
     distance = np.full(len(start), -np.inf)
     rows = np.arange(len(start))
-    for _ in range(_SEARCHES):
+    for _ in range(searches):
         found = _search(evaluate, cuts, rows, start, sizes)
         reached = void_distance(cuts, found)
         better = reached > distance[rows]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from functools import cache
 
 import numpy as np
 import pytest
 import vtkmodules.vtkRenderingOpenGL2
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
-from vtk_fixtures import FAST, can_draw, messages  # noqa: F401  (a fixture)
+from vtk_fixtures import FAST, messages, opengl  # noqa: F401  (fixtures)
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter
@@ -38,15 +36,7 @@ SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their centre, pixels p
 OPAQUE = 255
 
 
-@pytest.fixture(scope="module", autouse=True)
-def opengl():
-    """Pictures can be drawn."""
-    with pytest.MonkeyPatch.context() as patch:
-        if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-            patch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # X11 would complain
-        if not can_draw():
-            pytest.skip("VTK cannot draw here")
-        yield
+pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def _ball():

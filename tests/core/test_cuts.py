@@ -639,6 +639,15 @@ def test_gradients_turn_smoothly_to_the_face(shape):
         np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
 
 
+def test_what_is_beside_a_cut_is_nearest_to_its_inside():
+    x = np.array([(0.3, 0.2, 0.5), (-0.3, 0.2, 0.5), (0, 0, 3)])
+    square = Surface.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    half = HalfPlane((0, 0, 0), (0, 0, 1), (1, 0, 0))
+    for cut in (square, half):
+        assert cut.is_beside(x).tolist() == [True, False, False]
+    assert Plane((0, 0, 0), (0, 0, 1)).is_beside(x).all()
+
+
 @pytest.mark.parametrize("shape", [*SHAPES, "plane"])
 def test_away_is_the_slope_of_the_opening(shape, rng):
     cut = SHAPES[shape][0] if shape in SHAPES else OPENINGS["plane"]

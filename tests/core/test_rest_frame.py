@@ -338,6 +338,24 @@ def test_jacobian_is_the_derivative(shape, kind_and_degree, rng):
     assert np.percentile(error, 90) <= 1e-6  # a kink may be within a step
 
 
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_the_map_of_one_side_continues_behind_its_face(device, rng):
+    rest, deformed = bent(rng)
+    d = rest_frame(rest, deformed, device=device, cuts=[HALF_PLANE])
+    v = MIDDLE + np.linspace((-0.2, 0, 0.4), (0.2, 0, 0.4), 41)
+    heights, distances = [], []
+    for side in (-1, 1):
+        starts = np.tile(v[20] + 0.5 * side * HALF_PLANE.normal, (len(v), 1))
+        x, distance = d._engine.origins_from(d, v, starts, SILENT)
+        height = (x - HALF_PLANE.point) @ HALF_PLANE.normal
+        assert np.abs(np.diff(height, n=2)).max() < 1e-4
+        np.testing.assert_allclose(distance, side * height, atol=1e-5)
+        heights.append(height)
+        distances.append(distance)
+    assert (heights[0] > heights[1] + 0.05).all()  # the sides were pulled apart
+    np.testing.assert_allclose(np.max(distances, axis=0), d.void_distance(v), atol=1e-5)
+
+
 # Errors
 
 

@@ -18,7 +18,7 @@ ROOMS = {
     "arrays": {"core", "numpy", "vtkmodules"},
     "files": {"core", "arrays", "meshio", "numpy", "vtkmodules"},
     "filters": {"core", "arrays", "files", "numpy", "vtkmodules"},
-    "rendering": {"core", "arrays", "engine", "filters", "numpy", "vtkmodules"},
+    "rendering": {"core", "cuts", "engine", "arrays", "filters", "numpy", "vtkmodules"},
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
     "demo": {"core", "engine", "filters", "numpy", "tetgen", "vtkmodules"},
     "paraview": {"core", "arrays", "files", "filters", "io", "numpy", "paraview", "vtkmodules"},

@@ -87,6 +87,7 @@ RIGHT = {
         "vtk_mls/filters/handle_*.py": MOUSE,
         "vtk_mls/filters/control_points.py": "the name of a module",
         "vtk_mls/engine/*": "OpenCL's handle of an object, the system's of a file",
+        "vtk_mls/rendering/map_texture.py": "OpenGL's handle of an object",
     },
     "handles": {
         "vtk_mls/paraview/*": MOUSE,

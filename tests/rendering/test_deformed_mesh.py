@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import gc
-import os
-import sys
 import weakref
 
+import drawing
 import numpy as np
 import pytest
-import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (it draws)
 from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
 from pairwise import paired
-from vtk_fixtures import add_array, can_draw, control_points, messages, update  # noqa: F401
+from vtk_fixtures import add_array, control_points, messages, opengl, update  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
@@ -22,27 +20,13 @@ from vtkmodules.vtkRenderingCore import (
     vtkCompositePolyDataMapper,
     vtkDataSetMapper,
     vtkPolyDataMapper,
-    vtkRenderer,
-    vtkRenderWindow,
-    vtkWindowToImageFilter,
 )
 
 from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane, arrays
 from vtk_mls.filters import splitting
 from vtk_mls.rendering import DeformedMesh, coarse_forward, drawn_mesh, moved_mesh
 
-SIZE = 200  # pixels along each side of a picture
-
-
-@pytest.fixture(scope="module", autouse=True)
-def opengl():
-    """Pictures can be drawn."""
-    with pytest.MonkeyPatch.context() as patch:
-        if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-            patch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # X11 would complain
-        if not can_draw():
-            pytest.skip("VTK cannot draw here")
-        yield
+pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def mapper_of(mesh):
@@ -52,32 +36,13 @@ def mapper_of(mesh):
     return mapper
 
 
-class Scene:
+class Scene(drawing.Scene):
     """A window with one actor, which shows a mesh or what a mapper has."""
 
     def __init__(self, shown):
-        self.actor, self.renderer, self.window = vtkActor(), vtkRenderer(), vtkRenderWindow()
+        self.actor = vtkActor()
         self.actor.SetMapper(shown if shown.IsA("vtkMapper") else mapper_of(shown))
-        self.window.SetOffScreenRendering(True)
-        self.window.SetMultiSamples(0)
-        self.window.SetSize(SIZE, SIZE)
-        self.window.AddRenderer(self.renderer)
-        self.renderer.AddActor(self.actor)
-        camera = self.renderer.GetActiveCamera()
-        camera.SetFocalPoint(4, 4, 3)
-        camera.SetPosition(-4, -13, 15)
-        camera.SetViewUp(0, 0, 1)
-
-    def picture(self):
-        """(SIZE, SIZE, 3) integers."""
-        self.renderer.ResetCameraClippingRange()
-        self.window.Render()
-        grab = vtkWindowToImageFilter()
-        grab.SetInput(self.window)
-        grab.ReadFrontBufferOff()
-        grab.Update()
-        pixels = arrays.to_numpy(grab.GetOutput().GetPointData().GetScalars())
-        return pixels.reshape(SIZE, SIZE, 3).astype(int)
+        super().__init__(self.actor, focal=(4, 4, 3), distance=24, pixels=200)
 
 
 def deformation(cuts=(), **options):
@@ -402,9 +367,9 @@ def test_of_nothing_nothing_is_drawn(make):
     followed = DeformedMesh(scene.actor)
     for cuts in ([], [CUTS["plane"]]):
         followed.update(deformation(cuts), exact=False)
-        assert scene.picture().max() == 0
+        assert scene.picture().std(axis=(0, 1)).max() == 0
     followed.detach()
-    assert scene.picture().max() == 0
+    assert scene.picture().std(axis=(0, 1)).max() == 0
 
 
 def test_an_actor_may_lose_its_mesh_and_its_mapper():
@@ -496,7 +461,7 @@ def test_an_array_that_is_too_short_is_an_error(messages):
     add_array(mesh.GetPointData(), "short", [1.0, 2.0])
     with pytest.raises(ValueError, match="array `short` must have one tuple for each"):
         followed.update(deformation())
-    assert scene.picture().max() == 0  # at the next picture VTK hears of it
+    assert scene.picture().std(axis=(0, 1)).max() == 0  # at the next picture VTK hears of it
     said = {line for line in messages.take().splitlines() if line}
     assert len(said) == 1
     assert "array `short` must have one tuple for each of the 1122 points" in said.pop()

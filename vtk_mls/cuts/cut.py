@@ -29,6 +29,10 @@ class Cut:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         raise NotImplementedError
 
+    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether the place of the cut that is nearest to `x` (m, 3) is not on its edge: (m,)."""
+        raise NotImplementedError
+
     def farthest(self, control_points: ControlPoints) -> float:
         """How far the cut is from the centre of control points, in their local frame."""
         raise NotImplementedError

@@ -97,6 +97,9 @@ class HalfPlane(Obstacle):
         out = unit(t[:, None] * self.normal + e[:, None] * self.inward)
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
+    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return self.frame(x)[1] > 0
+
     def spanning(self) -> NDArray[np.float64]:
         return self.point[None]
 

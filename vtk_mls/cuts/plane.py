@@ -45,6 +45,9 @@ class Plane(Cut):
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
 
+    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.ones(len(x), bool)
+
     def farthest(self, control_points: ControlPoints) -> float:
         return abs(self.height(control_points.centre)) / control_points.scale
 

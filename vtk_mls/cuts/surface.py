@@ -113,12 +113,25 @@ class Surface(Obstacle):
         return best
 
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
-        reach = np.full(len(v), np.inf)
+        reach = np.minimum(self._distance(g), self._from_boundary(v, g))
+        return np.where(self.blocks(v, g), -reach, reach)
+
+    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return self._distance(x) < (1 - 1e-9) * self._from_boundary(x, x)
+
+    def _distance(self, x):
+        """Of points (m, 3) from the triangles: (m,)."""
+        reach = np.full(len(x), np.inf)
         for triangle in self.points[self.triangles]:
-            reach = np.minimum(reach, _from_triangle(g, *triangle)[0])
+            reach = np.minimum(reach, _from_triangle(x, *triangle)[0])
+        return reach
+
+    def _from_boundary(self, v, g):
+        """Of segments v - g (m, 3 each) from the edges that only one triangle has: (m,)."""
+        reach = np.full(len(v), np.inf)
         for a, b in self.boundary:
             reach = np.minimum(reach, _distance_of_segments(v, g, a, b))
-        return np.where(self.blocks(v, g), -reach, reach)
+        return reach
 
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         nearest, out = np.full(len(g), np.inf), np.zeros_like(g)

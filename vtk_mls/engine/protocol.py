@@ -95,7 +95,9 @@ class Engine(Protocol):
         starts: np.ndarray,
         progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Origins of the material that a search finds; only with cuts in the rest frame.
+        """Origins of the material on one side of the cuts; only with cuts in the rest frame.
+
+        Behind the face of that side the map is continued smoothly.
 
         Parameters
         ----------
@@ -103,13 +105,14 @@ class Engine(Protocol):
         points : (m, 3) float64, world coordinates
             v.
         starts : (m, 3) float64, world coordinates
-            Where searches begin, on the side of each full plane whose material is wanted.
+            Where searches begin, on the side of each cut whose material is wanted.
         progress : Progress
 
         Returns
         -------
         origins : (m, 3) float64, world coordinates
         void_distance : (m,) float64, world units
+            Below 0 where that side has no material.
         """
 
     def forward(

@@ -2,9 +2,13 @@
 
 from importlib import import_module
 
-__all__ = ["DeformedMesh"]
+__all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
-_MODULES = {"DeformedMesh": "deformed_mesh"}
+_MODULES = {
+    "DeformedMesh": "deformed_mesh",
+    "DeformedVolume": "deformed_volume",
+    "RenderingError": "errors",
+}
 
 
 def __getattr__(name):

@@ -1,0 +1,124 @@
+"""A volume to draw, windows, and pictures as arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2
+import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkRenderingCore import (
+    vtkColorTransferFunction,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkVolume,
+    vtkVolumeProperty,
+    vtkWindowToImageFilter,
+)
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+
+from vtk_mls import Grid
+from vtk_mls.arrays import ImageGeometry
+
+SIZE = 48  # voxels along an edge
+MIDDLE = (SIZE - 1) / 2
+PIXELS = 150
+_COLOURS = (
+    (0, 0, 0, 0),
+    (40, 0.8, 0.5, 0.4),
+    (90, 1, 0.8, 0.5),
+    (180, 0.4, 0.6, 1),
+    (255, 1, 1, 1),
+)
+
+
+def phantom(size=SIZE):
+    """An ellipsoid with waves within and a bright ball, (size, size, size) uint8."""
+    z, y, x = np.meshgrid(*[np.linspace(-1, 1, size)] * 3, indexing="ij")
+    radius = np.sqrt((x / 0.8) ** 2 + (y / 0.6) ** 2 + (z / 0.8) ** 2)
+    waves = (90 + 50 * np.sin(9 * z) + 40 * np.sin(9 * x)) / (1 + np.exp((radius - 1) * 20))
+    ball = 80 * np.exp(-((x - 0.3) ** 2 + (y + 0.2) ** 2 + (z - 0.2) ** 2) / 0.02)
+    return np.clip(waves + ball * (radius < 1), 0, 255).astype(np.uint8)
+
+
+def image_of(values, grid=None, ghosts=None):
+    """A vtkImageData of values (nz, ny, nx) or (nz, ny, nx, components) on a `Grid`."""
+    grid = grid or Grid(values.shape[2::-1])
+    image = vtkImageData()
+    ImageGeometry.of_grid(grid).apply_to(image)
+    array = numpy_to_vtk(values.reshape(grid.size, -1), deep=True)
+    array.SetName("density")
+    image.GetPointData().SetScalars(array)
+    if ghosts is not None:
+        array = numpy_to_vtk(ghosts.astype(np.uint8).ravel() * 2, deep=True)
+        array.SetName("vtkGhostType")
+        image.GetPointData().AddArray(array)
+    return image
+
+
+def volume_of(image, blend="Composite", mapper=None, components=1, **property):
+    """A vtkVolume; keywords are what its vtkVolumeProperty is set to."""
+    mapper = mapper or vtkGPUVolumeRayCastMapper()
+    mapper.SetInputData(image)
+    mapper.SetAutoAdjustSampleDistances(False)
+    mapper.SetSampleDistance(0.5)
+    getattr(mapper, f"SetBlendModeTo{blend}")()
+    colours, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
+    for point in _COLOURS:
+        colours.AddRGBPoint(*point)
+    for point in ((0, 0), (15, 0), (60, 0.9), (255, 0.9)):
+        opacity.AddPoint(*point)
+    drawn_as = vtkVolumeProperty()
+    drawn_as.SetInterpolationTypeToLinear()
+    drawn_as.ShadeOn()
+    drawn_as.SetAmbient(0.3)
+    for component in range(components):
+        drawn_as.SetColor(component, colours)
+        drawn_as.SetScalarOpacity(component, opacity)
+    drawn_as.GetIsoSurfaceValues().SetValue(0, 60)
+    for name, value in property.items():
+        getattr(drawn_as, f"Set{name}")(*value if isinstance(value, tuple) else (value,))
+    volume = vtkVolume()
+    volume.SetMapper(mapper)
+    volume.SetProperty(drawn_as)
+    return volume
+
+
+class Scene:
+    """A window off the screen that shows some props from the side."""
+
+    def __init__(self, *props, focal=(MIDDLE,) * 3, distance=3.5 * SIZE, pixels=PIXELS):
+        self.window, self.renderer = vtkRenderWindow(), vtkRenderer()
+        self.window.SetOffScreenRendering(True)
+        self.window.SetSize(pixels, pixels)
+        self.window.SetMultiSamples(0)
+        self.window.AddRenderer(self.renderer)
+        self.renderer.SetBackground(0.1, 0.12, 0.16)
+        for prop in props:
+            self.renderer.AddViewProp(prop)
+        camera = self.renderer.GetActiveCamera()
+        camera.SetFocalPoint(focal)
+        camera.SetPosition(np.array(focal) + distance * np.array((0.54, -0.66, 0.5)))
+        camera.SetViewUp(0, 0, 1)
+        camera.SetViewAngle(26)
+
+    def picture(self):
+        """(height, width, 3) float, 0 to 255."""
+        self.renderer.ResetCameraClippingRange()
+        self.window.Render()
+        grab = vtkWindowToImageFilter()
+        grab.SetInput(self.window)
+        grab.ReadFrontBufferOff()
+        grab.ShouldRerenderOff()
+        grab.Update()
+        image = grab.GetOutput()
+        width, height, _ = image.GetDimensions()
+        pixels = vtk_to_numpy(image.GetPointData().GetScalars())
+        return pixels.reshape(height, width, -1)[..., :3].astype(float)
+
+
+def assert_alike(picture, other, mean=1.0, p99=16.0):
+    """Pictures differ by little, of 255."""
+    difference = np.abs(picture - other)
+    assert difference.mean() <= mean
+    assert np.percentile(difference, 99) <= p99

@@ -1,0 +1,396 @@
+"""A volume drawn through the map looks like the resampled one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
+from pairwise import paired
+from vtk_fixtures import FAST, TURNED, messages, opengl  # noqa: F401  (fixtures)
+from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkImagingCore import vtkImageShiftScale
+from vtkmodules.vtkRenderingCore import vtkActor, vtkColorTransferFunction, vtkPolyDataMapper
+from vtkmodules.vtkRenderingVolume import (
+    vtkFixedPointVolumeRayCastMapper,
+    vtkGPUVolumeRayCastMapper,
+)
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+
+from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.rendering import DeformedVolume, RenderingError, shader
+
+pytestmark = pytest.mark.usefixtures("opengl")
+
+VALUES, SOURCE = phantom(), Grid((SIZE,) * 3)
+REST = np.array([(x, y, z) for x in (10, 37) for y in (10, 37) for z in (10, 37)], float)
+NORMAL = np.array([1, 0.3, 0.2]) / np.linalg.norm([1, 0.3, 0.2])
+CENTRE = np.full(3, MIDDLE)
+CUTS = {
+    "plane": Plane(CENTRE, NORMAL),
+    "half-plane": HalfPlane(CENTRE, NORMAL, (0, 0, 1)),
+    "polygon": Surface.polygon(CENTRE + [(0, -20, 4), (0, 20, 4), (0, 20, 30), (0, -20, 30)]),
+    "bent surface": Surface(
+        CENTRE + np.array([(abs(y) / 4, y, z) for y in (-20, 0, 20) for z in (0, 25)]),
+        [(0, 1, 2), (1, 2, 3), (2, 3, 4), (3, 4, 5)],
+    ),
+}
+
+
+def deformation(left=(0, 0, 0), right=(10, 2, 0), kind="rigid", cuts=(), **options):
+    """The two sides of the middle are moved by vectors."""
+    is_right = (REST - MIDDLE) @ NORMAL > 0
+    moved = REST + np.where(is_right[:, None], right, left)
+    return Deformation(REST, moved, kind, cuts=cuts, device=FAST, **options)
+
+
+def finer(grid):
+    """With twice as many points along each axis."""
+    return Grid(2 * np.array(grid.dimensions), grid.origin, grid.spacing / 2, grid.direction)
+
+
+def resampled(deformation, values=VALUES, hides_outside=False):
+    """The image that a filter would give."""
+    target = deformation.fitted_grid(SOURCE)
+    if hides_outside:
+        target = finer(target)
+    image = deformation.resample([values], Sampling(SOURCE, target))[0]
+    hidden = deformation.void_field(target)
+    if hides_outside:
+        origins = deformation.backward(target.points())
+        hidden |= ~SOURCE.covers(SOURCE.index_of(origins)).reshape(target.shape)
+    return image_of(image, target, hidden if hidden.any() else None)
+
+
+def pictures(d, values=VALUES, prepare=None, hides_outside=False, **looks):
+    """Of the resampled volume, and through the map; and that nothing is left of the latter."""
+    scene = Scene(volume_of(resampled(d, values, hides_outside), **looks))
+    if prepare:
+        prepare(scene)
+    wanted = scene.picture()
+    volume = volume_of(image_of(values), **looks)
+    scene = Scene(volume)
+    if prepare:
+        prepare(scene)
+    before = scene.picture()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(d)
+    got = scene.picture()
+    assert drawn.failure is None
+    drawn.detach()
+    np.testing.assert_array_equal(scene.picture(), before)
+    assert np.abs(got - before).mean() > 1, "the deformation is not seen"
+    return got, wanted
+
+
+def volume_in(scene):
+    return scene.renderer.GetVolumes().GetItemAsObject(0)
+
+
+# Looks
+
+
+def _cropped(scene):
+    mapper = volume_in(scene).GetMapper()
+    mapper.CroppingOn()
+    mapper.SetCroppingRegionPlanes(8, 45, -100, 30, 0, 47)
+
+
+def _clipped(scene):
+    plane = vtkPlane()
+    plane.SetOrigin(CENTRE)
+    plane.SetNormal(0.5, 1, 0.2)
+    volume_in(scene).GetMapper().AddClippingPlane(plane)
+
+
+def _sliced(scene):
+    plane = vtkPlane()
+    plane.SetOrigin(CENTRE)
+    plane.SetNormal(0.5, 1, 0.2)
+    volume_in(scene).GetProperty().SetSliceFunction(plane)
+
+
+def _with_ball(opacity):
+    def prepare(scene):
+        ball, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
+        ball.SetCenter(MIDDLE, 0, MIDDLE)
+        ball.SetRadius(15)
+        mapper.SetInputConnection(ball.GetOutputPort())
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetOpacity(opacity)
+        scene.renderer.AddActor(actor)
+        if opacity < 1:
+            scene.window.SetAlphaBitPlanes(True)
+            scene.renderer.SetUseDepthPeeling(True)
+            scene.renderer.SetUseDepthPeelingForVolumes(True)
+
+    return prepare
+
+
+def _parallel(scene):
+    scene.renderer.GetActiveCamera().ParallelProjectionOn()
+    scene.renderer.GetActiveCamera().SetParallelScale(SIZE)
+
+
+def _closer(scene):
+    """So that the ends of the volume, where VTK hides half a voxel more, are out of the picture."""
+    scene.renderer.GetActiveCamera().Zoom(2.5)
+
+
+def _jittered(scene):
+    volume_in(scene).GetMapper().UseJitteringOn()
+
+
+def _shadowed(scene):
+    mapper = volume_in(scene).GetMapper()
+    mapper.SetGlobalIlluminationReach(0.5)
+    mapper.SetVolumetricScatteringBlending(0.5)
+
+
+def _gradient_opacity():
+    function = vtkPiecewiseFunction()
+    function.AddPoint(0, 0)
+    function.AddPoint(20, 1)
+    return function
+
+
+TWO = np.stack([VALUES, np.roll(VALUES, 6, 2)], axis=-1)
+FOUR = np.stack([VALUES, 255 - VALUES, VALUES // 2, VALUES], axis=-1)
+# what is not compared is where no sample lies: VTK paints it, we do not
+PROJECTED = {"prepare": _closer, "hides_outside": True}
+LOOKS = {
+    "shaded": {},
+    "not shaded": {"Shade": False},
+    "gradient opacity": {"GradientOpacity": (_gradient_opacity(),)},
+    "maximum": {"blend": "MaximumIntensity"},
+    "minimum": {"blend": "MinimumIntensity", "values": 255 - VALUES, **PROJECTED},
+    "average": {"blend": "AverageIntensity", **PROJECTED},
+    "additive": {"blend": "Additive", **PROJECTED},
+    "isosurface": {"blend": "IsoSurface"},
+    "slice": {"blend": "Slice", "prepare": _sliced},
+    "independent components": {"values": TWO, "components": 2},
+    "colours": {"values": FOUR, "components": 4, "IndependentComponents": False},
+    "cropped": {"prepare": _cropped},
+    "clipped": {"prepare": _clipped},
+    "opaque geometry": {"prepare": _with_ball(1.0)},
+    "peeled geometry": {"prepare": _with_ball(0.4)},
+    "parallel": {"prepare": _parallel},
+    "jittered": {"prepare": _jittered},
+    "shadowed": {"prepare": _shadowed},
+}
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_every_look_is_that_of_the_resampled_volume(look):
+    assert_alike(*pictures(deformation(), **LOOKS[look]))
+
+
+def test_a_smart_mapper():
+    mapper = vtkSmartVolumeMapper()
+    mapper.SetRequestedRenderModeToGPU()
+    mapper.InteractiveAdjustSampleDistancesOff()
+    volume = volume_of(image_of(VALUES), mapper=mapper)
+    scene, d = Scene(volume), deformation()
+    DeformedVolume(volume, scene.renderer).update(d)
+    assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
+
+
+@pytest.mark.parametrize("is_label_map", [False, True])
+def test_masks(is_label_map):
+    d = deformation()
+    z, y, x = np.meshgrid(*[np.arange(SIZE) - MIDDLE] * 3, indexing="ij")
+    mask = np.where(x**2 + y**2 + z**2 < 18**2, 1 + (x > 0) if is_label_map else 255, 0)
+    mask = mask.astype(np.uint8)
+
+    def drawn(image, mask):
+        volume = volume_of(image)
+        mapper = volume.GetMapper()
+        mapper.SetMaskInput(mask)
+        if is_label_map:
+            mapper.SetMaskTypeToLabelMap()
+            mapper.SetMaskBlendFactor(0.7)
+            for label, colour in ((1, (1, 0, 0)), (2, (0, 1, 0))):
+                function = vtkColorTransferFunction()
+                function.AddRGBPoint(0, *colour)
+                volume.GetProperty().SetLabelColor(label, function)
+                volume.GetProperty().SetLabelScalarOpacity(
+                    label, volume.GetProperty().GetScalarOpacity()
+                )
+        else:
+            mapper.SetMaskTypeToBinary()
+        return volume
+
+    volume = drawn(image_of(VALUES), image_of(mask))
+    scene = Scene(volume)
+    DeformedVolume(volume, scene.renderer).update(d)
+    fine = finer(d.fitted_grid(SOURCE))  # so that the labels' stairs are not what is compared
+    moved = d.resample([mask], Sampling(SOURCE, fine, "nearest"))[0]
+    values = d.resample([VALUES], Sampling(SOURCE, fine))[0]
+    assert_alike(
+        scene.picture(),
+        Scene(drawn(image_of(values, fine), image_of(moved, fine))).picture(),
+        mean=1.5,
+        p99=30,
+    )
+
+
+# Maps
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind(kind):
+    assert_alike(*pictures(deformation(kind=kind)))
+
+
+@paired(
+    cut=CUTS,
+    moved=[((-6, 0, 0), (6, 0, 0)), ((0, 0, 0), (10, 2, 0)), ((5, 0, 2), (7, 0, 2))],
+    kind=["rigid", "affine"],
+)
+def test_voids_of_every_cut(cut, moved, kind):
+    d = deformation(*moved, kind, cuts=CUTS[cut])
+    assert_alike(*pictures(d), mean=1.5, p99=30)
+
+
+def test_cuts_in_the_deformed_frame():
+    d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"], cut_frame="deformed")
+    assert_alike(*pictures(d), mean=1.5, p99=30)
+
+
+def test_the_box_grows_and_shrinks_with_what_is_drawn():
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume, distance=9 * SIZE)
+    drawn = DeformedVolume(volume, scene.renderer)
+    for right in ((100, 40, 0), (0, 0, 0.5)):
+        d = deformation(right=right)
+        drawn.update(d)
+        wanted = Scene(volume_of(resampled(d)), distance=9 * SIZE).picture()
+        assert_alike(scene.picture(), wanted)
+    low, high = np.reshape(volume.GetBounds(), (3, 2)).T
+    assert (high - low < 2 * SIZE).all()
+
+
+# Data
+
+
+def _placed(direction=None, start=(0, 0, 0)):
+    image = image_of(VALUES)
+    image.SetExtent(*(i for a in start for i in (a, a + SIZE - 1)))
+    image.SetSpacing(1.2, 0.8, 1.0)
+    image.SetOrigin(5, -3, 20)
+    if direction is not None:
+        image.SetDirectionMatrix(*np.ravel(direction))
+    return image
+
+
+@pytest.mark.parametrize("start", [(0, 0, 0), (7, -3, 20)])
+def test_an_oblique_image(start):
+    image = _placed(TURNED, start)
+    grid = ImageGeometry.of_image(image).grid
+    rest = grid.at(REST)
+    d = Deformation(rest, rest + (REST[:, :1] > MIDDLE) * [6, 4, 2], device=FAST)
+    target = d.fitted_grid(grid)
+    wanted = image_of(d.resample([VALUES], Sampling(grid, target))[0], target)
+    focal = grid.at(CENTRE[None])[0]
+    volume = volume_of(image)
+    scene = Scene(volume, focal=focal)
+    before = scene.picture()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(d)
+    assert_alike(scene.picture(), Scene(volume_of(wanted), focal=focal).picture())
+    drawn.detach()
+    np.testing.assert_array_equal(scene.picture(), before)
+
+
+def test_values_of_cells():
+    image = image_of(np.zeros((SIZE + 1,) * 3, np.uint8))
+    image.SetOrigin(-0.5, -0.5, -0.5)
+    image.GetCellData().SetScalars(image_of(VALUES).GetPointData().GetScalars())
+    volume = volume_of(image)
+    volume.GetMapper().SetScalarModeToUseCellData()
+    scene, d = Scene(volume), deformation()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(d)
+    assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
+
+
+def test_changes_of_the_data_are_followed():
+    scaled = vtkImageShiftScale()
+    scaled.SetInputData(image_of(VALUES))
+    scaled.SetOutputScalarTypeToUnsignedChar()
+    volume = volume_of(image_of(VALUES))
+    volume.GetMapper().SetInputConnection(scaled.GetOutputPort())
+    scene, d = Scene(volume), deformation()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(d)
+    first = scene.picture()
+    scaled.SetScale(0.6)
+    other = scene.picture()
+    assert np.abs(first - other).mean() > 1
+    paler = (VALUES * 0.6).astype(np.uint8)
+    assert_alike(other, Scene(volume_of(resampled(d, paler))).picture())
+    volume.GetMapper().SetInputData(image_of(VALUES))  # another input
+    assert_alike(scene.picture(), first, mean=0.2)
+    drawn.detach()
+    np.testing.assert_array_equal(scene.picture(), Scene(volume_of(image_of(VALUES))).picture())
+
+
+def test_one_move_uploads_one_map_and_nothing_else():
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume)
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    scene.picture()
+    shown = volume.GetMapper().GetInput()
+    time = shown.GetMTime()
+    for x in range(1, 8):
+        drawn.update(deformation(right=(10 - x, 2, 0)))
+        drawn.update(deformation(right=(10 - x, 1, 0)))  # what is not drawn is not uploaded
+        scene.picture()
+        scene.picture()
+    assert drawn.uploads == 8
+    assert volume.GetMapper().GetInput() is shown
+    assert shown.GetMTime() == time
+
+
+def test_two_windows():
+    image, d = image_of(VALUES), deformation()
+    volumes = [volume_of(image) for _ in range(2)]
+    scenes = [Scene(volume) for volume in volumes]
+    for volume, scene in zip(volumes, scenes):
+        DeformedVolume(volume, scene.renderer).update(d)
+    first, second = (scene.picture() for scene in scenes)
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(scenes[0].picture(), first)
+
+
+# What cannot be drawn
+
+
+def test_what_cannot_be_drawn_is_said():
+    renderer = Scene().renderer
+    on_cpu = volume_of(image_of(VALUES), mapper=vtkFixedPointVolumeRayCastMapper())
+    with pytest.raises(TypeError, match="`volume` must have a vtkGPU.*, got vtkFixed"):
+        DeformedVolume(on_cpu, renderer)
+    flat = DeformedVolume(volume_of(image_of(VALUES[:1])), renderer)
+    with pytest.raises(ValueError, match=r"`volume` must have at least two points .*\(48, 48, 1\)"):
+        flat.update(deformation())
+    empty = volume_of(image_of(VALUES))
+    empty.SetMapper(vtkGPUVolumeRayCastMapper())
+    with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):
+        DeformedVolume(empty, renderer)
+
+
+def test_a_shader_that_does_not_build_leaves_the_volume_as_it_was(monkeypatch, messages):
+    monkeypatch.setitem(shader._REPLACEMENTS, "//VTK::Cropping::Impl", "not GLSL;\n{tag}")
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume)
+    before = scene.picture()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    scene.picture()
+    messages.assert_one("DeformedVolume: the graphics driver does not build the shader")
+    np.testing.assert_array_equal(scene.picture(), before)
+    with pytest.raises(RenderingError, match="does not build the shader"):
+        drawn.update(deformation())

@@ -1,0 +1,263 @@
+"""A volume that is drawn deformed, without resampling it (section 4 of the paper)."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import reference, vtkCommand
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.rendering import shader
+from vtk_mls.rendering.errors import RenderingError
+from vtk_mls.rendering.map_box import MapBox
+from vtk_mls.rendering.map_layers import layers
+from vtk_mls.rendering.map_texture import MapTexture
+from vtk_mls.rendering.messages import Messages
+
+_GROWTHS = 8  # of the box in one update
+
+
+class DeformedVolume:
+    """Draws a vtkVolume deformed: rays fetch each sample where its material came from.
+
+    A move costs one small displacement map; the volume itself stays on the graphics card as it is.
+    All of the volume's properties go on working, and may change at any time, as may its data.
+
+    Parameters
+    ----------
+    volume : vtkVolume
+        Its mapper must be a vtkGPUVolumeRayCastMapper or a vtkSmartVolumeMapper that uses it, with
+        a vtkImageData. The deformation is in the coordinates of the data; the volume's own matrix
+        comes after it.
+    renderer : vtkRenderer
+        Where it is drawn.
+
+    Attributes
+    ----------
+    failure : str or None
+        Why it is not drawn deformed any more: what the graphics driver said. The volume is drawn
+        undeformed then.
+    uploads : int
+        How many maps went to the graphics card.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the volume cannot be drawn so.
+
+    Notes
+    -----
+    Until the first `update` the volume is drawn as it is.
+    """
+
+    def __init__(self, volume, renderer):
+        self.failure = None
+        self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
+        self._producer = _producer_of(self._mapper)
+        self._texture, self._box, self._stretched = MapTexture(), None, None
+        self._deformation, self._nodes = None, None
+        self._source, self._source_time = None, 0
+        self._unproven = None
+        self._observers = []
+
+    @property
+    def uploads(self):
+        return self._texture.uploads
+
+    def update(self, deformation, nodes=64):
+        """Draw the volume as `deformation` has it from the next Render on.
+
+        Parameters
+        ----------
+        deformation : Deformation
+        nodes : int
+            Of the displacement map along the longest side of what is drawn; between them it is
+            interpolated linearly. With cuts in the rest frame faces are sharp whatever it is; with
+            cuts in the deformed frame they are as sharp as the map is fine.
+
+        Raises
+        ------
+        RenderingError
+            If an earlier update could not be drawn.
+        """
+        if self.failure is not None:
+            raise RenderingError(self.failure)
+        self._deformation, self._nodes = deformation, nodes
+        if self._source is None:
+            self._take_source()
+        box = self._box or MapBox.around(*self._geometry())
+        inside = deformation.deformed[box.values.covers(box.values.index_of(deformation.rest))]
+        for _ in range(_GROWTHS):
+            grid = box.nodes(nodes)
+            values = layers(deformation, grid)
+            fitted = box.fitted(values, grid, inside)
+            if fitted is box:
+                break
+            box = fitted
+        self._show(box, grid, values)
+
+    def detach(self):
+        """Draw the volume undeformed again, as if nothing had been here."""
+        for observer in self._observers:
+            self._renderer.RemoveObserver(observer)
+        self._observers = []
+        if self._mapper.GetInput() is self._stretched and self._stretched is not None:
+            producer, port = self._producer
+            self._mapper.SetInputConnection(producer.GetOutputPort(port))
+        shader.remove(self._volume.GetShaderProperty())
+        self._texture.free()
+        self._box = self._source = self._stretched = None
+
+    def _show(self, box, grid, values):
+        if box is not self._box:
+            self._stretch(box)
+        self._texture.set(values.reshape(-1, *values.shape[2:]))
+        shader.set_values(
+            self._volume.GetShaderProperty(), _placement(box, grid.dimensions, len(values))
+        )
+        if not self._observers:
+            shader.install(self._volume.GetShaderProperty())
+            for event, what in (
+                (vtkCommand.StartEvent, self._begin),
+                (vtkCommand.EndEvent, self._end),
+            ):
+                self._observers.append(self._renderer.AddObserver(event, what))
+            self._unproven = True
+        self._volume.Modified()
+
+    def _stretch(self, box):
+        """Let rays go through all of a box: the same voxels, placed otherwise."""
+        stretched = vtkImageData()
+        stretched.ShallowCopy(self._source)
+        box.image_geometry().apply_to(stretched)
+        self._mapper.SetInputDataObject(stretched)
+        self._box, self._stretched = box, stretched
+
+    def _take_source(self):
+        """The image as it is now."""
+        self._source = _image_of(self._producer)
+        self._source_time = self._source.GetMTime()
+        _check_image(self._source)
+
+    def _geometry(self):
+        return ImageGeometry.of_image(self._source), _has_cell_values(self._mapper, self._source)
+
+    def _follow_source(self):
+        """Take over another input, or what has changed in it."""
+        if self._mapper.GetInput() is not self._stretched:
+            self._producer, self._source = _producer_of(self._mapper), None
+        else:
+            image = _image_of(self._producer)
+            of_cells = _has_cell_values(self._mapper, image)
+            if (image, image.GetMTime(), of_cells) == (
+                self._source,
+                self._source_time,
+                self._box.of_cells,
+            ):
+                return
+            self._source = None
+        self._box = None
+        self.update(self._deformation, self._nodes)
+
+    def _begin(self, renderer, event):
+        try:
+            self._follow_source()
+            unit = self._texture.bind(renderer.GetRenderWindow())
+        except (ValueError, TypeError, RenderingError) as error:
+            self._fail(str(error))
+            return
+        shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
+        if self._unproven:
+            self._unproven = Messages()
+
+    def _end(self, renderer, event):
+        self._texture.release()
+        if isinstance(self._unproven, Messages):
+            said = self._unproven.finish()
+            self._unproven = None
+            if "hader" in said:
+                self._fail("the graphics driver does not build the shader of the deformed volume")
+
+    def _fail(self, why):
+        self.failure = f"{why}; it is drawn undeformed"
+        self.detach()
+        Messages.error(f"DeformedVolume: {self.failure}")
+
+
+def _checked_mapper(volume):
+    mapper = volume.GetMapper()
+    if not isinstance(mapper, (vtkGPUVolumeRayCastMapper, vtkSmartVolumeMapper)):
+        raise TypeError(
+            "`volume` must have a vtkGPUVolumeRayCastMapper or a vtkSmartVolumeMapper, "
+            f"got {type(mapper).__name__}"
+        )
+    if mapper.GetNumberOfInputConnections(0) != 1:
+        raise ValueError("the mapper of `volume` must have one input, got none or several")
+    return mapper
+
+
+def _producer_of(mapper):
+    """Whose output a mapper shows, and which; the pipeline itself keeps no producer alive."""
+    connection = mapper.GetInputConnection(0, 0)
+    return connection.GetProducer(), connection.GetIndex()
+
+
+def _image_of(producer):
+    algorithm, port = producer
+    algorithm.Update(port)
+    return algorithm.GetOutputDataObject(port)
+
+
+def _check_image(image):
+    if not isinstance(image, vtkImageData):
+        raise TypeError(
+            f"`volume` must show a vtkImageData, got {type(image).__name__}; resample it to one"
+        )
+    if min(image.GetDimensions()) < 2:
+        raise ValueError(
+            f"`volume` must have at least two points along each axis, got {image.GetDimensions()}"
+        )
+
+
+def _has_cell_values(mapper, image):
+    """Whether the array that is drawn belongs to cells."""
+    of_cells = reference(0)
+    vtkAbstractVolumeMapper.GetScalars(
+        image,
+        mapper.GetScalarMode(),
+        mapper.GetArrayAccessMode(),
+        mapper.GetArrayId(),
+        mapper.GetArrayName(),
+        of_cells,
+    )
+    return of_cells.get() == 1
+
+
+def _placement(box, dimensions, layer_count):
+    """Uniforms of the shader, from texture coordinates of the box."""
+    values, points = box.values, np.array(box.image.grid.dimensions, float)
+    count, size = np.array(values.dimensions, float), box.high - box.low
+    # texture coordinates of points are those of their texels' centres
+    scale, bias = (1.0, 0.0) if box.of_cells else (points / (points - 1), -0.5 / (points - 1))
+    nodes = np.array(dimensions, float)
+    stack = np.array([1, 1, layer_count])
+    map_scale, map_bias = (nodes - 1) / nodes / stack, 0.5 / nodes / stack
+    to_texture = np.linalg.inv(values.index_to_world) / count[:, None]
+    ones = np.ones(3)
+    return {
+        "mls_layers": float(layer_count),
+        "mls_map_low": float(map_bias[2]),
+        "mls_map_scale": map_scale * scale,
+        "mls_map_bias": map_scale * bias + map_bias,
+        "mls_origin_scale": size / count * scale,
+        "mls_origin_bias": (size * bias + box.low + 0.5) / count,
+        "mls_to_x": to_texture[0],
+        "mls_to_y": to_texture[1],
+        "mls_to_z": to_texture[2],
+        "mls_step": ones / size / scale,
+        "mls_spacing": np.abs(values.spacing),
+        "mls_voxel": float(np.abs(values.spacing).mean()),
+    }

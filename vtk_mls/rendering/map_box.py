@@ -1,0 +1,117 @@
+"""The box that rays go through: it holds all of the deformed volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vtk_mls.arrays import ImageGeometry, cell_grid
+from vtk_mls.grid import Grid
+
+_MARGIN = 0.15  # of the size, on each side
+_GROWTH = 0.4  # likewise, of a side where the volume reaches the end
+_LARGEST = 64  # times the volume: polynomials bring copies of it from far away
+_SAMPLES = 17  # of the map along an axis, that tell where the volume is
+_ROOMY = 0.5  # a box shrinks if the volume fills less than this share of an axis
+
+
+@dataclass(frozen=True, eq=False)
+class MapBox:
+    """A box in line with an image.
+
+    Attributes
+    ----------
+    image : ImageGeometry
+    of_cells : bool
+        Whether the values are those of cells.
+    low, high : (3,) float64
+        Ends, in continuous indices of the values.
+    """
+
+    image: ImageGeometry
+    of_cells: bool
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def around(cls, image, of_cells):
+        """The box of a volume at rest, with some room."""
+        size = np.array(_values_of(image, of_cells).dimensions, float)
+        return cls(image, of_cells, np.full(3, -0.5), size - 0.5)._with_margin()
+
+    @property
+    def values(self):
+        """The `Grid` of the volume's values."""
+        return _values_of(self.image, self.of_cells)
+
+    def nodes(self, count):
+        """The `Grid` of the map, with `count` nodes along the longest side."""
+        length = (self.high - self.low) * np.abs(self.values.spacing)
+        dimensions = np.maximum(np.rint(count * length / length.max()), 2).astype(int)
+        spacing = self.values.spacing * (self.high - self.low) / (dimensions - 1)
+        origin = self.values.at(self.low[None])[0]
+        return Grid(dimensions, origin, spacing, self.values.direction)
+
+    def image_geometry(self):
+        """Where an image with as many points has to be to fill the box."""
+        points = np.array(self.image.grid.dimensions)
+        spacing = self.values.spacing * (self.high - self.low) / (points - 1)
+        first = self.image.extent[::2]
+        origin = self.values.at(self.low[None])[0] - (self.values.direction * spacing) @ first
+        return ImageGeometry(self.image.extent, tuple(origin), tuple(spacing), self.image.direction)
+
+    def fitted(self, layers, grid, control_points):
+        """The box that the deformed volume needs.
+
+        Parameters
+        ----------
+        layers : (layers, nz, ny, nx, 4) float32
+            The map on the `grid` of `nodes`.
+        control_points : (n, 3) float64, world coordinates
+            Where the volume goes even if that is between nodes.
+
+        Returns
+        -------
+        MapBox
+            This one, if it will do.
+        """
+        size = self.high - self.low
+        first, last = self._filled(layers, grid)
+        if len(control_points) > 0:
+            share = (self.values.index_of(control_points) - self.low) / size
+            first, last = np.minimum(first, share.min(axis=0)), np.maximum(last, share.max(axis=0))
+        too_large = size > _LARGEST * np.array(self.values.dimensions)
+        short = ((first < 0) & ~too_large, (last > 1) & ~too_large)
+        if np.any(short):
+            first = np.where(short[0], np.minimum(first, 0) - _GROWTH, 0)
+            last = np.where(short[1], np.maximum(last, 1) + _GROWTH, 1)
+            return self._part(first, last)
+        if (last - first < _ROOMY).any():
+            return self._part(first, last)._with_margin()
+        return self
+
+    def _filled(self, layers, grid):
+        """Between which shares of the box the volume is: (3,) each, a sample to spare."""
+        axes = [np.unique(np.linspace(0, n - 1, _SAMPLES).astype(int)) for n in grid.dimensions]
+        where = np.ix_(range(len(layers)), *axes[::-1])
+        values = layers[where].reshape(-1, 4)
+        index = np.stack(np.meshgrid(*axes[::-1], indexing="ij"), axis=-1)[..., ::-1]
+        index = np.tile(index.reshape(-1, 3), (len(layers), 1))
+        origin = self.values.index_of(grid.at(index) + values[:, :3])
+        index = index[self.values.covers(origin) & (values[:, 3] >= 0)]
+        if len(index) == 0:
+            return np.zeros(3), np.ones(3)
+        end, step = np.array(grid.dimensions) - 1, 1 / (_SAMPLES - 1)
+        return index.min(axis=0) / end - step, index.max(axis=0) / end + step
+
+    def _part(self, first, last):
+        size = self.high - self.low
+        return replace(self, low=self.low + first * size, high=self.low + last * size)
+
+    def _with_margin(self):
+        return self._part(np.full(3, -_MARGIN), np.full(3, 1 + _MARGIN))
+
+
+def _values_of(image, of_cells):
+    return cell_grid(image.grid) if of_cells else image.grid
