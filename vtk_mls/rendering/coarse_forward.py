@@ -9,6 +9,7 @@ from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
 from vtk_mls import arrays, guesses
+from vtk_mls.filters.splitting import height_function
 from vtk_mls.rendering.drawn_mesh import jacobians
 from vtk_mls.vector_fields import covariant
 
@@ -118,5 +119,8 @@ def _crossed(grid, cuts):
         low, high = cut.bounds
         near = ((centres > low - radius) & (centres < high + radius)).all(axis=1) & ~crossed
         rows = np.flatnonzero(near)
-        crossed[rows] = cut.void_distance(centres[rows], centres[rows]) < radius
+        rows = rows[np.abs(height_function(cut)(centres[rows])) < radius]
+        if cut.plane is not None:  # which goes on where the cut ends
+            rows = rows[cut.void_distance(centres[rows], centres[rows]) < radius]
+        crossed[rows] = True
     return crossed
