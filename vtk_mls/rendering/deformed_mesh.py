@@ -53,8 +53,9 @@ class DeformedMesh:
         deformation : Deformation
         exact : bool
             False while something is dragged: a mesh of more than 262144 points is then moved by a
-            map that is interpolated between 64 x 64 x 64 points, which is off by less than half a
-            pixel. Smaller ones always are where they belong, as are points at cuts.
+            map that is interpolated between some 64 x 64 x 64 points, and off by about 1/2000 of
+            the mesh's size at most. Smaller ones always are where they belong, as are points at
+            cuts.
 
         Raises
         ------
