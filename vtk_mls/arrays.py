@@ -233,6 +233,20 @@ def replace(attributes, name, values):
     attributes.AddArray(array)  # in place of the old one, with its role
 
 
+def name_normals(dataset):
+    """Give active normals that have no name one, in a copy: VTK's filters would lose them."""
+    for attributes in (dataset.GetPointData(), dataset.GetCellData()):
+        normals = attributes.GetNormals()
+        if normals is not None and not normals.GetName():
+            named = normals.NewInstance()
+            named.ShallowCopy(normals)
+            name = "Normals"
+            while attributes.HasArray(name):
+                name += "_"
+            named.SetName(name)
+            attributes.SetNormals(named)
+
+
 def image_values(attributes, grid):
     """All arrays of an image's point or cell data in their order, as numpy arrays.
 

@@ -151,6 +151,17 @@ def smooth(x):
     return np.sin(0.7 * x[:, 0]) + np.cos(0.6 * x[:, 1]) * np.sin(0.5 * x[:, 2])
 
 
+@pytest.mark.parametrize("cut", [None, CUTS["plane"]])
+@pytest.mark.parametrize("name", [None, ""])
+def test_normals_need_no_name(name, cut):
+    mesh, other = sphere(), sphere()
+    expected = update(deforming(other, cut=cut)).GetPointData().GetNormals()
+    mesh.GetPointData().GetNormals().SetName(name)
+    found = update(deforming(mesh, cut=cut)).GetPointData().GetNormals()
+    np.testing.assert_array_equal(*(arrays.to_numpy(each) for each in (found, expected)))
+    assert not mesh.GetPointData().GetNormals().GetName()
+
+
 def test_normals_stay_normal():
     sphere_ = sphere()
     normals = vtkPolyDataNormals()

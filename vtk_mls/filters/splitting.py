@@ -87,7 +87,10 @@ def split(mesh, cuts, progress=SILENT):
     ------
     Aborted
     """
-    grid = _unstructured(mesh)
+    named = mesh.NewInstance()
+    named.ShallowCopy(mesh)
+    arrays.name_normals(named)
+    mesh, grid = named, _unstructured(named)
     extent = _extent(_positions(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
@@ -191,7 +194,7 @@ def _keys(parts, cut, positions, extent):
 
     An old point has its number as key; those on the cut get others on each side, which is noted.
     """
-    height_of = _height_function(cut)
+    height_of = height_function(cut)
     keys, edges = [], []
     for side, part in parts:
         x, point = _positions(part), _values(part, _POINT)
@@ -256,7 +259,7 @@ def _heights(grid, cut, tolerance):
         near = np.zeros(len(positions), bool)
         near[corners[np.repeat(touching, np.diff(starts))]] = True
     height = np.full(len(positions), np.inf)
-    height[near] = _height_function(cut)(positions[near])
+    height[near] = height_function(cut)(positions[near])
     height[~np.isfinite(height)] = np.inf
     height[np.abs(height) <= tolerance] = 0
     low, high = _range(height, corners, starts)
@@ -264,7 +267,7 @@ def _heights(grid, cut, tolerance):
     return height, low, high
 
 
-def _height_function(cut):
+def height_function(cut):
     """The signed distance from a cut as a function of points (n, 3)."""
     plane = cut.plane
     if plane is not None:

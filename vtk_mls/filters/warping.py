@@ -84,7 +84,7 @@ class Splits:
     def of(self, mesh, cuts, progress):
         """What `splitting.split` says."""
         self._kept = {key: kept for key, kept in self._kept.items() if kept[0].Get() is not None}
-        state = _stamps(mesh), cuts
+        state = stamps(mesh), cuts
         kept = self._kept.get(mesh.__this__)
         if kept is None or kept[1] != state:
             alive = vtkWeakReference()
@@ -122,15 +122,14 @@ class Warp:
 
     def _split(self, progress):
         divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
-        regions = [region.control_points for region in self.deformation.regions]
-        distance = np.abs(arrays.to_numpy(divided.GetPoints().GetData()) - regions[0].centre)
-        size = np.maximum(max(each.scale for each in regions), distance.max(axis=1))
-        self.offset = foot + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
+        x = arrays.to_numpy(divided.GetPoints().GetData())
+        self.offset = offset_from_cuts(self.deformation, x, foot, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
     def _warp(self, progress):
         """All that is done to the output once it has its cells."""
+        arrays.name_normals(self.output)
         self.before = arrays.to_numpy(self.output.GetPoints().GetData())
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
@@ -166,7 +165,7 @@ class Warp:
     def _add_jacobian(self, progress):
         rows = np.empty((self.output.GetNumberOfPoints(), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in _jacobians(self.deformation, *self._of_points(), mapping):
+        for part, jacobian in jacobians(self.deformation, *self._of_points(), mapping):
             rows[part] = jacobian.reshape(-1, 9)
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
@@ -181,17 +180,8 @@ class Warp:
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""
-        values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
-        for part, jacobian in _jacobians(self.deformation, *positions(), progress):
-            for name, how in directions.items():
-                rows = values[name][part]
-                if how == "tangent":
-                    rows[:] = contravariant(rows, jacobian)
-                else:
-                    unit = how == "normal" or self.wanted.GetNormalizeGradient()
-                    rows[:] = covariant(rows, jacobian.swapaxes(1, 2), unit)
-        for name, rows in values.items():
-            arrays.replace(attributes, name, rows)
+        at = jacobians(self.deformation, *positions(), progress)
+        transform(attributes, directions, at, self.wanted.GetNormalizeGradient())
 
     def _off_cuts(self, points):
         """`points`, those on a cut a little to the side on which their cells are."""
@@ -210,29 +200,65 @@ class Warp:
     def _of_centres(self):
         """The same for the centres of its cells."""
         if not self.deformation.in_rest_frame:
-            return _centres(self.output), None
+            return centres(self.output), None
         before = self.output.NewInstance()
         before.ShallowCopy(self.output)
         set_positions(before, self.before, VTK_DOUBLE)
-        return _centres(self.output), _centres(before)
+        return centres(self.output), centres(before)
 
     def _count(self, name, number):
         arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
 
 
-def _stamps(mesh):
+def offset_from_cuts(deformation, positions, foot, side):
+    """From `positions` (n, 3), as `splitting.split` says of them, to where the map is evaluated.
+
+    Points on a cut get there, and on a little, to the side on which their cells are.
+    """
+    regions = [region.control_points for region in deformation.regions]
+    distance = np.abs(positions - regions[0].centre)
+    size = np.maximum(max(each.scale for each in regions), distance.max(axis=1))
+    return foot + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
+
+
+def transform(attributes, directions, parts, unit):
+    """Transform covariant and contravariant vectors of point or cell data.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    directions : dict
+        As `gradients.directions` says.
+    parts : iterable
+        Slices, and Jacobians (m, 3, 3) there, as of `jacobians`.
+    unit : bool
+        Whether gradients are to have length 1, as normals always have.
+    """
+    values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
+    for part, jacobian in parts:
+        for name, how in directions.items():
+            rows = values[name][part]
+            if how == "tangent":
+                rows[:] = contravariant(rows, jacobian)
+            else:
+                rows[:] = covariant(rows, jacobian.swapaxes(1, 2), unit or how == "normal")
+    for name, rows in values.items():
+        arrays.replace(attributes, name, rows)
+
+
+def stamps(mesh):
     """When all that a divided mesh depends on was last changed; VTK's time stamps are unique.
 
     Those of the point data and the cell data do not count: since VTK 9.7 vtkTransformFilter, for
     one, changes them in its input though no array changes.
     """
-    stamps = _stamps_of_parts(mesh)
+    found = _stamps_of_parts(mesh)
     for data in (mesh.GetPointData(), mesh.GetCellData()):
         held = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
         kinds = range(vtkDataSetAttributes.NUM_ATTRIBUTES)
         active = [data.GetAbstractAttribute(kind) for kind in kinds]
-        stamps.append([_stamp(array) for array in held + active])
-    return stamps
+        found.append([_stamp(array) for array in held + active])
+    return found
 
 
 def _stamps_of_parts(thing):
@@ -246,7 +272,7 @@ def _stamp(thing):
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def _centres(mesh):
+def centres(mesh):
     """Centres of the cells (n, 3)."""
     centers = vtkCellCenters()
     centers.SetInputData(mesh)
@@ -255,7 +281,7 @@ def _centres(mesh):
     return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
 
 
-def _jacobians(deformation, points, origins, progress):
+def jacobians(deformation, points, origins, progress):
     """Slices of `points` (n, 3), and dG_i/dv_j (m, 3, 3) float64 there; NaN at NaN.
 
     For the material of `origins` (n, 3), if they are given.

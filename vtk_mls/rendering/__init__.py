@@ -2,9 +2,13 @@
 
 from importlib import import_module
 
-__all__ = ["DeformedVolume", "RenderingError"]
+__all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
-_MODULES = {"DeformedVolume": "deformed_volume", "RenderingError": "errors"}
+_MODULES = {
+    "DeformedMesh": "deformed_mesh",
+    "DeformedVolume": "deformed_volume",
+    "RenderingError": "errors",
+}
 
 
 def __getattr__(name):

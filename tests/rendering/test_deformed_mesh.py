@@ -1,0 +1,469 @@
+"""A mesh is drawn where `MLSDeform` would put it, and follows what its actor is made to show."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+
+import drawing
+import numpy as np
+import pytest
+from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
+from pairwise import paired
+from vtk_fixtures import add_array, control_points, messages, opengl, update  # noqa: F401
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkCompositePolyDataMapper,
+    vtkDataSetMapper,
+    vtkPolyDataMapper,
+)
+
+from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane, arrays
+from vtk_mls.filters import splitting
+from vtk_mls.rendering import DeformedMesh, coarse_forward, drawn_mesh, moved_mesh
+
+pytestmark = pytest.mark.usefixtures("opengl")
+
+
+def mapper_of(mesh):
+    mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
+    mapper.SetInputDataObject(0, mesh)
+    mapper.SetScalarRange(-10, 15)
+    return mapper
+
+
+class Scene(drawing.Scene):
+    """A window with one actor, which shows a mesh or what a mapper has."""
+
+    def __init__(self, shown):
+        self.actor = vtkActor()
+        self.actor.SetMapper(shown if shown.IsA("vtkMapper") else mapper_of(shown))
+        super().__init__(self.actor, focal=(4, 4, 3), distance=24, pixels=200)
+
+
+def deformation(cuts=(), **options):
+    return Deformation(REST, OPENED, cuts=cuts, device=FAST, **options)
+
+
+def filtered(mesh, cuts=(), **properties):
+    """What `MLSDeform` makes of a mesh."""
+    deform = deforming(mesh, control_points(REST, OPENED), **properties)
+    for cut in cuts:
+        deform.AddCut(cut)
+    output = update(deform)
+    for of in ("GetPointData", "GetCellData"):
+        arrays.set_roles(getattr(output, of)(), getattr(mesh, of)())
+    return output
+
+
+def assert_alike(picture, expected):
+    """Of rounding no more shows than a few pixels on edges."""
+    apart = np.abs(picture - expected).max(axis=2)
+    assert (apart > 3).mean() < 1e-3
+    assert apart.mean() < 0.05
+    assert expected.std() > 10  # there is something to see
+
+
+def coloured(name, by):
+    mesh = MESHES[name]()
+    if by == "points":
+        mesh.GetPointData().SetActiveScalars("linear")
+    elif by == "cells":
+        mesh.GetCellData().SetActiveScalars("number")
+    return mesh
+
+
+def with_cell_normals(mesh):
+    make = vtkPolyDataNormals()
+    make.SetInputData(mesh)
+    make.ComputeCellNormalsOn()
+    return update(make)
+
+
+@paired(
+    name=["cells 10", "cells 12", "cells 24", "polydata", "mixed", "structured", "rectilinear"],
+    cut=[None, "plane", "half-plane", "polygon", "tent"],
+    kind=KINDS,
+    frame=["rest", "deformed"],
+    by=["points", "cells", "nothing"],
+)
+def test_the_picture_is_that_of_the_filter(name, cut, kind, frame, by):
+    mesh, cuts = coloured(name, by), [CUTS[cut]] if cut else []
+    scene = Scene(mesh)
+    before = scene.picture()
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation(cuts, kind=kind, cut_frame=frame))
+    picture = scene.picture()
+    assert (np.abs(picture - before).max(axis=2) > 50).mean() > 0.02
+    expected = filtered(mesh, cuts, Kind=kind, CutFrame=frame)
+    assert_alike(picture, Scene(expected).picture())
+    followed.detach()
+    np.testing.assert_array_equal(scene.picture(), before)
+
+
+@pytest.mark.parametrize("frame", ["rest", "deformed"])
+@pytest.mark.parametrize("cut", [None, "plane", "half-plane"])
+@pytest.mark.parametrize("normals", ["of points", "of cells", "without a name"])
+def test_normals_are_those_of_the_filter(normals, cut, frame):
+    mesh, cuts = sphere(), [CUTS[cut]] if cut else []
+    if normals == "of cells":
+        mesh = with_cell_normals(mesh)
+    elif normals == "without a name":
+        mesh.GetPointData().GetNormals().SetName(None)
+    scene = Scene(mesh)
+    DeformedMesh(scene.actor).update(deformation(cuts, cut_frame=frame))
+    shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts, CutFrame=frame)
+    of = "GetCellData" if normals == "of cells" else "GetPointData"
+    found, wanted = (
+        arrays.to_numpy(getattr(each, of)().GetNormals()) for each in (shown, expected)
+    )
+    np.testing.assert_array_equal(found, wanted)
+    assert_alike(scene.picture(), Scene(expected).picture())
+
+
+@pytest.mark.parametrize("name", ["cells 10", "polydata"])
+def test_the_mesh_itself_is_not_changed(name):
+    mesh = MESHES[name]()
+    kept = mesh.NewInstance()
+    kept.DeepCopy(mesh)
+    scene = Scene(mesh)
+    scene.picture()
+    stamp = mesh.GetMTime()
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation([CUTS["half-plane"]]))
+    scene.picture()
+    followed.update(deformation())
+    scene.picture()
+    assert mesh.GetMTime() == stamp
+    np.testing.assert_array_equal(places_of(mesh), places_of(kept))
+    followed.detach()
+    assert scene.actor.GetMapper().GetInput() is mesh
+
+
+def test_what_has_no_inverse_is_where_the_filter_puts_it():
+    mesh, middle = sphere(), np.array([4, 4, 3])
+    x = places_of(mesh).copy()
+    x[7] = np.nan
+    points = vtkPoints()
+    points.SetData(arrays.from_numpy(x, 11))
+    mesh.SetPoints(points)
+    offset = np.array([[1.8, 0.3, 0], [-1.8, 0, 0.3], [0, 1.9, 0], [0, -1.9, 0.4]])
+    rest = np.concatenate([REST, middle + offset])
+    crossed = np.concatenate([REST, middle - 2.2 * offset])
+    scene = Scene(mesh)
+    DeformedMesh(scene.actor).update(Deformation(rest, crossed, "affine", device=FAST))
+    expected = update(deforming(mesh, control_points(rest, crossed), Kind="affine"))
+    assert array_of(expected, "NoInverse").sum() > 100
+    shown = scene.actor.GetMapper().GetInput()
+    np.testing.assert_array_equal(places_of(shown), places_of(expected))
+
+
+# What changes, by a function of the scene; what the actor is to show then.
+def _change_points(scene, mesh):
+    arrays.to_numpy(mesh.GetPoints().GetData())[:] += [0.3, 0, 0.5]
+    mesh.GetPoints().GetData().Modified()
+    return mesh
+
+
+def _change_values(scene, mesh):
+    arrays.to_numpy(mesh.GetPointData().GetArray("linear"))[:] *= -1
+    mesh.GetPointData().GetArray("linear").Modified()
+    return mesh
+
+
+def _change_input(scene, mesh):
+    other = coloured("cells 12", "points")
+    scene.actor.GetMapper().SetInputDataObject(0, other)
+    return other
+
+
+def _change_type(scene, mesh):
+    other = coloured("polydata", "points")
+    scene.actor.GetMapper().SetInputDataObject(0, other)
+    return other
+
+
+def _change_mapper(scene, mesh):
+    other = coloured("polydata", "points")
+    scene.actor.SetMapper(mapper_of(other))
+    return other
+
+
+@pytest.mark.parametrize("cut", [None, "half-plane"])
+@pytest.mark.parametrize(
+    "change", [_change_points, _change_values, _change_input, _change_type, _change_mapper]
+)
+def test_a_change_shows_in_the_next_picture(change, cut):
+    mesh, cuts = coloured("cells 10", "points"), [CUTS[cut]] if cut else []
+    scene = Scene(mesh)
+    old = scene.actor.GetMapper()
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation(cuts))
+    scene.picture()
+    new = change(scene, mesh)
+    picture = scene.picture()
+    assert_alike(picture, Scene(filtered(new, cuts)).picture())
+    followed.detach()
+    np.testing.assert_array_equal(scene.picture(), Scene(new).picture())
+    if scene.actor.GetMapper() is not old:
+        assert old.GetInput() is mesh
+
+
+def test_an_algorithm_in_front_of_the_mapper_runs_again():
+    source, mapper = vtkSphereSource(), vtkPolyDataMapper()
+    source.SetCenter(4, 4, 3)
+    source.SetRadius(2)
+    mapper.SetInputConnection(source.GetOutputPort())
+    scene = Scene(mapper)
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation())
+    scene.picture()
+    source.SetRadius(3)
+    source.SetThetaResolution(50)
+    picture = scene.picture()
+    source.Update()
+    assert_alike(picture, Scene(filtered(source.GetOutput())).picture())
+    followed.detach()
+    assert mapper.GetInputAlgorithm() is source
+
+
+def test_a_static_mapper_shows_it():
+    mesh = sphere()
+    scene = Scene(mesh)
+    scene.picture()
+    scene.actor.GetMapper().StaticOn()
+    DeformedMesh(scene.actor).update(deformation())
+    assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
+
+
+def test_dragging_does_not_split_again(monkeypatch):
+    calls = []
+    monkeypatch.setattr(drawn_mesh, "split", lambda *a: calls.append(1) or splitting.split(*a))
+    mesh = MESHES["cells 10"]()
+    scene = Scene(mesh)
+    followed = DeformedMesh(scene.actor)
+    for step in range(3):  # the same cut, made anew
+        cut = HalfPlane((4.03, 4, 3.1), (1, 0.2, 0.1), (0, 0, 1))
+        followed.update(Deformation(REST, OPENED + 0.1 * step, cuts=[cut], device=FAST))
+        scene.picture()
+    assert len(calls) == 1
+    followed.update(deformation([CUTS["polygon"]]))
+    assert len(calls) == 2
+    mesh.Modified()
+    scene.picture()
+    assert len(calls) == 3
+
+
+def test_it_is_moved_once_for_each_update(monkeypatch):
+    moves, move = [], drawn_mesh.DrawnMesh.moved
+    monkeypatch.setattr(drawn_mesh.DrawnMesh, "moved", lambda *a: moves.append(1) or move(*a))
+    scene = Scene(sphere())
+    followed = DeformedMesh(scene.actor)
+    for done in (1, 2):
+        followed.update(deformation())
+        scene.picture()
+        scene.picture()
+        assert len(moves) == done
+
+
+@pytest.fixture
+def many(monkeypatch):
+    """Few points count as many."""
+    monkeypatch.setattr(moved_mesh, "MOST_EXACT", 100)
+
+
+def fine_sphere(normals=True):
+    source = vtkSphereSource()
+    source.SetCenter(4, 4, 3)
+    source.SetRadius(2.4)
+    source.SetThetaResolution(150)
+    source.SetPhiResolution(150)
+    source.SetGenerateNormals(normals)
+    return update(source)
+
+
+@pytest.mark.parametrize("cut", [None, "plane", "half-plane", "polygon", "tent"])
+@pytest.mark.parametrize("moved", [OPENED, REST + (OPENED - REST) * 2])
+def test_the_interpolated_map_is_off_by_half_a_pixel_at_most(moved, cut, many):
+    mesh = fine_sphere()
+    scene = Scene(mesh)
+    followed = DeformedMesh(scene.actor)
+    d = Deformation(REST, moved, cuts=[CUTS[cut]] if cut else [], device=FAST)
+    found = []
+    for exact in (False, True):
+        followed.update(d, exact=exact)
+        shown = scene.actor.GetMapper().GetInput()
+        normals = arrays.to_numpy(shown.GetPointData().GetNormals())
+        found.append((scene.picture(), places_of(shown).copy(), normals.copy()))
+    (coarse, x, n), (fine, y, m) = found
+    assert 0 < np.abs(x - y).max() < 2 * coarse_forward._ERROR * 4.8
+    cosine = (n * m).sum(axis=1) / np.linalg.norm(n, axis=1) / np.linalg.norm(m, axis=1)
+    assert np.quantile(cosine, 0.01) > np.cos(np.radians(3))
+    apart = np.abs(coarse - fine).max(axis=2)
+    assert apart.mean() < 0.3
+    assert np.quantile(apart, 0.99) <= 6
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon", "tent"])
+def test_the_interpolated_map_is_exact_on_cuts(cut, many):
+    mesh, cuts = fine_sphere(), [CUTS[cut]]
+    scene = Scene(mesh)
+    DeformedMesh(scene.actor).update(deformation(cuts), exact=False)
+    split, _, side = splitting.split(mesh, cuts)
+    on_cut = side.any(axis=1)
+    assert on_cut.sum() > 50
+    shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts)
+    np.testing.assert_array_equal(places_of(shown)[on_cut], places_of(expected)[on_cut])
+    for each in (shown, expected):
+        assert each.GetNumberOfPoints() == split.GetNumberOfPoints()
+    normals = [arrays.to_numpy(each.GetPointData().GetNormals()) for each in (shown, expected)]
+    np.testing.assert_array_equal(normals[0][on_cut], normals[1][on_cut])
+
+
+def test_points_far_from_all_others_are_exact(many):
+    mesh = fine_sphere(normals=False)
+    x = places_of(mesh)
+    x[5], x[6] = (400, 4, 3), np.nan
+    scene = Scene(mesh)
+    DeformedMesh(scene.actor).update(deformation(), exact=False)
+    shown = places_of(scene.actor.GetMapper().GetInput())
+    expected = x + deformation().forward_field(x).displacement
+    np.testing.assert_allclose(shown[5:7], expected[5:7], atol=1e-4)
+    assert np.nanmax(np.abs(shown - expected)) < 2 * coarse_forward._ERROR * 4.8
+
+
+def test_with_cuts_that_stay_the_map_is_not_interpolated(many):
+    mesh, cuts = fine_sphere(), [CUTS["half-plane"]]
+    scene = Scene(mesh)
+    DeformedMesh(scene.actor).update(deformation(cuts, cut_frame="deformed"), exact=False)
+    expected = filtered(mesh, cuts, CutFrame="deformed")
+    shown = scene.actor.GetMapper().GetInput()
+    np.testing.assert_array_equal(places_of(shown), places_of(expected))
+
+
+def test_cells_with_normals_are_lit_by_their_shape_while_interpolated(many):
+    mesh = with_cell_normals(fine_sphere())
+    scene = Scene(mesh)
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation(), exact=False)
+    coarse = scene.picture()
+    followed.update(deformation())
+    assert np.abs(coarse - scene.picture()).mean() < 0.5
+
+
+def _no_points():
+    mesh = vtkPolyData()
+    mesh.SetPoints(vtkPoints())
+    return mesh
+
+
+@pytest.mark.parametrize("make", [vtkPolyData, vtkUnstructuredGrid, _no_points])
+def test_of_nothing_nothing_is_drawn(make):
+    scene = Scene(make())
+    followed = DeformedMesh(scene.actor)
+    for cuts in ([], [CUTS["plane"]]):
+        followed.update(deformation(cuts), exact=False)
+        assert scene.picture().std(axis=(0, 1)).max() == 0
+    followed.detach()
+    assert scene.picture().std(axis=(0, 1)).max() == 0
+
+
+def test_an_actor_may_lose_its_mesh_and_its_mapper():
+    mesh = sphere()
+    scene = Scene(mesh)
+    mapper, followed = scene.actor.GetMapper(), DeformedMesh(scene.actor)
+    followed.update(deformation())
+    mapper.RemoveAllInputs()
+    followed.update(deformation())
+    mapper.SetInputData(mesh)
+    assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
+    scene.actor.SetMapper(None)
+    followed.update(deformation())
+    assert mapper.GetInput() is mesh
+    scene.actor.SetMapper(mapper)
+    assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
+    scene.renderer.RemoveActor(scene.actor)
+    followed.update(deformation())
+    followed.detach()
+
+
+def test_it_may_be_detached_at_any_time_and_updated_again():
+    mesh = sphere()
+    scene = Scene(mesh)
+    before, followed = scene.picture(), DeformedMesh(scene.actor)
+    followed.detach()
+    for _ in range(2):
+        followed.update(deformation())
+        moved = scene.picture()
+        followed.detach()
+        followed.detach()
+        np.testing.assert_array_equal(scene.picture(), before)
+        scene.actor.GetMapper().SetInputData(mesh)  # nobody listens any more
+        scene.actor.Modified()
+        assert (moved != before).any()
+
+
+def test_it_goes_with_its_actor():
+    scene = Scene(sphere())
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation())
+    scene.picture()
+    alive = weakref.ref(followed)
+    del followed
+    gc.collect()
+    assert alive() is not None
+    del scene
+    gc.collect()
+    assert alive() is None
+
+
+def test_other_actors_are_refused():
+    actor = vtkActor()
+    with pytest.raises(TypeError, match=r"`actor` must have a vtkPolyDataMapper .* got none"):
+        DeformedMesh(actor)
+    mapper = vtkCompositePolyDataMapper()
+    mapper.SetInputDataObject(vtkMultiBlockDataSet())
+    actor.SetMapper(mapper)
+    with pytest.raises(TypeError, match="got vtk.*Composite.*give each block an actor of its own"):
+        DeformedMesh(actor)
+    scene = Scene(sphere())
+    DeformedMesh(scene.actor).update(deformation())
+    with pytest.raises(ValueError, match="`actor` shows a deformed mesh already"):
+        DeformedMesh(scene.actor)
+
+
+def test_after_an_error_the_picture_is_as_it_was():
+    mesh = sphere()
+    scene = Scene(mesh)
+    followed = DeformedMesh(scene.actor)
+    before = scene.picture()
+    with pytest.raises(DeviceError):
+        followed.update(Deformation(REST, OPENED, device="97:0"))
+    np.testing.assert_array_equal(scene.picture(), before)
+    followed.update(deformation())
+    moved = scene.picture()
+    with pytest.raises(TypeError, match="`deformation` must be a Deformation, got 3"):
+        followed.update(3)
+    with pytest.raises(DeviceError):
+        followed.update(Deformation(REST, OPENED, device="97:0"))
+    np.testing.assert_array_equal(scene.picture(), moved)
+
+
+def test_an_array_that_is_too_short_is_an_error(messages):
+    mesh = sphere()
+    scene = Scene(mesh)
+    followed = DeformedMesh(scene.actor)
+    followed.update(deformation())
+    add_array(mesh.GetPointData(), "short", [1.0, 2.0])
+    with pytest.raises(ValueError, match="array `short` must have one tuple for each"):
+        followed.update(deformation())
+    assert scene.picture().std(axis=(0, 1)).max() == 0  # at the next picture VTK hears of it
+    said = {line for line in messages.take().splitlines() if line}
+    assert len(said) == 1
+    assert "array `short` must have one tuple for each of the 1122 points" in said.pop()
+    mesh.GetPointData().RemoveArray("short")
+    assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
