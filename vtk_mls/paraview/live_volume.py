@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import vtkVolume
-from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls.paraview.server_manager import elements, find
 from vtk_mls.rendering import DeformedVolume
@@ -29,13 +29,15 @@ class LiveVolume:
         self._image, self._renderer, self._array = image, renderer, _array(display)
         self._hidden = _volume_of(display)
         self._display = display.GetGlobalID()
-        mapper = vtkGPUVolumeRayCastMapper()
+        mapper = vtkSmartVolumeMapper()  # as ParaView's, for the same steps along rays
+        mapper.SetRequestedRenderModeToGPU()
         mapper.SetInputData(image)
         self._volume = vtkVolume()
         self._volume.SetMapper(mapper)
         self._volume.PickableOff()
         self._update_look(display)
         renderer.AddViewProp(self._volume)
+        self._peels = renderer.GetUseDepthPeelingForVolumes()
         self._drawn, self._latest = DeformedVolume(self._volume, renderer), None
         self._limits = None
 
@@ -73,6 +75,8 @@ class LiveVolume:
         """
         self._limit(limits)
         self._hidden.SetVisibility(False)
+        # VTK draws volumes otherwise where they are peeled, and ParaView's is not
+        self._renderer.SetUseDepthPeelingForVolumes(False)
         if self._drawn.failure is None and self._latest != (deformation, nodes):
             self._latest = deformation, nodes
             self._drawn.update(deformation, nodes)
@@ -83,6 +87,7 @@ class LiveVolume:
         """Let ParaView's volume be seen again."""
         self._drawn.detach()
         self._renderer.RemoveViewProp(self._volume)
+        self._renderer.SetUseDepthPeelingForVolumes(self._peels)
         display = find(self._display, "representations")
         if display:
             self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))

@@ -15,7 +15,7 @@ uniform sampler3D mls_map;
 """
 
 _FUNCTIONS = """{tag}
-float mls_distance_before;  // the void distance of the sample before
+float mls_distance_before = 0.0;  // of the sample before, from the void
 bool mls_has_before = false;
 bool mls_is_empty = true;   // the ray, so far
 vec3 mls_p = vec3(0.0);     // of the sample
