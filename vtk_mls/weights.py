@@ -120,15 +120,17 @@ def _detour(cut, v, q, passed):
     Where the cut is `passed`, what blocks is exchanged.
     """
     v = v[:, None]
-    offset = q - v
-    d2 = np.maximum(np.einsum("mia,mia->mi", offset, offset), _SMALLEST)
     blocked = cut.blocks(v, q) ^ passed
+    v, q = (each[blocked] for each in np.broadcast_arrays(v, q))
+    offset = q - v
+    d2 = np.maximum(np.einsum("ma,ma->m", offset, offset), _SMALLEST)
     bend = cut.bend(v, q)
     leg = v - bend
-    length = np.linalg.norm(leg, axis=2)
-    path = length + np.linalg.norm(q - bend, axis=2)
-    closed = blocked & np.isnan(path)
-    blocked = blocked & ~closed
-    ratio2 = np.where(closed, np.inf, np.where(blocked, np.maximum(path**2 / d2, 1), 1))
-    change = -offset / d2[:, :, None] - leg / np.maximum(length * path, 1e-300)[:, :, None]
-    return ratio2, np.where(blocked[:, :, None], change, 0)
+    length = np.linalg.norm(leg, axis=1)
+    path = length + np.linalg.norm(q - bend, axis=1)
+    closed = np.isnan(path)
+    ratio2, change = np.ones(blocked.shape), np.zeros((*blocked.shape, 3))
+    ratio2[blocked] = np.where(closed, np.inf, np.maximum(path**2 / d2, 1))
+    slope = -offset / d2[:, None] - leg / np.maximum(length * path, 1e-300)[:, None]
+    change[blocked] = np.where(closed[:, None], 0, slope)
+    return ratio2, change
