@@ -7,6 +7,7 @@ diverge.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -95,11 +96,7 @@ class WeightedPoints:
         # w_i, relative to the largest and times the weight of the control point
         share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
         self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
-        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
-        self.dw, self.dw_dx = (
-            self.w[:, :, None] * (each - each[rows, nearest][:, None])
-            for each in (slope, slope_by_x)
-        )
+        self._slope, self._slope_by_x = slope, slope_by_x
         self.total = self.w.sum(axis=1)
 
         self.p_k, self.q_k = p[nearest], q[nearest]
@@ -109,6 +106,19 @@ class WeightedPoints:
         self.p_star, self.q_star = self._mean(p), self._mean(q)
         self.p, self.q = p - self.p_star[:, None], q - self.q_star[:, None]
         self.nearest = nearest
+
+    @cached_property
+    def dw(self):
+        return self._derivatives(self._slope)
+
+    @cached_property
+    def dw_dx(self):
+        return self._derivatives(self._slope_by_x)
+
+    def _derivatives(self, slope):
+        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
+        nearest = slope[np.arange(len(self.v)), self.nearest]
+        return self.w[:, :, None] * (slope - nearest[:, None])
 
     def _mean(self, values):
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
