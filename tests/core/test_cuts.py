@@ -332,7 +332,7 @@ def test_continuous_along_paths_that_cross_no_cut(shape, kind_and_degree, cut_fr
     rest, deformed = random_handles(rng, 12)
     d = deformation(rest, deformed, kind_and_degree, cuts=cuts, cut_frame=cut_frame)
     free = deformation(rest, deformed, kind_and_degree)
-    for _ in range(5):
+    for _ in range(2):
         start, end = rng.uniform(0, EXTENT, (2, 3))
         path = start + (end - start) * np.linspace(0, 1, 1001)[:, None]
         origins, crossed = d.backward(path), np.zeros(1000, bool)
