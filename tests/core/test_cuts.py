@@ -270,7 +270,7 @@ def test_devices_agree_with_the_specification(
     key, shape, kind_and_degree, alpha_and_nu, cut_frame, rng
 ):
     rest, deformed = random_handles(rng, 30)
-    v = rng.uniform(0, EXTENT, (800, 3))
+    v = rng.uniform(0, EXTENT, (400, 3))
     options = dict(zip(("alpha", "nu"), alpha_and_nu), cuts=SHAPES[shape], cut_frame=cut_frame)
     expected, got = (
         deformation(rest, deformed, kind_and_degree, name, **options) for name in ("reference", key)
