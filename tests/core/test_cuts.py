@@ -152,6 +152,14 @@ def _tiles(count):
     return Surface(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), triangles)
 
 
+def test_of_many_triangles_all_count(rng):
+    """More pairs of a segment and a triangle than are asked for at once."""
+    v, q = rng.uniform(-30, 30, (2, 500, 3))
+    at = v + (q - v) * (v[:, 2] / (v[:, 2] - q[:, 2]))[:, None]
+    inside = np.abs(at[:, :2]).max(axis=1) < 20
+    np.testing.assert_array_equal(_tiles(20).blocks(v, q), (v[:, 2] * q[:, 2] < 0) & inside)
+
+
 def test_ways_through_corners_are_blocked(device, cut_frame):
     """Symmetric scenes make them common."""
     tiles, polygon = _tiles(3), Surface.polygon([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
