@@ -211,7 +211,7 @@ add(
 )
 add(
     "rest frame: the search ends too early",
-    "#define FORESEEN 3e-7f",
+    "#define FORESEEN 3e-8f",
     "#define FORESEEN 3e-4f",
 )
 add(
