@@ -156,7 +156,7 @@ class Surface(Obstacle):
 
 
 def _parts(triangles, count):
-    """Parts of the triangles: at most `_AT_ONCE` pairs of one of them and one of `count` points."""
+    """Parts of the triangles: about `_AT_ONCE` pairs of one of them and one of `count` segments."""
     pairs = len(triangles) * count
     return np.array_split(triangles, min(len(triangles), 1 + pairs // _AT_ONCE))
 
