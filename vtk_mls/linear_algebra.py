@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]  # of the coordinates, for each of them
+
 
 def unit(vectors):
     """`vectors` (..., 3) of length 1; 0 for 0."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def cross(a, b):
+    """a x b (..., 3), as numpy's but quick for a few vectors."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
 
 
 def finite(matrices):

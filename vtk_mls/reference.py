@@ -181,12 +181,17 @@ def _nearest_sample(deformation, samples, x, tried):
     Only those farther than `tried` (m,) count.
     """
     best, nearest = x.copy(), np.full(len(x), np.inf)
-    for v, image in zip(*samples):
-        distance = np.linalg.norm(x - image, axis=1)
-        nearer = (distance < nearest) & (distance > tried)
-        seen = image if deformation.in_rest_frame else v
-        nearer[nearer] = ~_is_parted(deformation, x[nearer], seen[None])
-        best[nearer], nearest[nearer] = v, distance[nearer]
+    v, images = samples
+    seen = images if deformation.in_rest_frame else v
+    for row, point in enumerate(x):
+        distance = np.linalg.norm(point - images, axis=1)
+        distance[distance <= tried[row]] = np.inf
+        while (distance < np.inf).any():
+            i = distance.argmin()
+            if not _is_parted(deformation, point[None], seen[i][None])[0]:
+                best[row], nearest[row] = v[i], distance[i]
+                break
+            distance[i] = np.inf
     return best, nearest
 
 

@@ -7,6 +7,7 @@ diverge.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -95,11 +96,7 @@ class WeightedPoints:
         # w_i, relative to the largest and times the weight of the control point
         share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
         self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
-        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
-        self.dw, self.dw_dx = (
-            self.w[:, :, None] * (each - each[rows, nearest][:, None])
-            for each in (slope, slope_by_x)
-        )
+        self._slope, self._slope_by_x = slope, slope_by_x
         self.total = self.w.sum(axis=1)
 
         self.p_k, self.q_k = p[nearest], q[nearest]
@@ -109,6 +106,19 @@ class WeightedPoints:
         self.p_star, self.q_star = self._mean(p), self._mean(q)
         self.p, self.q = p - self.p_star[:, None], q - self.q_star[:, None]
         self.nearest = nearest
+
+    @cached_property
+    def dw(self):
+        return self._derivatives(self._slope)
+
+    @cached_property
+    def dw_dx(self):
+        return self._derivatives(self._slope_by_x)
+
+    def _derivatives(self, slope):
+        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
+        nearest = slope[np.arange(len(self.v)), self.nearest]
+        return self.w[:, :, None] * (slope - nearest[:, None])
 
     def _mean(self, values):
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
@@ -120,15 +130,17 @@ def _detour(cut, v, q, passed):
     Where the cut is `passed`, what blocks is exchanged.
     """
     v = v[:, None]
-    offset = q - v
-    d2 = np.maximum(np.einsum("mia,mia->mi", offset, offset), _SMALLEST)
     blocked = cut.blocks(v, q) ^ passed
+    v, q = (each[blocked] for each in np.broadcast_arrays(v, q))
+    offset = q - v
+    d2 = np.maximum(np.einsum("ma,ma->m", offset, offset), _SMALLEST)
     bend = cut.bend(v, q)
     leg = v - bend
-    length = np.linalg.norm(leg, axis=2)
-    path = length + np.linalg.norm(q - bend, axis=2)
-    closed = blocked & np.isnan(path)
-    blocked = blocked & ~closed
-    ratio2 = np.where(closed, np.inf, np.where(blocked, np.maximum(path**2 / d2, 1), 1))
-    change = -offset / d2[:, :, None] - leg / np.maximum(length * path, 1e-300)[:, :, None]
-    return ratio2, np.where(blocked[:, :, None], change, 0)
+    length = np.linalg.norm(leg, axis=1)
+    path = length + np.linalg.norm(q - bend, axis=1)
+    closed = np.isnan(path)
+    ratio2, change = np.ones(blocked.shape), np.zeros((*blocked.shape, 3))
+    ratio2[blocked] = np.where(closed, np.inf, np.maximum(path**2 / d2, 1))
+    slope = -offset / d2[:, None] - leg / np.maximum(length * path, 1e-300)[:, None]
+    change[blocked] = np.where(closed[:, None], 0, slope)
+    return ratio2, change

@@ -17,6 +17,11 @@ from vtk_mls.engine import device as opencl
 from vtk_mls.engine import dispatch, engine
 
 EVERYWHERE = ["reference", *DEVICES]
+# The specification takes seconds for the inverse of a cubic.
+CUBIC_IS_LONG = [
+    pytest.param((kind, degree), marks=[pytest.mark.long] * (degree == 3), id=f"{kind}{degree}")
+    for kind, degree in KINDS_AND_DEGREES
+]
 
 
 @pytest.fixture(params=EVERYWHERE)
@@ -305,6 +310,7 @@ def test_a_fold_is_said_to_have_no_place(device):
 @pytest.mark.parametrize(
     ("cuts", "cut_frame"), [("none", "rest"), ("half-plane", "rest"), ("half-plane", "deformed")]
 )
+@pytest.mark.parametrize("kind_and_degree", CUBIC_IS_LONG)
 def test_what_folds_lose_is_counted_as_in_the_specification(
     cuts, cut_frame, kind_and_degree, key, rng
 ):

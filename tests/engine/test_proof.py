@@ -19,6 +19,9 @@ from vtk_mls import announcements
 from vtk_mls.engine import caches, device, dispatch, drivers, intel_runtime, proof, records
 from vtk_mls.engine.proof import MARK
 
+# What drivers and pyopencl have built before; else a test of a real device takes long.
+USUAL = caches.folder()
+BUILT = {"XDG_CACHE_HOME": f"{USUAL}", "POCL_CACHE_DIR": f"{USUAL}/pocl/kcache"} if USUAL else {}
 HANDLE = types.SimpleNamespace(native_vector_width_float=16)
 FAKE = device.Device("0:0", "Processor", "Maker", "cpu", "OpenCL 3.0", HANDLE, "1.0")
 
@@ -286,6 +289,7 @@ def test_wrong_numbers_are_noticed(question, changed, found, fresh, monkeypatch)
     stub.write_text(
         f"""
 import json, os, runpy, sys
+os.environ.update({BUILT})
 with open(os.path.join(os.path.dirname(sys.argv[1]), "request.json")) as file:
     sys.path[:] = json.load(file)["path"]
 from vtk_mls.engine import engine
@@ -317,7 +321,9 @@ print(Deformation([[0, 0, 0]], [[1, 2, 3]]).backward([[5, 5, 5]]).tolist())
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-@pytest.mark.parametrize("home", ["empty", "read-only", "none"])
+@pytest.mark.parametrize(
+    "home", ["empty", pytest.param("read-only", marks=pytest.mark.long), "none"]
+)
 def test_processes_that_start_together(tmp_path, home):
     """With an empty record, or no place for one, and for no other cache."""
     variables = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}

@@ -211,7 +211,7 @@ add(
 )
 add(
     "rest frame: the search ends too early",
-    "#define FORESEEN 3e-7f",
+    "#define FORESEEN 3e-8f",
     "#define FORESEEN 3e-4f",
 )
 add(
@@ -393,6 +393,9 @@ _in("vtk_mls/weights.py", PROPERTIES, CUTS)(
     "np.maximum(path**2 / d2, 1)",
     "path / np.sqrt(d2)",
 )
+add = _in("vtk_mls/cuts/surface.py", CUTS)
+add("specification: a segment slips through corners", "np.abs(side) <= blur", "np.abs(side) < 0")
+add("specification: of many triangles only some count", "odd ^= np.logic", "odd = np.logic")
 
 # Filters
 

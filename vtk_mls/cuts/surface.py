@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import unit
+from vtk_mls.linear_algebra import cross, unit
 from vtk_mls.reals import real
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 # No direction that surfaces have by design: a segment through an edge counts as moved along it.
 _ASIDE = np.array([0.5377, 0.2863, 0.7930])
+_AT_ONCE = 1 << 17  # pairs of a segment and a triangle, for the sake of memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Surface(Obstacle):
                 f"got {triangles.min()} to {triangles.max()}"
             )
         a, b, c = points[triangles].transpose(1, 0, 2)
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        area = np.linalg.norm(cross(b - a, c - a), axis=1)
         longest = np.max([((x - y) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0)
         flat = area <= 1e-10 * longest
         if flat.any():
@@ -95,10 +96,10 @@ class Surface(Obstacle):
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether an odd number of triangles is between `v` and `q` (..., 3)."""
-        v, q = np.broadcast_arrays(v, q)
-        odd = np.zeros(v.shape[:-1], bool)
-        for triangle in np.sort(self.triangles, axis=1):
-            odd ^= _crosses(v, q, *self.points[triangle])
+        odd = np.zeros(np.broadcast_shapes(v.shape, q.shape)[:-1], bool)
+        corners = self.points[np.sort(self.triangles, axis=1)]
+        for some in _parts(corners, odd.size):
+            odd ^= np.logical_xor.reduce(_crosses(v, q, *some.swapaxes(0, 1)), axis=-1)
         return odd
 
     def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -167,23 +168,33 @@ class Surface(Obstacle):
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
 
-def _crosses(v, q, a, b, c):
-    """Whether the segment v - q passes the triangle a b c; exactly one of two that share an edge.
+def _parts(triangles, count):
+    """Parts of the triangles: about `_AT_ONCE` pairs of one of them and one of `count` segments."""
+    pairs = len(triangles) * count
+    return np.array_split(triangles, min(len(triangles), 1 + pairs // _AT_ONCE))
 
-    Edges must run in the same order in both: sort the corners.
+
+def _crosses(v, q, a, b, c):
+    """Whether segments v - q (..., 3) pass triangles a b c (t, 3 each): (..., t).
+
+    Of two that share an edge it is exactly one. Edges must run in the same order in both: sort the
+    corners.
     """
-    normal = np.cross(b - a, c - a)
-    apart = ((v - a) @ normal < 0) != ((q - a) @ normal < 0)
-    step, moment = q - v, np.cross(v, q)
+    normal = cross(b - a, c - a)
+    below_v, below_q = (
+        np.einsum("...ti,ti->...t", x[..., None, :] - a, normal) < 0 for x in (v, q)
+    )
+    step = q - v
+    line, aside = np.concatenate([step, cross(v, q)], axis=-1), cross(_ASIDE, step)
 
     def right_of(x, y):
         # sign of the volume of v, q, x, y; a line through a corner counts as moved aside
-        parts = np.concatenate([step * np.cross(x, y), moment * (y - x)], axis=-1)
-        side, blur = parts.sum(axis=-1), 1e-14 * np.abs(parts).sum(axis=-1)
-        return np.where(np.abs(side) <= blur, np.cross(_ASIDE, step) @ (y - x), side) < 0
+        edge = np.concatenate([cross(x, y), y - x], axis=-1).T
+        side, blur = line @ edge, 1e-14 * (np.abs(line) @ np.abs(edge))
+        return np.where(np.abs(side) <= blur, aside @ (y - x).T, side) < 0
 
     ab, bc, ac = right_of(a, b), right_of(b, c), right_of(a, c)
-    return apart & (ab == bc) & (bc != ac)
+    return (below_v != below_q) & (ab == bc) & (bc != ac)
 
 
 def _bend_on_edge(v, q, a, b):
@@ -199,11 +210,11 @@ def _bend_on_edge(v, q, a, b):
 
 def _from_triangle(x, a, b, c):
     """Distances (m,) of points `x` (m, 3) from a triangle, and the unit vectors away from it."""
-    normal = unit(np.cross(b - a, c - a))
+    normal = unit(cross(b - a, c - a))
     inside = np.ones(len(x), bool)
     distance, offset = np.full(len(x), np.inf), np.zeros_like(x)
     for start, end in ((a, b), (b, c), (c, a)):
-        inside &= (x - start) @ np.cross(normal, end - start) >= 0
+        inside &= (x - start) @ cross(normal, end - start) >= 0
         t = np.clip((x - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
         from_edge = x - start - t[:, None] * (end - start)
         length = np.linalg.norm(from_edge, axis=1)

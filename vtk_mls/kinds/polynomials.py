@@ -201,14 +201,20 @@ def _polynomial_fit(weighted):
         f_v, df_v = np.where(lost, 0, f_v), np.where(lost[:, None], 0, df_v)
         orthogonal.append((f, f_v, df_v, np.where(lost, 1, norm)))
 
+    coefficients = [
+        np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None] for psi, _, _, norm in orthogonal
+    ]
     displacement = weighted.p_k - weighted.q_k
     gradient = np.zeros((len(at_v), 3, 3))
-    residual = u
-    kernel = np.zeros_like(w)
-    for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
-        c = np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None]
+    for c, (_, psi_v, dpsi_v, _) in zip(coefficients, orthogonal):  # Eq. 26
         displacement = displacement + c * psi_v[:, None]
         gradient = gradient + c[:, :, None] * dpsi_v[:, None]
-        residual = residual - psi[:, :, None] * c[:, None]
-        kernel = kernel + psi * (psi_v / norm)[:, None]
-    return Fit(displacement, np.eye(3) + gradient, lambda: kernel[:, :, None] * residual)
+
+    def influence():
+        residual, kernel = u, np.zeros_like(w)
+        for c, (psi, psi_v, _, norm) in zip(coefficients, orthogonal):
+            residual = residual - psi[:, :, None] * c[:, None]
+            kernel = kernel + psi * (psi_v / norm)[:, None]
+        return kernel[:, :, None] * residual
+
+    return Fit(displacement, np.eye(3) + gradient, influence)
