@@ -94,6 +94,21 @@ def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
     np.testing.assert_allclose(found, expected.displacement, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "cut", [["--cut-plane", "-.5,4,3,1,0,0"], ["--cut-half-plane", "-1,4,3,0,1,0,0,0,1"]]
+)
+def test_numbers_that_begin_with_a_minus_are_no_option(files, cut, capsys):
+    outputs = []
+    for name, options in {"a.vti": cut, "b.vti": ["=".join(cut)]}.items():
+        arguments = ["deform", "in.vti", "handles.csv", name, "--device", FAST]
+        assert main([*arguments, *options, "--background", "-1"]) == 0
+        outputs.append(values_of(io.read_dataset(name), "VoidDistance"))
+    np.testing.assert_array_equal(*outputs)
+    with pytest.raises(SystemExit):
+        main(["deform", "in.vti", "handles.csv", "a.vti", cut[0], "--alpha", "1"])
+    assert "expected one argument" in capsys.readouterr().err
+
+
 def test_deform_a_mesh(files, capsys):
     blocks = vtkCellTypeSource()
     blocks.SetBlocksDimensions(5, 6, 4)
