@@ -11,7 +11,9 @@ Four questions, each asked of everyone who can answer it, with 15 handles:
 Cuts (of the rigid kind) are in the rest frame, and in the deformed one as the paper has them.
 
 Everyone runs once to warm up (kernels are built, threads started) and then several times, in
-turns; the smallest and the median time are printed. VTK's filters use its thread pool (STDThread).
+turns; the smallest and the median time are printed, and the smallest processor time of all threads
+as a multiple of the rigid kind's: what else the machine does hardly changes that. VTK's filters use
+its thread pool (STDThread).
 """
 
 from __future__ import annotations
@@ -208,13 +210,13 @@ def _compare(title, size, peers):
     """Measure and print one table; the lines for the summary."""
     papers = {name: t for (n, name), t in PAPER.items() if n == size and "map" in title}
     print(f"\n{title}, milliseconds")
-    print(f"{'':28}{'smallest':>10}{'median':>10}{'x rigid':>10}", end="")
+    print(f"{'':28}{'smallest':>10}{'median':>10}{'x rigid':>10}{'processor':>10}", end="")
     print(f"{'paper GPU':>12}{'paper CPU':>12}" if papers else "")
     times = _measure(dict(peers))
-    for name, (smallest, median) in times.items():
+    for name, (smallest, median, processor) in times.items():
         columns = "".join(f"{t:12.0f}" for t in papers.get(name, ()))
-        ratio = smallest / times["rigid"][0]
-        print(f"{name:28}{smallest:10.1f}{median:10.1f}{ratio:10.2f}{columns}")
+        ratio, share = smallest / times["rigid"][0], processor / times["rigid"][2]
+        print(f"{name:28}{smallest:10.1f}{median:10.1f}{ratio:10.2f}{share:10.2f}{columns}")
     lines = []
     for spline in GOALS.keys() & times.keys():
         smallest, median = (times[spline][i] / times["rigid"][i] for i in (0, 1))
@@ -224,20 +226,26 @@ def _compare(title, size, peers):
 
 
 def _measure(functions, seconds=2.0, least=5, most=30):
-    """Smallest and median time of each function in milliseconds, after one run to warm up.
+    """Milliseconds of each function, after one run to warm up.
+
+    The smallest and the median time, and the smallest processor time of all threads.
 
     They take turns, so that what else the machine does meets them all alike.
     """
-    times = {name: [] for name in functions}
+    times, processor = ({name: [] for name in functions} for _ in range(2))
     for function in functions.values():
         function()
     for turn in range(most):
         for name, function in functions.items():
             if turn < least or sum(times[name]) < seconds:
-                start = time.perf_counter()
+                start, used = time.perf_counter(), time.process_time()
                 function()
                 times[name].append(time.perf_counter() - start)
-    return {name: (1000 * min(t), 1000 * statistics.median(t)) for name, t in times.items()}
+                processor[name].append(time.process_time() - used)
+    return {
+        name: (1000 * min(t), 1000 * statistics.median(t), 1000 * min(processor[name]))
+        for name, t in times.items()
+    }
 
 
 def _handles(n):
