@@ -37,7 +37,8 @@ def _run(arguments):
 
     from vtk_mls import Aborted, DeviceError
 
-    options = _parser().parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = _parser().parse_args(_with_values(arguments))
     try:
         with warnings.catch_warnings():
             # numpy's remarks about values that are not finite, in files or for want of digits
@@ -53,6 +54,22 @@ def _run(arguments):
         message = "there is not enough memory"
     print(f"vtk-mls: {' '.join(message.split())}", file=sys.stderr)
     return 1
+
+
+def _with_values(arguments):
+    """Options joined with their values, `--cut-plane=-1,...`, where these begin with a minus.
+
+    argparse takes such lists of numbers for options.
+    """
+    joined = []
+    for each in arguments:
+        before = joined[-1] if joined else ""
+        is_value = before[:2] == "--" != before and "=" not in before
+        if is_value and each[:1] == "-" and each[1:2] in [*"0123456789."]:
+            joined[-1] += f"={each}"
+        else:
+            joined.append(each)
+    return joined
 
 
 def _parser():

@@ -113,7 +113,8 @@ class Deformation:
         Factor on the weight of each control point; all 1 if not given.
     cuts : sequence of Plane, HalfPlane and Surface
         What keeps control points from acting on what is behind (section 4). A side of a Plane
-        without control points stays at rest.
+        without control points stays at rest. A control point exactly on a Plane or HalfPlane
+        counts on the side of its normal.
     nu : float, > 1
         Damping exponent of Eq. 28: how fast influence fades with the length of the detour.
     cut_frame : {"rest", "deformed"}
@@ -417,7 +418,8 @@ class Deformation:
     def overlap(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether material from both sides of a cut is at `points`: they are pushed together.
 
-        What `backward` says there is the origin of one of them.
+        What `backward` says there is the origin of one of them. Of a Plane that side counts which
+        is expected there, so that G(q_i) = p_i does not hold for a control point of the other.
 
         Parameters
         ----------

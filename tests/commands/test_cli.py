@@ -79,6 +79,21 @@ def test_deform_with_cuts_and_a_gradient(files):
     np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
 
 
+def test_what_cuts_did_to_an_image_is_told(files, capsys):
+    options = ["--cut-plane", "4,3,3,1,-1,0", "--device", FAST]
+    for name, more in {"a.vti": [], "b.vti": ["--overlap"], "c.nii.gz": ["--overlap"]}.items():
+        assert main(["deform", "in.vti", "handles.csv", name, *options, *more]) == 0
+    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
+    value = Deformation(REST, DEFORMED, cuts=Plane((4, 3, 3), (1, -1, 0)), device=FAST)
+    void, overlap = value.void_field(grid), value.overlap_field(grid)
+    assert void.any()
+    assert overlap.any()
+    np.testing.assert_array_equal(values_of(io.read_dataset("b.vti"), "Overlap"), overlap)
+    told = [line.split("rigid")[1] for line in capsys.readouterr().out.splitlines()]
+    both = f"; void: {void.sum()}; overlap: {overlap.sum()}"
+    assert told == [f"; void: {void.sum()}", both, both]
+
+
 @pytest.mark.parametrize("frame", CUT_FRAMES)
 def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
     options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-frame", frame, "--device", FAST]
@@ -92,6 +107,21 @@ def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
     found = sitk.GetArrayFromImage(sitk.ReadImage("out.nrrd"))
     expected = value.displacement_field(grid.dimensions, grid.origin, grid.spacing)
     np.testing.assert_allclose(found, expected.displacement, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "cut", [["--cut-plane", "-.5,4,3,1,0,0"], ["--cut-half-plane", "-1,4,3,0,1,0,0,0,1"]]
+)
+def test_numbers_that_begin_with_a_minus_are_no_option(files, cut, capsys):
+    outputs = []
+    for name, options in {"a.vti": cut, "b.vti": ["=".join(cut)]}.items():
+        arguments = ["deform", "in.vti", "handles.csv", name, "--device", FAST]
+        assert main([*arguments, *options, "--background", "-1"]) == 0
+        outputs.append(values_of(io.read_dataset(name), "VoidDistance"))
+    np.testing.assert_array_equal(*outputs)
+    with pytest.raises(SystemExit):
+        main(["deform", "in.vti", "handles.csv", "a.vti", cut[0], "--alpha", "1"])
+    assert "expected one argument" in capsys.readouterr().err
 
 
 def test_deform_a_mesh(files, capsys):

@@ -371,3 +371,22 @@ def test_obstacles_are_counted():
         rest_frame(HANDLES, HANDLES, cuts=cuts)
     Deformation(HANDLES, HANDLES, cuts=cuts, cut_frame="deformed")
     rest_frame(HANDLES, HANDLES, cuts=cuts[:30])
+
+
+@pytest.mark.parametrize("motion", [(-0.6, -0.3, 0), (-1.2, -0.6, 0)])
+def test_a_quarter_pushed_over_crossing_planes_overlaps_all_others(motion, device, rng):
+    """Also the one opposite, behind both planes."""
+    cuts = [Plane(MIDDLE, (1, 0, 0)), Plane(MIDDLE, (0.4, 1, 0))]
+
+    def is_quarter(x):
+        return np.all([cut.height(x) > 0 for cut in cuts], axis=0)
+
+    rest = rng.uniform(*BOX, (60, 3))
+    deformed = rest + is_quarter(rest)[:, None] * motion
+    d = rest_frame(rest, deformed, device=device, cuts=cuts)
+    v = rng.uniform(*BOX, (200 if device == "reference" else 20_000, 3))
+    v = v[np.all([off(cuts, v), off(cuts, v - motion)], axis=0)]
+    expected = is_quarter(v - motion) & ~is_quarter(v)
+    opposite = np.all([cut.height(v) < 0 for cut in cuts], axis=0) & expected
+    assert opposite.any()
+    np.testing.assert_array_equal(d.overlap(v), expected)

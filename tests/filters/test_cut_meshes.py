@@ -160,6 +160,21 @@ def test_a_corner_is_taken_off_a_single_tetrahedron(normal, height, above):
     assert np.isclose(6 * volumes[is_above].sum(), above)
 
 
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [1, 0, 2, 3]])
+def test_pieces_are_inside_out_if_the_tetrahedron_is(order):
+    mesh = tetrahedron()
+    mesh.Reset()
+    mesh.InsertNextCell(VTK_TETRA, 4, order)
+    output, _ = split(mesh, [Plane((0, 0, 0.3), (1, 2, 3))])
+    signs = []
+    for each in (mesh, output):
+        corners = arrays.to_numpy(each.GetCells().GetConnectivityArray()).reshape(-1, 4)
+        a, b, c, d = places_of(each)[corners.T]
+        signs.append(np.sign(np.sum(np.cross(b - a, c - a) * (d - a), axis=1)))
+    assert len(signs[1]) > 2
+    assert (signs[1] == signs[0]).all()
+
+
 def flat_cell(kind, count, axes):
     """One cell whose corners are on a line through the cut, or in a plane."""
     x = np.random.default_rng(kind).uniform(0, 8, (count, 3))

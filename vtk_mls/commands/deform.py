@@ -50,6 +50,12 @@ def add(commands):
         text="grid of the output: the input's, or one that holds all of the deformed volume",
     )
     add("GradientArray", flag="--gradient")
+    add(
+        "GenerateOverlap",
+        flag="--overlap",
+        text="also count the points to which material from both sides of a cut has come, of which "
+        "an image shows one; .vti and .vtk get the point array Overlap",
+    )
     map_options.add(deform)
     deform.set_defaults(run=run)
 
@@ -86,7 +92,7 @@ def _deform_one(steps, deform, options):
         io.write_dataset(output, options.output)
     if is_image:
         size = " x ".join(str(n) for n in output.GetDimensions())
-        summary = f"{size} points, {options.kind}"
+        summary = f"{size} points, {options.kind}{_opened(output)}"
     else:
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
         if not output.IsA("vtkDataSet"):
@@ -116,6 +122,20 @@ def _deform_all(steps, deform, options):
     summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
     print(f"{options.output}: {summary}{map_options.remark(deform)}")
     return 0
+
+
+def _opened(image):
+    """How much of an image cuts have left void, and made to overlap if that was asked for."""
+    from vtk_mls import arrays
+
+    counts = {}
+    void = image.GetPointData().GetArray("Void")
+    if void is not None:
+        counts["void"] = int(arrays.to_numpy(void).astype(bool).sum())
+    overlap = image.GetFieldData().GetArray("OverlappingPoints")
+    if overlap is not None:
+        counts["overlap"] = int(overlap.GetValue(0))
+    return "".join(f"; {word}: {count}" for word, count in counts.items())
 
 
 def _failures(output):

@@ -158,8 +158,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetCutNormal(self) -> tuple[float, ...]: ...
     def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge; the edge is at a right angle to
-        it and to the normal.
+        """Direction in which the half-plane extends from its edge, which goes through the origin
+        at a right angle to it and to the normal; the view shows all of the plane.
 
         Its part along the normal does not count.
 
@@ -465,8 +465,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def GetCutNormal(self) -> tuple[float, ...]: ...
     def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge; the edge is at a right angle to
-        it and to the normal.
+        """Direction in which the half-plane extends from its edge, which goes through the origin
+        at a right angle to it and to the normal; the view shows all of the plane.
 
         Its part along the normal does not count.
 

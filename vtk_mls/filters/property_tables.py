@@ -82,8 +82,8 @@ CUT_NORMAL = Vector(
 CUT_INWARD = Vector(
     "CutInward",
     (0.0, 0.0, 1.0),
-    """Direction in which the half-plane extends from its edge; the edge is at a right angle to
-    it and to the normal.""",
+    """Direction in which the half-plane extends from its edge, which goes through the origin at a
+    right angle to it and to the normal; the view shows all of the plane.""",
     more="Its part along the normal does not count.",
     unit="world coordinates",
     shown_when=("CutType", "half-plane"),

@@ -15,6 +15,8 @@ clipping makes nothing of, as it does of some that are flat.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -312,7 +314,8 @@ def _clipped(grid):
     pairs = [clip(_extracted(grid, cells)) for cells, clip in steps if cells.any()]
     pieces = [_appended(parts) for parts in zip(*pairs)]
     if (types == VTK_TETRA).all():
-        pieces = [_tetrahedra(piece) for piece in pieces]
+        inside_out = _signed_volumes(grid) < 0
+        pieces = [_tetrahedra(piece, inside_out) for piece in pieces]
     flat = ~_has_size(grid)
     pieces = [_extracted(piece, _has_size(piece) | flat[_cells(piece)]) for piece in pieces]
     divided = np.isin(numbers, np.concatenate([_cells(piece) for piece in pieces]))
@@ -368,26 +371,34 @@ def _clip_apart(grid):
     return pieces
 
 
-def _tetrahedra(grid):
-    """`grid` of tetrahedra and wedges, all as tetrahedra, their volume positive or 0."""
+def _tetrahedra(grid, inside_out):
+    """`grid` of tetrahedra and wedges, all as tetrahedra.
+
+    `inside_out` says of which cells, by their number, the pieces are to have negative volumes.
+    """
     solid = _has_size(grid)
-    steps = [(solid, _solid_tetrahedra), (~solid, _flat_tetrahedra)]
+    steps = [(solid, partial(_solid_tetrahedra, inside_out)), (~solid, _flat_tetrahedra)]
     parts = [divided(_extracted(grid, cells)) for cells, divided in steps if cells.any()]
     return _appended(parts) if len(parts) > 1 else [*parts, grid][0]
 
 
-def _solid_tetrahedra(grid):
+def _solid_tetrahedra(inside_out, grid):
     triangulate = vtkDataSetTriangleFilter()
     triangulate.SetInputData(grid)
     triangulate.Update()
     grid = triangulate.GetOutput()
     corners, starts = _corners(grid)
     corners = corners.reshape(-1, 4).copy()
-    a, b, c, d = _positions(grid)[corners.T]
-    wrong = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) < 0
+    wrong = (_signed_volumes(grid) < 0) != inside_out[_cells(grid)]
     corners[wrong, :2] = corners[wrong, 1::-1]
     grid.SetCells(VTK_TETRA, _cell_array(corners.ravel(), starts, np.ones(len(corners), bool)))
     return grid
+
+
+def _signed_volumes(grid):
+    """Of tetrahedra, times 6: below 0 where one is inside out."""
+    a, b, c, d = _positions(grid)[_corners(grid)[0].reshape(-1, 4).T]
+    return np.sum(np.cross(b - a, c - a) * (d - a), axis=1)
 
 
 def _flat_tetrahedra(grid):

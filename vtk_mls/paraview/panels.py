@@ -57,7 +57,7 @@ _CUT = [
         xml("Property", function="Normal", name="CutNormal"),
         xml("Property", function="Input", name="Input"),
         xml("Hints", *visibility(tables.CUT_NORMAL)),
-        label="Cut Plane",
+        label="Cut Plane, as Laid",
         panel_widget="InteractivePlane",
     ),
     element(tables.CUT_INWARD),
