@@ -63,3 +63,40 @@ def test_a_volume_follows_before_apply(gui):
     gui.screenshot("5_undone")
     gui.press("alt+a")
     gui.screenshot("6_end")
+
+
+MESH = """
+simple.Delete(wavelet)
+cone = simple.Cone(Resolution=60, Height=20, Radius=10)
+elevation = simple.Elevation(Input=cone, LowPoint=[-10, 0, 0], HighPoint=[10, 0, 0])
+elevation.UpdatePipeline()
+simple.Show(elevation, view)
+simple.ColorBy(simple.GetDisplayProperties(elevation, view), ("POINTS", "Elevation"))
+view.ResetCamera()
+simple.SetActiveSource(elevation)
+simple.Render(view)
+from vtk_mls.rendering import DeformedMesh
+drawn = []
+usual = DeformedMesh.update
+def update(self, deformation, exact=True):
+    usual(self, deformation, exact)
+    drawn[:] = [self, deformation, exact]
+DeformedMesh.update = update
+"""
+
+
+def test_a_mesh_follows_before_apply(gui):
+    gui.run(MESH)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("dragged() == [] and deform.GetDataInformation().GetNumberOfPoints() > 0")
+    with gui.dragging((10, 10, 10), PULL):
+        gui.until("dragged(pending=True) and drawn")
+        gui.screenshot("1_dragging")
+        assert gui.value("drawn[2]") is False
+    gui.until("drawn[2]")
+    gui.screenshot("2_let_go")
+    gui.press("alt+a")
+    gui.until("len(dragged()) == 1")
+    gui.screenshot("3_applied")

@@ -1,9 +1,9 @@
 """What pending edits of MLS Deform would show, drawn while they wait for Apply.
 
-Where the filter, or before the first Apply its input, is shown as a volume, the input is drawn
-deformed beside it, and what ParaView shows is hidden. This is no part of the pipeline: states, Undo
-and the panel do not know of it. It is brought up to date once a frame, whatever number of edits
-came since the last: so it never falls behind the mouse.
+Where the filter, or before the first Apply its input, is shown as a volume or a mesh, the input is
+drawn deformed beside it, and what ParaView shows is hidden. This is no part of the pipeline:
+states, Undo and the panel do not know of it. It is brought up to date once a frame, whatever number
+of edits came since the last: so it never falls behind the mouse.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, properties, property_tables
+from vtk_mls.paraview.live_mesh import LiveMesh
 from vtk_mls.paraview.live_volume import LiveVolume
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
 
@@ -25,7 +26,7 @@ _TABLE = [
 _GRID = (property_tables.OUTPUT_GRID, *property_tables.GIVEN_GRID)
 EDITED = [each.name for each in (*_TABLE, *_GRID)]
 _LISTS = ("RestPoints", "DeformedPoints", "Weights")
-_MOVING, _RESTING = 64, 128  # nodes of the map
+_KINDS = (LiveVolume, LiveMesh)
 
 
 class Live:
@@ -40,7 +41,7 @@ class Live:
     def __init__(self, number):
         self._number = number
         self._deform = MLSDeform()  # which never runs: it makes a deformation of properties
-        self._deformation, self._is_stale, self._nodes = None, False, _MOVING
+        self._deformation, self._is_stale, self._is_held = None, False, False
         self._drawn, self._hooks = {}, {}
 
     def edited(self, is_held):
@@ -55,7 +56,7 @@ class Live:
         if proxy is None or not _is_wanted(proxy):
             self.end()
             return
-        self._is_stale, self._nodes = True, _MOVING if is_held else _RESTING
+        self._is_stale, self._is_held = True, is_held
         for view in proxies(proxy.GetSessionProxyManager(), "views"):
             self._hook(view)
 
@@ -93,22 +94,25 @@ class Live:
         shown = {each.GetGlobalID(): each for each in _shown(proxy, view)}
         for key in [key for key in self._drawn if key[0] == number and key[1] not in shown]:
             self._drawn.pop(key).end()
-        image = _input_of(proxy)
+        data = _input_of(proxy)
+        renderer = view.GetClientSideObject().GetRenderer()
         for each, display in shown.items():
-            self._draw_volume((number, each), display, view, image, proxy)
+            self._draw_in((number, each), display, renderer, data)
+            drawn = self._drawn.get((number, each))
+            if drawn and not drawn.update(self._deformation, self._is_held, self._limits(data)):
+                proxy.GetProperty(SWITCH).SetElement(0, 0)  # it has said why
+                self.end()
+                return
 
-    def _draw_volume(self, key, display, view, image, proxy):
+    def _draw_in(self, key, display, renderer, data):
+        """Have what draws the data as a display shows them, if anything can."""
         drawn = self._drawn.get(key)
-        if drawn and not drawn.is_of(display, image):
+        if drawn and not drawn.is_of(display, data):
             self._drawn.pop(key).end()
             drawn = None
-        if drawn is None and LiveVolume.can_draw(display, image):
-            renderer = view.GetClientSideObject().GetRenderer()
-            drawn = self._drawn[key] = LiveVolume(display, image, renderer)
-        limits = self._limits(image) if drawn else None
-        if drawn and not drawn.update(self._deformation, self._nodes, limits):
-            proxy.GetProperty(SWITCH).SetElement(0, 0)  # it has said why
-            self.end()
+        kind = next((each for each in _KINDS if each.can_draw(display, data)), None)
+        if drawn is None and kind:
+            self._drawn[key] = kind(display, data, renderer)
 
     def _update(self, proxy):
         """The deformation of the pending edits; if they are not valid, the last one."""
@@ -121,11 +125,11 @@ class Live:
         except (ValueError, TypeError, RuntimeError):
             pass  # Apply says it
 
-    def _limits(self, image):
-        """Where the output is, of which Apply shows no more; None if it fits anyhow."""
-        if self._deform.GetOutputGrid() == "fitted":
+    def _limits(self, data):
+        """Where the output image is, of which Apply shows no more; None if all fits anyhow."""
+        if not isinstance(data, vtkImageData) or self._deform.GetOutputGrid() == "fitted":
             return None
-        return self._deform._output_geometry(ImageGeometry.of_image(image), None)
+        return self._deform._output_geometry(ImageGeometry.of_image(data), None)
 
     def _set_properties(self, proxy):
         for each in (*_TABLE, *_GRID):
@@ -187,8 +191,7 @@ def _shown(proxy, view):
 
 
 def _input_of(proxy):
-    """The filter's input image, as it was last updated; None if it is none."""
+    """The filter's input, as it was last updated."""
     source = proxy.GetProperty("Input")
     client = source.GetProxy(0).GetClientSideObject()
-    data = client.GetOutputDataObject(source.GetOutputPortForConnection(0))
-    return data if isinstance(data, vtkImageData) else None
+    return client.GetOutputDataObject(source.GetOutputPortForConnection(0))

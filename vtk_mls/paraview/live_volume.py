@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkPlane
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls.paraview.server_manager import elements, find
 from vtk_mls.rendering import DeformedVolume
+
+_MOVING, _RESTING = 64, 128  # nodes of the map
 
 
 class LiveVolume:
@@ -45,7 +47,7 @@ class LiveVolume:
     def can_draw(display, image):
         """Whether a display shows the image as a volume of one number a voxel."""
         shows = display.GetProperty("Representation")
-        if image is None or shows is None or shows.GetElement(0) != "Volume":
+        if not isinstance(image, vtkImageData) or shows is None or shows.GetElement(0) != "Volume":
             return False
         association, name = _array(display)
         attributes = image.GetCellData() if association == "1" else image.GetPointData()
@@ -62,14 +64,14 @@ class LiveVolume:
             and _volume_of(display) is self._hidden
         )
 
-    def update(self, deformation, nodes, limits):
+    def update(self, deformation, is_held, limits):
         """Draw the image as a deformation has it; whether the graphics card can.
 
         Parameters
         ----------
         deformation : Deformation
-        nodes : int
-            Of the map.
+        is_held : bool
+            Whether the mouse holds a handle: the map is coarser then.
         limits : ImageGeometry or None
             What lies outside of it is not drawn.
         """
@@ -77,6 +79,7 @@ class LiveVolume:
         self._hidden.SetVisibility(False)
         # VTK draws volumes otherwise where they are peeled, and ParaView's is not
         self._renderer.SetUseDepthPeelingForVolumes(False)
+        nodes = _MOVING if is_held else _RESTING
         if self._drawn.failure is None and self._latest != (deformation, nodes):
             self._latest = deformation, nodes
             self._drawn.update(deformation, nodes)
