@@ -91,12 +91,14 @@ def test_a_mesh_follows_before_apply(gui):
     gui.run("deform = simple.GetActiveSource()")
     gui.press("alt+a")
     gui.until("dragged() == [] and deform.GetDataInformation().GetNumberOfPoints() > 0")
-    with gui.dragging((10, 10, 10), PULL):
+    with gui.dragging((10, 0, 0), PULL):  # the tip
         gui.until("dragged(pending=True) and drawn")
         gui.screenshot("1_dragging")
         assert gui.value("drawn[2]") is False
     gui.until("drawn[2]")
     gui.screenshot("2_let_go")
+    gui.run("shown = drawn[0]._actor.GetMapper().GetInput().GetBounds()")
     gui.press("alt+a")
     gui.until("len(dragged()) == 1")
+    gui.until("np.allclose(deform.GetDataInformation().GetBounds(), shown, atol=1e-4)")
     gui.screenshot("3_applied")
