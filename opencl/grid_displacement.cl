@@ -2,7 +2,8 @@
 
 // G(v) - v, world units, interleaved, for the points `first` to `stop` of a grid; with cuts also the
 // void distance.
-KERNEL void grid_displacement(MAP_PARAMETERS, const grid_t grid, const world_t world,
+KERNEL void grid_displacement(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
+                              const world_t world,
                               __global float *restrict displacement
 #if CUTS
                               VOID_PARAMETERS
@@ -11,7 +12,7 @@ KERNEL void grid_displacement(MAP_PARAMETERS, const grid_t grid, const world_t w
   const map_t map = MAP;
   item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
   if (item.lanes == 0) return;
-  const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
+  const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
   vec d = moved(&map, &fit);
 #if CUTS
   store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);

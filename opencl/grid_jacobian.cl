@@ -1,12 +1,12 @@
 #include "on_grid.cl"
 
 // (dG/dv)^T, row by row, for the points `first` to `stop` of a grid.
-KERNEL void grid_jacobian(MAP_PARAMETERS, const grid_t grid,
+KERNEL void grid_jacobian(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
                           __global float *restrict jacobian RIVAL_PARAMETERS) {
   const map_t map = MAP;
   item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
   if (item.lanes == 0) return;
-  const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
+  const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
   STORE_RIVALS(&item, &map, &fit);
   mat j = moved_jacobian(&map, &fit);
   for (int l = 0; l < item.lanes; ++l)

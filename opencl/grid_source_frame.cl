@@ -2,7 +2,8 @@
 
 // The same, and the Jacobian for a gradient there: after the indices follow nine planes of dG/dv.
 // With cuts also the void distance.
-KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid, const source_t source,
+KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
+                              const source_t source,
                               __global float *restrict index
 #if CUTS
                               VOID_PARAMETERS
@@ -11,7 +12,7 @@ KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid, const source_t 
   const map_t map = MAP;
   item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
   if (item.lanes == 0) return;
-  const fit_t fit = fit_at(&map, transformed(grid.frame, item.index));
+  const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
 #if CUTS
   store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);
 #endif

@@ -2,6 +2,9 @@
 
 #include "map.cl"
 #include "grid.cl"
+#if AT_REST
+#include "origin_nodes.cl"
+#endif
 
 // The void distance of the points of a launch (cuts.cl), local units times `scale`.
 //
@@ -89,4 +92,23 @@ inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit
 #define STORE_RIVALS(item, map, fit) store_void_distance(item, map, fit, RIVALS_OF_LAUNCH)
 #else
 #define STORE_RIVALS(item, map, fit)
+#endif
+
+// The fit at the points of a work item.
+#if AT_REST
+#define NODE_PARAMETERS , const nodes_t nodes, __global const node_t *restrict node_table
+#define NODES_OF_LAUNCH , &nodes, node_table
+
+inline fit_t fit_on_grid(const map_t *map, const grid_t *grid, const item_t *item,
+                         const nodes_t *nodes, __global const node_t *table) {
+  vec v = transformed(grid->frame, item->index);
+  return fit_from(map, v, start_at(map, nodes, table, item->index, v), 0);
+}
+#else
+#define NODE_PARAMETERS
+#define NODES_OF_LAUNCH
+
+inline fit_t fit_on_grid(const map_t *map, const grid_t *grid, const item_t *item) {
+  return fit_at(map, transformed(grid->frame, item->index));
+}
 #endif

@@ -10,7 +10,8 @@ KERNEL void point_search(MAP_PARAMETERS, const long points_count,
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec v = load_points(points, points_count, first);
-  fit_t fit = fit_from(&map, v, load_points(starts, points_count, first), 1);
+  start_t start = {load_points(starts, points_count, first), UNKNOWN_SLOPE};
+  fit_t fit = fit_from(&map, v, start, 1);
   vec d = moved(&map, &fit);
   store_points(displacement, d, points_count, first);
   real nothing = void_distance_at(&map, &fit, d);

@@ -2,15 +2,17 @@
 // space. A cut sees the control point i at p_i, and the material at its own place x. So the map is
 // the fixed point x = G(v; damping as seen from x).
 //
-// The search for x begins where the affine map that fits all control points best has it. A step that
-// passes a cut goes on as if the cut were still ahead (bit i of `passed`): what blocks is exchanged,
-// and the map continued smoothly behind the face. If it ends there, the material on that side of the
-// cut does not reach v; the other side gets a search of its own, from that place. If that ends behind
-// the cut too, v is void.
+// The search for x begins where the affine map that fits all control points best has it, on grids
+// nearer (origin_nodes.cl). A step that passes a cut goes on as if the cut were still ahead (bit i of
+// `passed`): what blocks is exchanged, and the map continued smoothly behind the face. If it ends
+// there, the material on that side of the cut does not reach v; the other side gets a search of its
+// own, from that place. If that ends behind the cut too, v is void.
 
 #define ROUNDS 12       // of one search
 #define SETTLED 3e-7f   // next to the size of x: a residual that ends it, ...
-#define FORESEEN 3e-8f  // ... and what two residuals say of the error that is left
+#define FORESEEN 3e-8f  // ... what two residuals say of the error that is left, ...
+#define GUESSED 1e-7f   // ... and what the first does if the slope of the map is known
+#define LOST 4          // a search has failed that is so many residuals behind a cut
 
 // Whether a cut hides any of the control points from view->seen.
 inline integer hides(const map_t *map, const view_t *view) {
@@ -20,17 +22,47 @@ inline integer hides(const map_t *map, const view_t *view) {
   return hidden;
 }
 
-// Where the affine map has the material that is at v.
-inline vec first_guess(const cuts_t *cuts, vec v) {
-  return transformed(cuts->numbers.affine, v);
+// Where a search begins, and the norm of dG/dx there: by it an error in x becomes one in G.
+typedef struct {
+  vec x;
+  real slope;
+} start_t;
+
+#define UNKNOWN_SLOPE 1e15f
+
+// A start where the affine map has the material that is at v.
+inline start_t affine_start(const map_t *map, vec v) {
+  return (start_t){transformed(map->cuts.numbers.affine, v), UNKNOWN_SLOPE};
 }
 
 // A search for x: where it is, from behind which cuts it sees, its last residual and where that led.
 typedef struct {
   vec x, residual, led;
-  integer passed;
+  integer passed, rounds;
   integer stepped;  // whether there is a last residual
 } search_t;
+
+// Whether y, to where the map has led, is x.
+inline integer is_settled(const search_t *search, vec y) {
+  vec residual = vec_sub(y, search->x);
+  real left2 = dot3(residual, residual), before2 = dot3(search->residual, search->residual);
+  real size = size_of(y), foreseen = FORESEEN * size;
+  return (left2 <= SETTLED * SETTLED * size * size) |
+         (search->stepped & (left2 * left2 <= foreseen * foreseen * before2));
+}
+
+// The same for the first y.
+inline integer is_foreseen(const start_t *start, vec y) {
+  vec residual = vec_sub(y, start->x);
+  real foreseen = GUESSED * size_of(y);
+  return start->slope * start->slope * dot3(residual, residual) <= foreseen * foreseen;
+}
+
+// Whether a search that the map has led to y, behind a cut by `depth`, will end behind it.
+inline integer is_lost(const search_t *search, vec y, real depth) {
+  vec residual = vec_sub(y, search->x);
+  return (depth > 0) & (depth * depth > LOST * LOST * dot3(residual, residual));
+}
 
 // The next x after the map has led to y: two residuals tell how much is left.
 inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) {
@@ -45,65 +77,69 @@ inline void advance(const cuts_t *cuts, search_t *search, vec y, integer going) 
   search->stepped |= going;
 }
 
-// The fit at v, for the place that a search from `start` finds; if that ends behind a cut, a second
-// of the `searches` begins there.
-inline fit_t fit_from(const map_t *map, vec v, vec start, int searches) {
+// Begins anew at x, where `anew`.
+inline void begin(search_t *search, vec x, integer passed, integer anew) {
+  search->x = vec_select(search->x, x, anew);
+  search->passed = select(search->passed, passed, anew);
+  search->rounds = select(search->rounds, (integer)(0), anew);
+  search->stepped &= !anew;
+}
+
+// The fit at v, for the place that a search from `start` finds. If it fails, and a second one, too,
+// the better of them goes on to its end; with `stays` there is no other side, and no second one.
+inline fit_t fit_from(const map_t *map, vec v, start_t start, int stays) {
   const cuts_t *cuts = &map->cuts;
   fit_t fit;
-  search_t search;
-  search.x = start;
-  search.residual = search.led = v;
-  search.passed = search.stepped = (integer)(0);
-  vec first = v;  // where the first search ended
-  integer first_passed = 0, going = (real)(0) == 0, again = 0, rounds = 0;
-  for (int i = 0; i <= 2 * ROUNDS; ++i) {
+  const integer none = 0;
+  search_t search = {start.x, v, v, none, none, none};
+  vec first = v;  // where the first search has led, behind which cuts, by how much
+  const integer all = (real)(0) == 0;
+  integer first_passed = none, going = all, second = none, last = stays ? all : none;
+  real first_depth = 0;
+  for (int i = 0; i <= 3 * ROUNDS; ++i) {
     look(cuts, &fit.view, v, search.x);
     fit.view.passed = search.passed;
     fit_view(map, &fit);
-    vec y = origin_of(cuts, v, moved(map, &fit)), residual = vec_sub(y, search.x);
+    vec y = origin_of(cuts, v, moved(map, &fit));
     if (i == 0 && !ANY(fit.view.hides)) {  // then perhaps nothing is hidden in the end
       look(cuts, &fit.view, v, y);
       if (!ANY(hides(map, &fit.view))) break;
     }
-    real left2 = dot3(residual, residual), before2 = dot3(search.residual, search.residual);
-    real size = size_of(y), foreseen = FORESEEN * size;
-    integer settled = (left2 <= SETTLED * SETTLED * size * size) |
-                      (search.stepped & (left2 * left2 <= foreseen * foreseen * before2));
-    integer ended = going & (settled | (rounds >= ROUNDS - 1));
-    integer behind = ended & (search.passed != 0), stale = 0;
-    going &= !ended;
-    rounds += 1;
-    if (ANY(going)) advance(cuts, &search, y, going);
+    integer ended = is_settled(&search, y) | (search.rounds >= ROUNDS - 1);
+    if (i == 0) ended |= is_foreseen(&start, y);
+    integer retries = none, returns = none, behind = going & !last & (search.passed != 0);
     if (ANY(behind)) {
-      integer fails = behind & again, retries = behind & !again & (integer)(searches > 1 ? -1 : 0);
-      if (ANY(fails)) {
-        stale = fails & (void_distance_of(cuts, first, first, first_passed) >
-                         void_distance_of(cuts, search.x, search.x, search.passed));
-        search.x = vec_select(search.x, first, stale);
-        search.passed = select(search.passed, first_passed, stale);
-      }
-      first = vec_select(first, search.x, retries);
-      first_passed = select(first_passed, search.passed, retries);
-      search.passed = select(search.passed, (integer)(0), retries);
-      search.stepped &= !retries;
-      rounds = select(rounds, (integer)(0), retries);
-      again |= retries;
-      going |= retries;
+      real depth = -void_distance_of(cuts, y, y, search.passed);
+      behind &= ended | is_lost(&search, y, depth);
+      retries = behind & !second;
+      last |= behind & second;
+      returns = behind & second & (first_depth < depth);
+      first_depth = select(first_depth, depth, retries);
     }
-    if (!ANY(going | stale)) break;
+    going &= !(ended | retries | returns);
+    if (ANY(going)) advance(cuts, &search, y, going);
+    search.rounds += 1;
+    if (ANY(retries | returns)) {
+      begin(&search, first, first_passed, returns);
+      first = vec_select(first, y, retries);
+      first_passed = select(first_passed, search.passed, retries);
+      begin(&search, y, none, retries);
+      second |= retries;
+      going |= retries | returns;
+    }
+    if (!ANY(going)) break;
   }
   return fit;
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
-  return fit_from(map, v, first_guess(&map->cuts, v), 2);
+  return fit_from(map, v, affine_start(map, v), 0);
 }
 
-// d(G - v)/dv: the place x from which cuts are seen moves, too.
-inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
-  weight_jacobian_t jacobian = displacement_jacobian(map, fit);
+// d(G - v)/dv from both parts of it: the place x from which cuts are seen moves, too.
+inline mat with_moving_origin(const fit_t *fit, const weight_jacobian_t *jacobian) {
   integer still = fit->pivot.d2 >= UNREACHABLE;
-  mat by_v = still_if(jacobian.by_v, still), by_x = still_if(jacobian.by_x, still), by_x_less;
+  mat by_v = still_if(jacobian->by_v, still), by_x = still_if(jacobian->by_x, still), by_x_less;
   for (int i = 0; i < 9; ++i) by_x_less.a[i] = -by_x.a[i];
   for (int column = 0; column < 3; ++column) {
     vec right = {by_v.a[column] + by_x.a[column], by_v.a[3 + column] + by_x.a[3 + column],
@@ -114,4 +150,9 @@ inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
     by_v.a[6 + column] = d.z;
   }
   return by_v;
+}
+
+inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
+  weight_jacobian_t jacobian = displacement_jacobian(map, fit);
+  return with_moving_origin(fit, &jacobian);
 }

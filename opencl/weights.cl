@@ -166,7 +166,8 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *vie
 #if CUTS && !AT_REST
   vec slope = {0, 0, 0};
   for (int i = 0; i < map->numbers.count; ++i)
-    slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
+    if (ANY(pivot->k == i))  // as a rule once
+      slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
   return slope;
 #elif AT_REST
   // pivot->d2 is longer where a cut hides k
@@ -186,7 +187,8 @@ inline vec origin_slope(const map_t *map, int i, const view_t *view) {
 inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
   vec slope = {0, 0, 0};
   for (int i = 0; i < map->numbers.count; ++i)
-    slope = vec_select(slope, origin_slope(map, i, view), pivot->k == i);
+    if (ANY(pivot->k == i))
+      slope = vec_select(slope, origin_slope(map, i, view), pivot->k == i);
   return slope;
 }
 #endif

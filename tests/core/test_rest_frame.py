@@ -311,6 +311,31 @@ def test_grids_agree_with_points(key, shape, rng):
 
 
 @pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", ["half-plane", "plane and half-plane", "polygon"])
+def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
+    """Searches end where they do without, and guesses are the same in slabs and parts."""
+    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
+    grid = Grid((61, 46, 33), (-0.1, -0.1, -0.1), (0.07, 0.047, 0.036))
+    field, v = d.displacement_field(grid), grid.points()
+    some = slice(None, None, 7)
+    distance = d.void_distance(v[some])
+    clear = np.abs(distance) > 1e-3 * SIZE
+    error = lengths(field.displacement.reshape(-1, 3)[some] - (d.backward(v[some]) - v[some]))
+    assert np.percentile(error, 99.9) <= 1e-6 * SIZE
+    assert error[clear & (distance > 0)].max() <= 1e-5 * SIZE
+    first, dimensions = (6, 3, 9), (41, 30, 19)
+    part = d.displacement_field(grid.part(first, dimensions))
+    here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+    monkeypatch.setattr("vtk_mls.engine.origin_nodes._NODES", 1)
+    monkeypatch.setattr("vtk_mls.engine.launcher._WORK_PER_LAUNCH", 5e5)
+    slabs = d.displacement_field(grid)
+    for name in ("displacement", "void_distance"):
+        whole = getattr(field, name)
+        np.testing.assert_array_equal(getattr(slabs, name), whole)
+        np.testing.assert_array_equal(getattr(part, name), whole[here])
+
+
+@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["plane and half-plane", "polygon"])
 def test_devices_agree_on_images(key, shape, rng):
     rest, deformed = bent(rng)

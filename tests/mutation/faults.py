@@ -201,8 +201,8 @@ add(
 add = _in("opencl/rest_frame.cl", REST_FRAME)
 add(
     "rest frame: a search that ends behind a cut is not begun anew",
-    "retries = behind & !again;",
-    "retries = behind & again;",
+    "retries = behind & !second;",
+    "retries = behind & second;",
 )
 add(
     "rest frame: a step through a cut sees it from the other side at once",
@@ -215,9 +215,35 @@ add(
     "#define FORESEEN 3e-4f",
 )
 add(
+    "rest frame: of two places behind cuts the deeper counts",
+    "(first_depth < depth)",
+    "(first_depth > depth)",
+)
+add(
     "rest frame: the Jacobian of material that stays the same",
     "by_x_less.a[i] = -by_x.a[i];",
     "by_x_less.a[i] = 0;",
+)
+add = _in("opencl/node_cell.cl", REST_FRAME)
+add(
+    "rest frame: a cell that a cut parts gives guesses",
+    "usable &= !blocked(&map.cuts, x, there);",
+    "",
+)
+add(
+    "rest frame: a cell gives guesses where the map bends",
+    "#define FORESIGHT 0.01f",
+    "#define FORESIGHT 1.0f",
+)
+_in("opencl/node_origin.cl", REST_FRAME)(
+    "rest frame: a guess is taken for the place itself",
+    "real slope = select(sqrt(slope2), (real)(-1), fit.view.passed != 0);",
+    "real slope = select((real)(0), (real)(-1), fit.view.passed != 0);",
+)
+_in("vtk_mls/engine/origin_nodes.py", REST_FRAME)(
+    "rest frame: the last layer of nodes that a slab needs",
+    "max(high // NODE_STEP + 1,",
+    "max(high // NODE_STEP,",
 )
 _in("opencl/weights.cl", REST_FRAME)(
     "rest frame: cuts see control points where they were moved to",

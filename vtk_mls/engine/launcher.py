@@ -11,6 +11,7 @@ from vtk_mls.engine import device as devices
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.cut_tables import cut_tables
 from vtk_mls.engine.memory import Memory
+from vtk_mls.engine.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
@@ -128,6 +129,8 @@ class RegionMap:
         self.displacements = 4 if deformation.in_rest_frame else 3
         # by grid, None at points, and whether a rival: a question launches many kernels on one
         self._described = {}
+        searches = deformation.in_rest_frame and deformation.obstacles
+        self._nodes = OriginNodes(self) if searches else None
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
@@ -141,7 +144,7 @@ class RegionMap:
             read = buffers.enter_context(self.memory.read(points))
             arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
             written = [buffers.enter_context(array) for array in arrays]
-            self._launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
+            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
 
     def at_points(self, name, planes, points):
         """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
@@ -193,8 +196,10 @@ class RegionMap:
 
         A rival has those of other regions that are void.
         """
-        points = kernel_arguments.grid_points(grid, part, self.control_points)
-        self._launch(name, (grid.whole, is_rival), part.stop - part.start, points, *arguments)
+        points = [kernel_arguments.grid_points(grid, part, self.control_points)]
+        if self._nodes:
+            points += self._nodes.around(grid, part)
+        self.launch(name, (grid.whole, is_rival), part.stop - part.start, *points, *arguments)
 
     def launch_from_source(self, name, sampling, part, *outputs, is_rival=False):
         """Launch a kernel that finds the origins of the points `part` of the target."""
@@ -240,7 +245,7 @@ class RegionMap:
             )
         return local
 
-    def _launch(self, name, described, count, *arguments):
+    def launch(self, name, described, count, *arguments):
         if described not in self._described:
             shared = self.launcher.map(self.deformation, self.region, *described)
             self._described[described] = shared

@@ -1,0 +1,31 @@
+#include "map.cl"
+#include "grid.cl"
+#include "origin_nodes.cl"
+
+// The nodes of first guesses, which are a grid, but for what node_cell adds.
+KERNEL void node_origin(MAP_PARAMETERS, const grid_t grid, __global node_t *restrict nodes) {
+  const map_t map = MAP;
+  long first = grid.first + (long)get_global_id(0) * LANES;
+  if (first >= grid.stop) return;
+  const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
+  const vec x = origin_of(&map.cuts, fit.view.v, moved(&map, &fit));
+  const weight_jacobian_t jacobian = displacement_jacobian(&map, &fit);
+  const mat by_v = with_moving_origin(&fit, &jacobian);
+  vec by_index[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    vec step = {grid.frame[3 * axis], grid.frame[3 * axis + 1], grid.frame[3 * axis + 2]};
+    by_index[axis] = vec_add(step, mat_vec(&by_v, step));
+  }
+  real slope2 = 0;
+  for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.by_x.a[i], jacobian.by_x.a[i], slope2);
+  real slope = select(sqrt(slope2), (real)(-1), fit.view.passed != 0);
+  for (int l = 0; l < LANES && first + l < grid.stop; ++l) {
+    __global node_t *node = nodes + first + l;
+    node->x = (float4)(LANE(x.x, l), LANE(x.y, l), LANE(x.z, l), LANE(slope, l));
+    __global float4 *by = &node->by_i;
+    for (int axis = 0; axis < 3; ++axis) {
+      vec d = by_index[axis];
+      by[axis] = (float4)(LANE(d.x, l), LANE(d.y, l), LANE(d.z, l), 0);
+    }
+  }
+}
