@@ -148,6 +148,15 @@ MOTIONS = {
 }
 
 
+def test_where_sides_overlap_the_expected_one_is_there(device):
+    deformed = HANDLES + np.where(RIGHT, 0.7, 1.3) * [1, 0, 0]
+    d = rest_frame(HANDLES, deformed, device=device, cuts=[ACROSS["plane"]])
+    v = MIDDLE + [(0.8, 0, 0), (1.2, 0, 0)]
+    moved = [(-1.3, 0, 0), (-0.7, 0, 0)]
+    np.testing.assert_allclose(d.backward(v) - v, moved, rtol=0, atol=1e-5 * SIZE)
+    assert d.overlap(v).all()
+
+
 def lost(d, x):
     """Which of the material at x has no place, or does not show there, though nothing else does."""
     v = d.forward(x)

@@ -224,13 +224,7 @@ add(
     "by_x_less.a[i] = -by_x.a[i];",
     "by_x_less.a[i] = 0;",
 )
-add = _in("opencl/node_cell.cl", REST_FRAME)
-add(
-    "rest frame: a cell that a cut parts gives guesses",
-    "usable &= !blocked(&map.cuts, x, there);",
-    "",
-)
-add(
+_in("opencl/node_cell.cl", REST_FRAME)(
     "rest frame: a cell gives guesses where the map bends",
     "#define FORESIGHT 0.01f",
     "#define FORESIGHT 1.0f",
