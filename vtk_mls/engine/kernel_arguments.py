@@ -38,8 +38,8 @@ GUESS = _struct([("dimensions", "i4", 3), ("low", "f4", 3), ("density", "f4", 3)
 SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
 # Nodes that give searches on a grid their first guesses: index of the first, nodes along x and y.
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
-# From node to node so many points of the grid; 16 numbers at each node.
-NODE_STEP, NODE = 4, np.dtype("(16,)f4")
+# From node to node so many points of the grid; 16 floats at each node.
+NODE_STEP, NODE_BYTES = 4, 64
 # An array of samples in space: points of the whole source along the axes, the first that is there
 # and how many are; numbers at each.
 ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])

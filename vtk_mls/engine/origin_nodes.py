@@ -6,7 +6,7 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls.engine import kernel_arguments
-from vtk_mls.engine.kernel_arguments import NODE, NODE_STEP
+from vtk_mls.engine.kernel_arguments import NODE_BYTES, NODE_STEP
 from vtk_mls.grid import Grid
 
 # Nodes that are found at once, in whole layers: what follows needs the last layer again.
@@ -43,14 +43,14 @@ class OriginNodes:
         first[2], end = low // NODE_STEP, last[2]
         nx, ny, _ = last - first + 1
         launcher, deformation = self.map.launcher, self.map.deformation
-        at_once = launcher.slabs(_NODES, deformation, NODE.itemsize)[0].stop
+        at_once = launcher.slabs(_NODES, deformation, NODE_BYTES)[0].stop
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
         nodes = _every(grid.whole, first, last)
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
         memory = self.map.memory
-        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE.itemsize * nodes.size)
+        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_BYTES * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
-            for part in launcher.slabs(nodes.size, deformation, NODE.itemsize):
+            for part in launcher.slabs(nodes.size, deformation, NODE_BYTES):
                 points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)
