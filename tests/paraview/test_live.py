@@ -102,3 +102,35 @@ def test_a_mesh_follows_before_apply(gui):
     gui.until("len(dragged()) == 1")
     gui.until("np.allclose(deform.GetDataInformation().GetBounds(), shown, atol=1e-4)")
     gui.screenshot("3_applied")
+
+
+def test_what_is_drawn_live_follows_the_display(gui):
+    gui.run(LIVE)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    own = gui.value("volumes()")
+    assert own != ["vtkVolume"]
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True) and drawn")
+    gui.run("display = simple.GetDisplayProperties(deform, view)")
+    live = ["vtkVolume"]
+    for change, wanted in (
+        ("simple.Hide(deform, view)", []),
+        ("simple.Show(deform, view)", live),
+        ("display.SetRepresentationType('Surface')", []),
+        ("display.SetRepresentationType('Volume')", live),
+        ("simple.GetColorTransferFunction('RTData').ApplyPreset('Grayscale', True)", live),
+        ("deform.Live = 0", own),
+        ("deform.Live = 1", live),
+    ):
+        gui.run(f"{change}; simple.Render(view)")
+        assert gui.value("volumes()") == wanted, change
+    gui.screenshot("1_grey")
+    gui.run("other = simple.CreateRenderView(); simple.Show(deform, other)")
+    gui.run("simple.GetDisplayProperties(deform, other).SetRepresentationType('Volume')")
+    gui.run("simple.Render(other)")
+    gui.run("simple.SetActiveView(view); simple.SetActiveSource(deform)")
+    gui.run("simple.Delete(deform); del deform; simple.Render(view); simple.Render(other)")
+    assert gui.value("volumes() + volumes(other)") == []

@@ -77,7 +77,10 @@ class Live:
         window = client.GetRenderWindow()
 
         def frame(window, event):
-            self._draw(number)
+            try:
+                self._draw(number)
+            except (ValueError, TypeError, RuntimeError, MemoryError):
+                self.end()  # Apply says it
 
         self._hooks[number] = window, window.AddObserver("StartEvent", frame)
 

@@ -78,7 +78,7 @@ class LiveMesh:
         self._drawn.detach()
         self._renderer.RemoveViewProp(self._actor)
         display = find(self._display, "representations")
-        if display:
+        if display and _actor_of(display) is self._hidden:
             self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
 
 

@@ -92,7 +92,7 @@ class LiveVolume:
         self._renderer.RemoveViewProp(self._volume)
         self._renderer.SetUseDepthPeelingForVolumes(self._peels)
         display = find(self._display, "representations")
-        if display:
+        if display and _volume_of(display) is self._hidden:
             self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
 
     def _limit(self, limits):
