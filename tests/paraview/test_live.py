@@ -51,13 +51,17 @@ def test_a_volume_follows_before_apply(gui):
     other = [10, -10, 0]
     with gui.dragging(other, PULL):
         gui.until("len(dragged(pending=True)) == 2 and drawn")
+        gui.run("frames.clear(); before = drawn[0].uploads")
+        gui.shake(2)
+        frames, uploads = gui.value("[frames, drawn[0].uploads - before]")
+        assert len(frames) > 5
+        assert sum(frames) >= 0.9 * len(frames)  # show where the handle is
+        assert uploads <= len(frames)
         gui.screenshot("3_dragging")
         assert gui.value("len(dragged())") == 1
         assert gui.value("drawn[2]") == 64
     gui.until("drawn[2] == 128")
     gui.screenshot("4_let_go")
-    shown = gui.value("frames")
-    print(len(shown), sum(shown), gui.value("drawn[0].uploads"))
     gui.press("ctrl+z")
     gui.until("len(dragged(pending=True)) == 1")
     gui.screenshot("5_undone")
