@@ -65,9 +65,14 @@ of_handles = {
 }
 # What the panel alone knows, and what is taken from the bounds of the input.
 panel = {"Drag": "deformed", "LatticeDimensions": [3, 3, 3]}
+of_deform_panel = {**panel, "Live": 1}
 of_bounds = {"RestPoints", "DeformedPoints", "CutOrigin"}
 for proxy, expected, others in (
-    (deform, {**defaults, **of_deform, **panel}, {"Input", "ControlPoints", "Cuts", *of_bounds}),
+    (
+        deform,
+        {**defaults, **of_deform, **of_deform_panel},
+        {"Input", "ControlPoints", "Cuts", *of_bounds},
+    ),
     (
         field,
         {**defaults, "Inverse": 0, "SampleDimensions": [32, 32, 32], **panel},
@@ -86,7 +91,9 @@ for proxy, expected, others in (
     # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
     arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
     arrays |= {"PushForwardArrays"}
-    for name in set(expected) - arrays - (set(panel) if proxy is not handles else {"Drag"}):
+    for name in (
+        set(expected) - arrays - (set(of_deform_panel) if proxy is not handles else {"Drag"})
+    ):
         own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
         own = list(own) if isinstance(expected[name], list) else own or expected[name]
         assert own == expected[name], (name, own)

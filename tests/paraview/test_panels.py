@@ -10,7 +10,7 @@ from vtk_mls.paraview import panels
 OF_PANEL = {"Drag", "DisplacementArray", "WeightArray", "LatticeDimensions"}
 INPUTS = {"Input", "ControlPoints", "Cuts"}
 EACH = [
-    pytest.param(panels.DEFORM, property_tables.DEFORM, OF_PANEL | INPUTS, id="deform"),
+    pytest.param(panels.DEFORM, property_tables.DEFORM, OF_PANEL | INPUTS | {"Live"}, id="deform"),
     pytest.param(
         panels.DISPLACEMENT_FIELD, property_tables.DISPLACEMENT_FIELD, OF_PANEL | INPUTS, id="field"
     ),
