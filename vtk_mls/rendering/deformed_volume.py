@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonCore import reference, vtkCommand, vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
+from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
+from vtk_mls import Deformation, Grid
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.rendering import shader
 from vtk_mls.rendering.errors import RenderingError
@@ -53,8 +54,8 @@ class DeformedVolume:
     Until the first `update` the volume is drawn as it is.
     """
 
-    def __init__(self, volume, renderer):
-        self.failure = None
+    def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
+        self.failure: str | None = None
         self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = MapTexture(), None, None
@@ -64,10 +65,10 @@ class DeformedVolume:
         self._observers = []
 
     @property
-    def uploads(self):
+    def uploads(self) -> int:
         return self._texture.uploads
 
-    def update(self, deformation, nodes=64, within=None):
+    def update(self, deformation: Deformation, nodes: int = 64, within: Grid | None = None) -> None:
         """Draw the volume as `deformation` has it from the next Render on.
 
         Parameters
@@ -104,7 +105,7 @@ class DeformedVolume:
             box = fitted
         self._show(box, grid, values)
 
-    def detach(self):
+    def detach(self) -> None:
         """Draw the volume undeformed again, as if nothing had been here."""
         for observer in self._observers:
             self._renderer.RemoveObserver(observer)
