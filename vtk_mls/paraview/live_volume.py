@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkVolume
-from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls.paraview.server_manager import elements, find
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
 _MOVING, _RESTING = 64, 128  # nodes of the map
 
@@ -30,9 +31,12 @@ class LiveVolume:
         self._image, self._renderer, self._array = image, renderer, _array(display)
         self._hidden = _volume_of(display)
         self._display = display.GetGlobalID()
-        mapper = vtkSmartVolumeMapper()  # as ParaView's, for the same steps along rays
-        mapper.SetRequestedRenderModeToGPU()
+        mapper = vtkGPUVolumeRayCastMapper()
         mapper.SetInputData(image)
+        # as ParaView's own at rest; that one makes steps longer, not rays fewer, while it moves
+        mapper.SetAutoAdjustSampleDistances(False)
+        mapper.SetSampleDistance(usual_step(image))
+        self._spacing = RaySpacing(mapper)
         self._volume = vtkVolume()
         self._volume.SetMapper(mapper)
         self._volume.PickableOff()
@@ -76,6 +80,7 @@ class LiveVolume:
         self._hidden.SetVisibility(False)
         # VTK draws volumes otherwise where they are peeled, and ParaView's is not
         self._renderer.SetUseDepthPeelingForVolumes(False)
+        self._spacing.adjust(self._renderer.GetRenderWindow())
         nodes = _MOVING if is_held else _RESTING
         if self._drawn.failure is None and self._latest != (deformation, nodes, limits):
             self._latest = deformation, nodes, limits
