@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from vtk_mls.paraview.server_manager import elements
 
+_BLOCK_COLORS, _COUNT = "vtkBlockColors", 12  # as ParaView numbers the colors of blocks
+
 
 def array(display):
     """Association ("0" of points, "1" of cells) and name of the array that a display shows."""
@@ -36,6 +38,16 @@ def apply(mapper, display):
     mapper.UseLookupTableScalarRangeOn()
     if hasattr(mapper, "SetInterpolateScalarsBeforeMapping"):
         mapper.SetInterpolateScalarsBeforeMapping(association != "1")
+
+
+def of_block(display, index):
+    """The color by which a display tells a block from others; None if it does not."""
+    table = _table(display)
+    if array(display)[1] != _BLOCK_COLORS or table is None:
+        return None
+    color = [0.0, 0.0, 0.0]
+    table.GetClientSideObject().GetColor(index % _COUNT, color)
+    return color
 
 
 def _table(display):

@@ -117,7 +117,7 @@ class Live:
                 self._drawn.pop(key).end()
         for key, (display, block) in wanted.items():
             if key not in self._drawn:
-                self._drawn[key] = _kind(display, block)(display, block, renderer)
+                self._drawn[key] = _kind(display, block)(display, block, renderer, key[-1])
             self._drawn[key].update(self._pending, self._is_held)
 
 

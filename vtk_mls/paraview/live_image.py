@@ -25,7 +25,7 @@ class LiveImage(LiveProp):
     as a whole, a large one on a coarser grid.
     """
 
-    def __init__(self, display, image, renderer):
+    def __init__(self, display, image, renderer, index=0):
         self._mapper, actor = vtkPolyDataMapper(), vtkActor()
         colors.apply(self._mapper, display)
         actor.SetMapper(self._mapper)
@@ -64,7 +64,7 @@ class LiveImage(LiveProp):
 class LiveSlice(LiveProp):
     """A slice of an image: just this is made, as Apply makes it."""
 
-    def __init__(self, display, image, renderer):
+    def __init__(self, display, image, renderer, index=0):
         self._mapper, actor = vtkPVImageSliceMapper(), vtkActor()
         colors.apply(self._mapper, display)
         self._mapper.SetUseXYPlane(_value(display, "UseXYPlane"))

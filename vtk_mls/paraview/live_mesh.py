@@ -5,7 +5,7 @@ from __future__ import annotations
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
 from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
-from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
 
 from vtk_mls.paraview import colors
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
@@ -18,10 +18,11 @@ SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 class LiveMesh(LiveProp):
     """A mesh as a surface, or its edges and points.
 
-    ParaView's own actor cannot be drawn deformed: its mapper is for many blocks.
+    ParaView's own actor cannot be drawn deformed: its mapper is for many blocks. `index` is that of
+    the mesh among these.
     """
 
-    def __init__(self, display, mesh, renderer):
+    def __init__(self, display, mesh, renderer, index=0):
         mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
         mapper.SetInputDataObject(mesh)
         colors.apply(mapper, display)
@@ -29,6 +30,10 @@ class LiveMesh(LiveProp):
         actor.SetMapper(mapper)
         super().__init__(display, mesh, renderer, actor)
         self._drawn = DeformedMesh(actor)
+        if color := colors.of_block(display, index):
+            actor.SetProperty(vtkProperty())
+            actor.GetProperty().DeepCopy(self._hidden.GetProperty())
+            actor.GetProperty().SetColor(color)
 
     @staticmethod
     def can_draw(display, mesh):
@@ -51,7 +56,7 @@ class LiveMesh(LiveProp):
 class LiveOutline(LiveProp):
     """The outline of a mesh."""
 
-    def __init__(self, display, mesh, renderer):
+    def __init__(self, display, mesh, renderer, index=0):
         mapper = vtkPolyDataMapper()
         mapper.ScalarVisibilityOff()
         actor = vtkActor()

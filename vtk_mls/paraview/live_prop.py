@@ -10,7 +10,8 @@ _PLACEMENT = ("Position", "Orientation", "Scale", "Origin", "UserMatrix")
 class LiveProp:
     """A prop of our own with the properties of ParaView's, which is hidden.
 
-    Subclasses have `can_draw(display, data)` and `_show(pending, is_held)`.
+    Subclasses have `can_draw(display, data)` and `_show(pending, is_held)`. They are made of the
+    first three parameters and the data's index among the blocks of the display.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ class LiveVolume(LiveProp):
     ParaView's own vtkVolume cannot be drawn deformed: its mapper may be one of several.
     """
 
-    def __init__(self, display, image, renderer):
+    def __init__(self, display, image, renderer, index=0):
         mapper = vtkSmartVolumeMapper()  # as ParaView's, for the same steps along rays
         mapper.SetRequestedRenderModeToGPU()
         mapper.SetInputData(image)
