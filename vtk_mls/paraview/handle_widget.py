@@ -20,7 +20,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_points import lattice
-from vtk_mls.paraview import live, undo
+from vtk_mls.paraview import live, pending_filter, undo
 from vtk_mls.paraview.arrows import Arrows
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
 
@@ -123,7 +123,7 @@ class _Handles:
         self._number, self._widgets = proxy.GetGlobalID(), set()
         self._arrows = Arrows()
         self._edited = edited  # tells all pipelines, for handles may be another's control points
-        self._live = live.Live(self._number) if proxy.GetProperty(live.SWITCH) else None
+        self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
@@ -138,7 +138,7 @@ class _Handles:
             if proxy.GetProperty(name):
                 proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
         if self._live:
-            for name in {live.SWITCH, *live.EDITED} - {*_LISTS}:
+            for name in {live.SWITCH, *pending_filter.EDITED} - {*_LISTS}:
                 proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
 
     def _map_edited(self, changed, event):
