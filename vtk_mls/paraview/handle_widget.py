@@ -20,7 +20,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_points import lattice
-from vtk_mls.paraview import live, undo
+from vtk_mls.paraview import live, messages, undo
 from vtk_mls.paraview.arrows import Arrows
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
 
@@ -68,6 +68,7 @@ def _watch(session):
     """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
     if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
         return  # only the GUI has undo; pvpython's manager outlives Python and would call it still
+    messages.start()
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
