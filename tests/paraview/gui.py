@@ -227,7 +227,11 @@ def running(paraview, project, folder, display, command=PLAIN, **variables):
     for name in ("request.py", "reply.json"):
         (project / folder / name).unlink(missing_ok=True)
     environment = paraview.environment(
-        DISPLAY=display, QT_QPA_PLATFORM="xcb", PARAVIEW_GUI_FOLDER=str(folder), **variables
+        DISPLAY=display,
+        QT_QPA_PLATFORM="xcb",
+        PARAVIEW_GUI_FOLDER=str(folder),
+        MESA_SHADER_CACHE_DISABLE="true",  # a shader from there is not warned of again
+        **variables,
     )
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)
     with (project / folder / "log.txt").open("w") as log:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
@@ -41,7 +40,6 @@ class LiveVolume:
         renderer.AddViewProp(self._volume)
         self._peels = renderer.GetUseDepthPeelingForVolumes()
         self._drawn, self._latest = DeformedVolume(self._volume, renderer), None
-        self._limits = None
 
     @staticmethod
     def can_draw(display, image):
@@ -75,14 +73,13 @@ class LiveVolume:
         limits : ImageGeometry or None
             What lies outside of it is not drawn.
         """
-        self._limit(limits)
         self._hidden.SetVisibility(False)
         # VTK draws volumes otherwise where they are peeled, and ParaView's is not
         self._renderer.SetUseDepthPeelingForVolumes(False)
         nodes = _MOVING if is_held else _RESTING
-        if self._drawn.failure is None and self._latest != (deformation, nodes):
-            self._latest = deformation, nodes
-            self._drawn.update(deformation, nodes)
+        if self._drawn.failure is None and self._latest != (deformation, nodes, limits):
+            self._latest = deformation, nodes, limits
+            self._drawn.update(deformation, nodes, limits and limits.grid)
             self._renderer.ResetCameraClippingRange()
         return self._drawn.failure is None
 
@@ -95,19 +92,6 @@ class LiveVolume:
         if display and _volume_of(display) is self._hidden:
             self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
 
-    def _limit(self, limits):
-        """Clip what is outside of an ImageGeometry."""
-        if limits == self._limits:
-            return
-        self._limits = limits
-        mapper = self._volume.GetMapper()
-        mapper.RemoveAllClippingPlanes()
-        for axis in range(3) if limits else ():
-            grid = limits.grid
-            inward = np.linalg.inv(grid.index_to_world)[axis]
-            for corner, normal in ((grid.corners()[0], inward), (grid.corners()[-1], -inward)):
-                mapper.AddClippingPlane(_plane(corner, normal))
-
     def _update_look(self, display):
         association, name = self._array
         mapper = self._volume.GetMapper()
@@ -119,13 +103,6 @@ class LiveVolume:
         blend = display.GetProperty("BlendMode")
         mapper.SetBlendMode(blend.GetElement(0) if blend else 0)
         self._volume.SetProperty(self._hidden.GetProperty())
-
-
-def _plane(point, normal):
-    plane = vtkPlane()
-    plane.SetOrigin(point)
-    plane.SetNormal(normal / np.linalg.norm(normal))
-    return plane
 
 
 def _array(display):
