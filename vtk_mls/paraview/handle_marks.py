@@ -40,6 +40,11 @@ class Marks:
         Parameters
         ----------
         widget : proxy of a vtk3DWidgetRepresentation
+
+        Returns
+        -------
+        sequence of vtkProp
+            What is drawn.
         """
         handles = _Handles()
         arrows = _actor(self._arrows)
@@ -50,7 +55,9 @@ class Marks:
         def frame(representation):
             handles.update(representation, self._is_dragged, self._are_numbered)
 
-        self._views.append(BesideWidget(widget, (arrows, *handles.props), frame))
+        props = arrows, *handles.props
+        self._views.append(BesideWidget(widget, props, frame))
+        return props
 
     def point(self, rest, deformed):
         """Show what was dragged, pending edits included.

@@ -20,6 +20,7 @@ from vtk_mls.filters.control_points import lattice
 from vtk_mls.paraview import live, messages, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
+from vtk_mls.paraview.surface_drag import SurfaceDrag
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
@@ -172,7 +173,7 @@ class _Handles:
         self._widgets.add(widget.GetGlobalID())
         forget_line(widget)
         if not widget.GetSession().IsA("vtkSMSessionClient"):  # the server draws
-            self._marks.follow(widget)
+            SurfaceDrag(widget, self._marks.follow(widget))
             self._mark(find(self._number))
         self._listen(widget)
 
