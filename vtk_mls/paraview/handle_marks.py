@@ -8,22 +8,26 @@ actor for all.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.util.numpy_support import (
-    numpy_to_vtk,
-    numpy_to_vtkIdTypeArray,
-    vtk_to_numpy,
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkActor2D,
+    vtkGlyph3DMapper,
+    vtkPolyDataMapper,
+    vtkPropCollection,
 )
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkActor, vtkActor2D, vtkPolyDataMapper, vtkPropCollection
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
+from vtk_mls.arrays import add, from_numpy
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.paraview.beside_widget import BesideWidget
 
 _DRAGGED = (1.0, 0.67, 0.0)
-_SIZE, _SELECTED_SIZE = 10, 16  # pixels
-_NUMBER = "Number"
+_PIXELS, _SELECTED_PIXELS = 10, 16  # diameters
+_DIAMETER, _NUMBER = "Diameter", "Number"
 
 
 class Marks:
@@ -47,9 +51,11 @@ class Marks:
             What is drawn.
         """
         handles = _Handles()
-        arrows = _actor(self._arrows)
+        mapper, arrows = vtkPolyDataMapper(), vtkActor()
+        mapper.SetInputData(self._arrows)
+        mapper.ScalarVisibilityOff()
+        arrows.SetMapper(mapper)
         arrows.GetProperty().SetColor(_DRAGGED)
-        arrows.GetMapper().ScalarVisibilityOff()
         arrows.UseBoundsOff()
 
         def frame(representation):
@@ -86,23 +92,27 @@ class _Handles:
     """What is drawn of the handles of a widget."""
 
     def __init__(self):
-        self._every, self._selected, self._label = vtkPolyData(), vtkPolyData(), vtkActor2D()
-        labels = vtkLabeledDataMapper()
-        labels.SetInputData(self._every)
+        self._points = vtkPolyData()
+        labels, label = vtkLabeledDataMapper(), vtkActor2D()
+        labels.SetInputData(self._points)
         labels.SetLabelModeToLabelFieldData()
         labels.SetFieldDataName(_NUMBER)
         labels.SetLabelFormat("  %d")
         labels.GetLabelTextProperty().ItalicOff()
-        self._label.SetMapper(labels)
-        self.props = (*self._spheres(), self._label)
+        label.SetMapper(labels)
+        self._label = label
+        self.props = self._spheres(), label
 
     def _spheres(self):
-        sizes = (self._every, _SIZE), (self._selected, _SELECTED_SIZE)
-        for polydata, size in sizes:
-            actor = _actor(polydata)
-            actor.GetProperty().RenderPointsAsSpheresOn()
-            actor.GetProperty().SetPointSize(size)
-            yield actor
+        sphere, mapper, actor = vtkSphereSource(), vtkGlyph3DMapper(), vtkActor()
+        sphere.SetThetaResolution(16)
+        sphere.SetPhiResolution(16)
+        mapper.SetInputData(self._points)
+        mapper.SetSourceConnection(sphere.GetOutputPort())
+        mapper.SetScaleArray(_DIAMETER)
+        mapper.SetScaleModeToScaleByMagnitude()
+        actor.SetMapper(mapper)
+        return actor
 
     def update(self, representation, is_dragged, are_numbered):
         """Show a representation's handles as they are now.
@@ -116,38 +126,31 @@ class _Handles:
         representation.BuildRepresentation()  # so that they are grabbed where they are seen
         positions = vtk_to_numpy(representation.GetHandlePositions())
         usual = representation.GetHandleProperty().GetColor()
-        colors = np.full((len(positions), 3), usual)
+        colors, pixels = np.full((len(positions), 3), usual), np.full(len(positions), _PIXELS)
         if len(is_dragged) == len(positions):
             colors[is_dragged] = _DRAGGED
-        _fill(self._every, positions, colors)
         selected = representation.GetCurrentHandleIndex()
-        chosen = [selected] if 0 <= selected < len(positions) else []
-        colors = np.full((1, 3), representation.GetSelectedHandleProperty().GetColor())
-        _fill(self._selected, positions[chosen], colors[: len(chosen)])
+        if 0 <= selected < len(positions):
+            colors[selected] = representation.GetSelectedHandleProperty().GetColor()
+            pixels[selected] = _SELECTED_PIXELS
+        points, values = vtkPoints(), self._points.GetPointData()
+        points.SetData(from_numpy(positions.copy(), VTK_DOUBLE))
+        self._points.SetPoints(points)
+        sizes = pixels * _size_of_a_pixel(positions, representation.GetRenderer())
+        values.SetScalars(from_numpy((255 * colors).astype(np.uint8), VTK_UNSIGNED_CHAR))
+        add(values, _DIAMETER, sizes)
+        add(values, _NUMBER, np.arange(1, len(positions) + 1))
         self._label.SetVisibility(are_numbered)
         self._label.GetMapper().GetLabelTextProperty().SetColor(usual)
 
 
-def _fill(polydata, positions, colors):
-    """Make points of positions (n, 3) and colors (n, 3) from 0 to 1, numbered from 1."""
-    points, vertices = vtkPoints(), vtkCellArray()
-    points.SetData(numpy_to_vtk(positions, deep=True))
-    cells = np.stack([np.ones(len(positions)), np.arange(len(positions))], axis=1)
-    cells = numpy_to_vtkIdTypeArray(cells.astype(np.int64).ravel(), deep=True)
-    vertices.SetCells(len(positions), cells)
-    polydata.SetPoints(points)
-    polydata.SetVerts(vertices)
-    polydata.GetPointData().SetScalars(numpy_to_vtk((255 * colors).astype(np.uint8), deep=True))
-    numbers = numpy_to_vtk(np.arange(1, len(positions) + 1), deep=True)
-    numbers.SetName(_NUMBER)
-    polydata.GetPointData().AddArray(numbers)
-
-
-def _actor(polydata):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(polydata)
-    actor.SetMapper(mapper)
-    return actor
+def _size_of_a_pixel(positions, renderer):
+    """How large what a pixel shows is at positions (n, 3): (n,), world units."""
+    camera, height = renderer.GetActiveCamera(), renderer.GetSize()[1]
+    if camera.GetParallelProjection():
+        return np.full(len(positions), 2 * camera.GetParallelScale() / height)
+    depth = (positions - camera.GetPosition()) @ camera.GetDirectionOfProjection()
+    return 2 * np.abs(depth) * np.tan(np.radians(camera.GetViewAngle()) / 2) / height
 
 
 def forget_line(widget):
