@@ -32,5 +32,5 @@ class RaySpacing:
 
 def usual_step(image):
     """Distance of samples along rays that VTK's smart mapper takes at rest, in world units."""
-    voxels = np.prod(np.array(image.GetDimensions()) - 1.0) ** (1 / 3)
+    voxels = np.prod(np.array(image.GetDimensions()) - 1.0) ** 0.333
     return np.mean(image.GetSpacing()) / 2 * min(1, 0.01 + 0.99 * voxels / 100)
