@@ -59,7 +59,7 @@ def begin(gui, shown, by):
 def check(gui, *looks, name=""):
     """The edit is to be seen, and Apply changes nothing more."""
     for look in looks:
-        gui.run(f"display.SetRepresentationType({look!r})")
+        gui.run(f"display.SetRepresentationType({look!r}); simple.Render(view)")
         edited, applied = gui.value("compare()")
         gui.screenshot(f"{name}{look}".replace(" ", "_"))
         assert edited > 5, look
@@ -69,7 +69,7 @@ def check(gui, *looks, name=""):
 def test_images_follow_whatever_they_are_shown_as(gui):
     begin(gui, "wavelet", ("POINTS", "RTData"))
     check(gui, "Surface", "Surface With Edges", "Wireframe", "Points", "Slice", "Outline")
-    gui.run("deform.CutType = 'plane'; deform.CutNormal = [1, 0, 0]")
+    gui.run("deform.CutType = 'plane'; deform.CutNormal = [1, 0, 0]; simple.Render(view)")
     check(gui, "Surface", "Slice", "Points", name="cut_")
     gui.run("deform.Live = 0; display.SetRepresentationType('Surface')")
     assert gui.value("compare()[1]") > 5
