@@ -146,6 +146,10 @@ class Gui:
             if key:
                 self._xdotool("keyup", key)
 
+    def move(self, by):
+        """Move the mouse by so many pixels."""
+        self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
+
     def shake(self, seconds):
         """Move the mouse to and fro by a pixel or two, a hundred times a second."""
         moves = [(2, 1), (-1, -2), (1, 2), (-2, -1)]
@@ -155,10 +159,11 @@ class Gui:
             self._xdotool(*(each for link in chain for each in link))
 
     def screenshot(self, name):
-        """Keep what is on the screen."""
+        """Keep what is on the screen; the file."""
         path = self._folder / f"{name}.png"
         command = ["import", "-window", "root", str(path)]
         subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
+        return path
 
     @property
     def printed(self):

@@ -17,7 +17,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_points import lattice
-from vtk_mls.paraview import live, messages, undo
+from vtk_mls.paraview import live, messages, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
 from vtk_mls.paraview.surface_drag import SurfaceDrag
@@ -123,7 +123,7 @@ class _Handles:
         self._number, self._widgets = proxy.GetGlobalID(), set()
         self._marks = Marks()
         self._edited = edited  # tells all pipelines, for handles may be another's control points
-        self._live = live.Live(self._number) if proxy.GetProperty(live.SWITCH) else None
+        self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
@@ -139,7 +139,7 @@ class _Handles:
             if proxy.GetProperty(name):
                 proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
         if self._live:
-            for name in {live.SWITCH, *live.EDITED} - {*_LISTS}:
+            for name in {live.SWITCH, *pending_filter.EDITED} - {*_LISTS}:
                 proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
 
     def _map_edited(self, changed, event):
