@@ -139,10 +139,12 @@ class Gui:
         self._xdotool("mousedown", 1)
         for step in range(1, 11):
             self._xdotool("mousemove", "--sync", x + step * by[0] // 10, y - step * by[1] // 10)
-        yield
-        self._xdotool("mouseup", 1)
-        if key:
-            self._xdotool("keyup", key)
+        try:
+            yield
+        finally:  # tests share a display
+            self._xdotool("mouseup", 1)
+            if key:
+                self._xdotool("keyup", key)
 
     def move(self, by):
         """Move the mouse by so many pixels."""
