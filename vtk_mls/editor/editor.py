@@ -1,0 +1,415 @@
+"""The editor: handles under the mouse, in any window of VTK."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from vtk_mls import kinds
+from vtk_mls.editor import keys
+from vtk_mls.editor.history import History
+from vtk_mls.editor.mouse import PRIORITY, Mouse
+from vtk_mls.editor.overlay import Overlay
+from vtk_mls.editor.pace import Pace
+from vtk_mls.editor.scene import Scene
+from vtk_mls.editor.state import State
+from vtk_mls.filters.control_points import lattice
+
+_TICK = 15  # milliseconds
+_SETTLED = 0.25  # seconds without a move, after which the picture is drawn as fine as it can be
+_LATTICES = 3, 4, 5, 2  # handles along each axis
+_NOTHING = np.zeros(0, int)
+# What a deformation that cannot be had is told by, in the window.
+_FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
+
+
+class Editor:
+    """Edits a deformation of images and meshes by mouse and keys, which a legend explains.
+
+    Parameters
+    ----------
+    interactor : vtkRenderWindowInteractor
+        With its window; any of its kinds, also one without a display. The editor draws into the
+        window's first renderer, or its own if there is none.
+    datasets : vtkDataSet or list of vtkDataSet
+        Images are drawn as volumes, all else as surfaces; the same handles move them all.
+    state : State, optional
+        Where to begin; without handles, or if not given, with a lattice over the data.
+    changed : callable, optional
+        Called with each new `State` after an edit, undo and redo.
+
+    Attributes
+    ----------
+    state : State
+        That is shown; while handles are dragged it is ahead of the history.
+    selected : (m,) ints
+        Rows of handles.
+    hovered, grabbed : int or None
+        The handle under the mouse, and the one it holds.
+    scene : Scene
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a dataset cannot be shown.
+
+    Notes
+    -----
+    Nothing is resampled: see `DeformedVolume` and `DeformedMesh`. A drag shows as fine a map as
+    is ready in time, and the finest when it ends.
+    """
+
+    def __init__(self, interactor, datasets, state=None, changed=None):
+        self._interactor, self._changed = interactor, changed or (lambda state: None)
+        datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
+        self.scene = Scene(interactor.GetRenderWindow(), datasets)
+        self._overlay = Overlay(self.scene.overlay, keys.legend())
+        self._pace, self._looks, self._lattices = Pace(), 0, 0
+        self.selected, self.hovered, self.grabbed = _NOTHING, None, None
+        self._held, self._is_wanted, self._moved_at = _NOTHING, False, None
+        self._ticks, self._shows_times, self._hides = False, False, False
+        state = state or State([], [])
+        if len(state) == 0:
+            state = state.with_handles_at(self._lattice(_LATTICES[0]))
+        self._history = History(state)
+        self.state = self._history.state
+        self._mouse = Mouse(interactor, self)
+        self._actions = keys.actions()
+        self._tags = [
+            interactor.AddObserver(event, what, PRIORITY)
+            for event, what in (
+                ("KeyPressEvent", self._key),
+                ("CharEvent", self._swallow),
+                ("TimerEvent", self._tick),
+            )
+        ]
+        style = interactor.GetInteractorStyle()
+        self._style_tags = [
+            (style, style.AddObserver(event, what))
+            for event, what in (
+                ("StartInteractionEvent", self._start_moving),
+                ("EndInteractionEvent", self._stop_moving),
+            )
+        ]
+        window = self.scene.window
+        self._style_tags.append((window, window.AddObserver("StartEvent", self._lay_out)))
+        if not interactor.GetInitialized():
+            interactor.Initialize()
+        self._timer = interactor.CreateRepeatingTimer(_TICK)
+        self._show(is_final=True)
+        self._draw()  # as fine as the first picture has shown to be possible
+
+    # what the mouse does
+
+    @property
+    def projection(self):
+        """How the world is seen now."""
+        return self.scene.projection
+
+    def surfaces(self):
+        """What one sees now."""
+        return self.scene.surfaces()
+
+    def hover(self, row):
+        """Show that the mouse is over a handle, or over none for None."""
+        if row != self.hovered and not self._hides:
+            self.hovered = row
+            self._draw(is_moving=True)
+
+    def select(self, rows):
+        """Select handles, and no others."""
+        self.selected = np.asarray(rows, int)
+        self._draw(is_moving=True)
+
+    def take(self, rows, grabbed):
+        """Hold handles by one of them."""
+        self._held, self.grabbed = np.asarray(rows, int), grabbed
+        if self.state.anchored[self._held].all():
+            self.say("This handle is fixed; F frees it.")
+        self._draw(is_moving=True)
+
+    def drag_to(self, positions):
+        """Move what is held; the newest positions are shown at the next tick."""
+        self.state = self._history.state.moved(self._held, positions)
+        self._is_wanted = True
+        if not self._ticks:
+            self._follow()
+
+    def let_go(self):
+        """End the drag: what it has moved is an edit."""
+        self._held, self.grabbed, self._is_wanted = _NOTHING, None, False
+        state = self.state
+        self.state = self._history.state
+        if (state.deformed != self.state.deformed).any():
+            self.change(state)
+        else:
+            self._draw(is_moving=True)
+
+    def show_band(self, corners):
+        """Show the rubber band between two pixels, or none for None."""
+        self._overlay.set_band(corners)
+        self._draw(is_moving=True)
+
+    # edits
+
+    def change(self, state):
+        """Go on to a new state, which can be undone; one that has no map is told instead.
+
+        Returns
+        -------
+        bool
+            Whether it could be shown.
+        """
+        before, self.state = self.state, state
+        if not self._show(is_final=True):
+            self.state = before
+            self._show(is_final=True, is_quiet=True)
+            return False
+        self._history.push(state)
+        self._tell(state)
+        return True
+
+    def undo(self):
+        """Go back to the state before."""
+        self._step(self._history.undo(), "There is nothing to undo.")
+
+    def redo(self):
+        """Do again what was undone."""
+        self._step(self._history.redo(), "There is nothing to do again.")
+
+    def add_under_mouse(self):
+        """Add a handle on the surface under the mouse."""
+        point = self.surfaces().hit(self.projection, self._mouse.pixel)
+        if point is None:
+            self.say("There is no surface under the mouse.")
+        else:
+            self.add(point)
+
+    def add(self, point):
+        """Add a handle at a point (3,) of the deformed data, whose material it takes."""
+        deformation = self.state.deformation()
+        rest = point if deformation is None else deformation.backward([point])[0]
+        if self.change(self.state.with_handle(rest, point)):
+            self.select([len(self.state) - 1])
+
+    def delete(self):
+        """Delete what is selected, or the handle under the mouse."""
+        rows = self._meant()
+        if len(rows):
+            self.selected, self.hovered = _NOTHING, None
+            self.change(self.state.without(rows))
+
+    def fix(self):
+        """Anchor what is selected, or the handle under the mouse; or free it if it is anchored."""
+        rows = self._meant()
+        if len(rows):
+            self.change(self.state.with_anchors(rows))
+
+    def select_all(self):
+        """Select all handles."""
+        self.select(np.arange(len(self.state)))
+
+    def deselect(self):
+        """Select none."""
+        self.say("")
+        self.select(_NOTHING)
+
+    def reset(self):
+        """Put all handles back to where they rest."""
+        self.change(self.state.at_rest())
+
+    def lay_lattice(self):
+        """Replace the handles by a lattice over the data; each time another one."""
+        self._lattices += 1
+        count = _LATTICES[self._lattices % len(_LATTICES)]
+        self.selected = _NOTHING
+        if self.change(self.state.with_handles_at(self._lattice(count))):
+            self.say(f"{count} x {count} x {count} handles; Z brings the others back.")
+
+    def change_kind(self):
+        """Fit maps of the next kind."""
+        names = list(kinds.KINDS)
+        self.change(self.state.changed(kind=names[(names.index(self.state.kind) + 1) % len(names)]))
+
+    def change_alpha(self, factor):
+        """Let handles act more or less locally."""
+        alpha = float(np.clip(self.state.alpha * factor, 0.1, 10))
+        self.change(self.state.changed(alpha=round(alpha, 3)))
+
+    def compare(self):
+        """Show the data as they were, or deformed again."""
+        self.change(self.state.changed(blend=0.0 if self.state.blend else 1.0))
+
+    # what is seen
+
+    def change_look(self):
+        """Draw the data by their next look."""
+        self._looks += 1
+        self.say(self.scene.set_look(self._looks))
+        self._draw()
+
+    def hide_handles(self):
+        """Hide handles and texts, or show them again."""
+        self._hides = not self._hides
+        self.scene.glyphs.set_visible(not self._hides)
+        self._overlay.set_visible(not self._hides)
+        self._overlay.set_keys_visible(False)
+        self._draw()
+
+    def toggle_legend(self):
+        """Hide or show the legend of keys."""
+        self._overlay.set_keys_visible(not self._overlay.shows_keys)
+        self._draw()
+
+    def time(self):
+        """Show how long maps and pictures take, or no more."""
+        self._shows_times = not self._shows_times
+        self._draw()
+
+    def reset_camera(self):
+        """See all of the data."""
+        self.scene.reset_camera()
+        self._draw()
+
+    def say(self, sentence):
+        """Show a sentence in the window."""
+        self._overlay.say(sentence)
+
+    @property
+    def message(self):
+        """What the window says."""
+        return self._overlay.message.replace("\n", " ")
+
+    def quit(self):
+        """End the interactor's loop; what is dragged is let go."""
+        self._mouse.finish()
+        self._interactor.ExitCallback()
+
+    def detach(self):
+        """Leave window and interactor to themselves."""
+        self._mouse.detach()
+        self._interactor.DestroyTimer(self._timer)
+        for tag in self._tags:
+            self._interactor.RemoveObserver(tag)
+        for observed, tag in self._style_tags:
+            observed.RemoveObserver(tag)
+        self.scene.detach()
+
+    # events
+
+    def _key(self, interactor, event):
+        action = self._actions.get(keys.name_of(interactor))
+        if action is None:
+            return
+        self._mouse.finish()
+        name, value = action
+        self.say("")
+        getattr(self, name)(*(() if value is None else (value,)))
+        if self.message:
+            self._draw()
+
+    def _swallow(self, interactor, event):
+        """Keep the keys from interactor styles, which have their own meanings for them."""
+        interactor.GetCommand(self._tags[1]).SetAbortFlag(True)
+
+    def _tick(self, interactor, event):
+        self._ticks = True
+        if self._is_wanted:
+            self._follow()
+        elif self._moved_at is not None and time.monotonic() - self._moved_at > _SETTLED:
+            self._draw()
+
+    def _start_moving(self, caller, event):
+        self.scene.set_coarseness(self._pace.pixels_while_moving())
+        self._moved_at = None
+
+    def _stop_moving(self, caller, event):
+        self._moved_at = time.monotonic()
+        if not self._ticks:
+            self._draw()
+
+    def _lay_out(self, window, event):
+        self._overlay.lay_out()
+
+    # drawing
+
+    def _follow(self):
+        """Show where the drag is now."""
+        self._is_wanted = False
+        self._show(is_final=False)
+
+    def _show(self, is_final, is_quiet=False):
+        """Draw the state as it is; whether there is a map for it."""
+        started, pace = time.perf_counter(), self._pace
+        nodes = pace.nodes_at_rest() if is_final else pace.nodes_while_moving()
+        try:
+            deformation = self.state.deformation()
+            self.scene.show(deformation, nodes, is_final)
+        except _FAILURES as error:
+            if not is_quiet:
+                self.say(_sentence(error))
+            self._draw(is_moving=True)
+            return False
+        if deformation is not None:
+            pace.note_map(nodes, time.perf_counter() - started)
+        self._draw(is_moving=not is_final)
+        return True
+
+    def _draw(self, is_moving=False):
+        """Make a picture; a coarse one while something moves, if a timer will make a finer one."""
+        is_moving, pace = is_moving and self._ticks, self._pace
+        pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
+        self.scene.set_coarseness(pixels)
+        self.scene.glyphs.show(self.state, self.selected, self.hovered, self._held)
+        self._overlay.set_status(self._status())
+        started = time.perf_counter()
+        self.scene.renderer.ResetCameraClippingRange()
+        self.scene.window.Render()
+        pace.note_picture(pixels, time.perf_counter() - started)
+        self._moved_at = time.monotonic() if is_moving and pixels > 1 else None
+
+    def _status(self):
+        state, pace = self.state, self._pace
+        parts = [f"{len(state)} handles", state.kind, f"alpha {state.alpha:g}"]
+        parts += [f"{len(self.selected)} selected"] * (len(self.selected) > 0)
+        parts += [f"{int(state.anchored.sum())} fixed"] * bool(state.anchored.any())
+        parts += ["shown as it was before; B"] * (state.blend == 0)
+        if self._shows_times:
+            parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
+            parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
+        return "   ".join(parts)
+
+    def _step(self, has_stepped, otherwise):
+        if not has_stepped:
+            self.say(otherwise)
+            return
+        self.state = self._history.state
+        self.selected = self.selected[self.selected < len(self.state)]
+        self.hovered = None
+        self._show(is_final=True)
+        self._tell(self.state)
+
+    def _tell(self, state):
+        try:
+            self._changed(state)
+        except OSError as error:
+            self.say(_sentence(error))
+            self._draw()
+
+    def _meant(self):
+        """Rows of what is selected, or of the handle under the mouse."""
+        if len(self.selected):
+            return self.selected
+        if self.hovered is None:
+            self.say("Select handles first: click on one, or Ctrl and drag beside them.")
+            return _NOTHING
+        return np.array([self.hovered])
+
+    def _lattice(self, count):
+        return lattice((count,) * 3, self.scene.bounds.T.ravel())
+
+
+def _sentence(error):
+    text = " ".join(str(error).split()) or "There is not enough memory."
+    return text[0].upper() + text[1:] + "." * (text[-1] not in ".!?")
