@@ -39,6 +39,7 @@ def add(parser, has_progress=True):
     property_options.add(parser, "Alpha")
     property_options.add(parser, "Degree", more="for the polynomial kind, 1, 2 or 3")
     property_options.add(parser, "Nu")
+    property_options.add(parser, "Blend")
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -90,6 +91,8 @@ def deformation(options):
     from vtk_mls import Deformation
 
     rest, deformed, weights = control_points(options)
+    if options.blend != 1:
+        deformed = rest + options.blend * (deformed - rest)
     return Deformation(rest, deformed, weights=weights, **map_arguments(options))
 
 

@@ -29,6 +29,11 @@ def add(commands):
         default=[],
         help="another image or mesh, which the same handles move (may be repeated)",
     )
+    view.add_argument(
+        "--output",
+        metavar="FOLDER",
+        help="where the key S saves; a new folder named after the input if not given",
+    )
     map_options.add(view, has_progress=False)
     view.set_defaults(run=run)
 
@@ -46,7 +51,7 @@ def run(options):
             raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
     state = _state(options)
     with step("show", options.input):
-        window.show(datasets, state, f"{options.input} - vtk-mls")
+        window.show(datasets, state, (options.input, *options.others), options.output)
     return 0
 
 
@@ -54,7 +59,7 @@ def _state(options):
     """Where the editor begins; it lays handles if there are none."""
     from vtk_mls.editor import State
 
-    arguments = map_options.map_arguments(options)
+    arguments = {**map_options.map_arguments(options), "blend": options.blend}
     if options.handles is None:
         return State([], [], **arguments)
     rest, deformed, weights = map_options.control_points(options)

@@ -12,6 +12,7 @@ from vtk_mls.editor.history import History
 from vtk_mls.editor.mouse import PRIORITY, Mouse
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.pace import Pace
+from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.state import State
 from vtk_mls.filters.control_points import lattice
@@ -38,6 +39,8 @@ class Editor:
         Where to begin; without handles, or if not given, with a lattice over the data.
     changed : callable, optional
         Called with each new `State` after an edit, undo and redo.
+    paths : list of path, optional
+        Of the datasets, for what is saved.
 
     Attributes
     ----------
@@ -48,6 +51,7 @@ class Editor:
     hovered, grabbed : int or None
         The handle under the mouse, and the one it holds.
     scene : Scene
+    saver : Saver
 
     Raises
     ------
@@ -60,10 +64,11 @@ class Editor:
     is ready in time, and the finest when it ends.
     """
 
-    def __init__(self, interactor, datasets, state=None, changed=None):
+    def __init__(self, interactor, datasets, state=None, changed=None, paths=()):
         self._interactor, self._changed = interactor, changed or (lambda state: None)
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.scene = Scene(interactor.GetRenderWindow(), datasets)
+        self.saver = Saver(datasets, paths)
         self._overlay = Overlay(self.scene.overlay, keys.legend())
         self._pace, self._looks, self._lattices = Pace(), 0, 0
         self.selected, self.hovered, self.grabbed = _NOTHING, None, None
@@ -272,6 +277,30 @@ class Editor:
         self.scene.reset_camera()
         self._draw()
 
+    def save(self):
+        """Save handles, deformed data, displacement field, picture and script.
+
+        Returns
+        -------
+        bool
+            Whether all are saved.
+        """
+        self._mouse.finish()
+        self.say("Saving ...")
+        self._draw(is_moving=True)
+        self._overlay.set_visible(False)
+        self._draw_for_file()
+        try:
+            sentence = self.saver.save(self.state, self.scene.window)
+        except (OSError, *_FAILURES) as error:
+            sentence, is_saved = _sentence(error), False
+        else:
+            is_saved = True
+        self._overlay.set_visible(not self._hides)
+        self.say(sentence)
+        self._draw()
+        return is_saved
+
     def say(self, sentence):
         """Show a sentence in the window."""
         self._overlay.say(sentence)
@@ -368,6 +397,15 @@ class Editor:
         self.scene.window.Render()
         pace.note_picture(pixels, time.perf_counter() - started)
         self._moved_at = time.monotonic() if is_moving and pixels > 1 else None
+
+    def _draw_for_file(self):
+        """Make a picture as fine as it can be, without texts."""
+        has_keys = self._overlay.shows_keys
+        self._overlay.set_keys_visible(False)
+        self.scene.set_coarseness(self._pace.pixels_for_file())
+        self.scene.glyphs.show(self.state, _NOTHING, None, _NOTHING)
+        self.scene.window.Render()
+        self._overlay.set_keys_visible(has_keys)
 
     def _status(self):
         state, pace = self.state, self._pace

@@ -7,6 +7,7 @@ import numpy as np
 _MOVING, _RESTING = 0.06, 0.7  # seconds that a map may take
 _FEW, _MANY, _MOST = 24, 64, 96  # nodes along the longest side
 _MOVING_PICTURE, _RESTING_PICTURE = 0.06, 2.0  # seconds that a picture may take
+_SAVED_PICTURE = 20.0
 _COARSEST, _COARSEST_AT_REST = 8.0, 3.0  # pixels for a ray along both axes
 
 
@@ -50,6 +51,10 @@ class Pace:
     def pixels_at_rest(self):
         """Likewise, of a picture that stays: above 1 only where graphics are slow."""
         return self._pixels(_RESTING_PICTURE, _COARSEST_AT_REST)
+
+    def pixels_for_file(self):
+        """Likewise, of a picture that is saved."""
+        return self._pixels(_SAVED_PICTURE, _COARSEST_AT_REST)
 
     def _pixels(self, seconds, coarsest):
         if self._full_picture is None:

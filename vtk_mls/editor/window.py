@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import vtkmodules.vtkInteractionStyle  # registers interactors
 import vtkmodules.vtkRenderingOpenGL2  # draws
@@ -17,7 +18,7 @@ _SIZE = 1200, 850
 _HIDDEN = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # what VTK makes without a display
 
 
-def show(datasets, state, title):
+def show(datasets, state, paths, folder=None):
     """Edit until the window is closed.
 
     Parameters
@@ -25,7 +26,10 @@ def show(datasets, state, title):
     datasets : list of vtkDataSet
     state : State
         To begin with.
-    title : str
+    paths : list of path
+        Of the datasets.
+    folder : path, optional
+        Where to save, as of `Saver`.
 
     Raises
     ------
@@ -34,11 +38,12 @@ def show(datasets, state, title):
     """
     window = _window()
     window.SetSize(_SIZE)
-    window.SetWindowName(title)
+    window.SetWindowName(f"{paths[0]} - vtk-mls")
     interactor = vtkRenderWindowInteractor()
     interactor.SetRenderWindow(window)
     interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-    editor = Editor(interactor, datasets, state)
+    editor = Editor(interactor, datasets, state, paths=paths)
+    editor.saver.folder = None if folder is None else Path(folder)
     interactor.Start()
     editor.detach()
     window.Finalize()
