@@ -22,7 +22,7 @@ ROOMS = {
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
     "demo": {"core", "engine", "filters", "numpy", "tetgen", "vtkmodules"},
     "editor": {
-        *{"core", "kinds", "cuts", "arrays", "files", "filters", "io", "rendering"},
+        *{"core", "kinds", "cuts", "engine", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "vtkmodules"},
     },
     "paraview": {

@@ -37,10 +37,10 @@ class Editor:
         Images are drawn as volumes, all else as surfaces; the same handles move them all.
     state : State, optional
         Where to begin; without handles, or if not given, with a lattice over the data.
-    changed : callable, optional
-        Called with each new `State` after an edit, undo and redo.
     paths : list of path, optional
         Of the datasets, for what is saved.
+    drafts : Drafts, optional
+        Keeps what is not saved.
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class Editor:
     is ready in time, and the finest when it ends.
     """
 
-    def __init__(self, interactor, datasets, state=None, changed=None, paths=()):
-        self._interactor, self._changed = interactor, changed or (lambda state: None)
+    def __init__(self, interactor, datasets, state=None, paths=(), drafts=None):
+        self._interactor, self._drafts, self._offered = interactor, drafts, None
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.scene = Scene(interactor.GetRenderWindow(), datasets)
         self.saver = Saver(datasets, paths)
@@ -78,7 +78,7 @@ class Editor:
         if len(state) == 0:
             state = state.with_handles_at(self._lattice(_LATTICES[0]))
         self._history = History(state)
-        self.state = self._history.state
+        self.state = self._saved = self._history.state
         self._mouse = Mouse(interactor, self)
         self._actions = keys.actions()
         self._tags = [
@@ -103,6 +103,7 @@ class Editor:
             interactor.Initialize()
         self._timer = interactor.CreateRepeatingTimer(_TICK)
         self._show(is_final=True)
+        self._offer()
         self._draw()  # as fine as the first picture has shown to be possible
 
     # what the mouse does
@@ -172,7 +173,7 @@ class Editor:
             self._show(is_final=True, is_quiet=True)
             return False
         self._history.push(state)
-        self._tell(state)
+        self._keep()
         return True
 
     def undo(self):
@@ -295,11 +296,22 @@ class Editor:
         except (OSError, *_FAILURES) as error:
             sentence, is_saved = _sentence(error), False
         else:
-            is_saved = True
+            is_saved, self._saved = True, self.state
+            if self._drafts is not None:
+                self._drafts.forget_all()
         self._overlay.set_visible(not self._hides)
         self.say(sentence)
         self._draw()
         return is_saved
+
+    def accept(self):
+        """Take what is offered."""
+        state, self._offered = self._offered, None
+        if state is None:
+            self.say("Nothing is offered.")
+        elif self.change(state):
+            self.selected = _NOTHING
+            self.say("They are back; Z takes the others again.")
 
     def say(self, sentence):
         """Show a sentence in the window."""
@@ -426,11 +438,27 @@ class Editor:
         self.selected = self.selected[self.selected < len(self.state)]
         self.hovered = None
         self._show(is_final=True)
-        self._tell(self.state)
+        self._keep()
 
-    def _tell(self, state):
+    def _offer(self):
+        """Offer what an earlier session has not saved."""
+        found = self._drafts and self._drafts.found()
+        if found:
+            self._offered, when = found
+            text = time.strftime("%d %B, %H:%M", time.localtime(when))
+            self.say(
+                f"{len(self._offered)} handles of {text} were not saved: Return brings them back."
+            )
+
+    def _keep(self):
+        """Keep the state as it is now, unless it is saved."""
+        if self._drafts is None:
+            return
         try:
-            self._changed(state)
+            if self.state is self._saved:
+                self._drafts.forget()
+            else:
+                self._drafts.keep(self.state)
         except OSError as error:
             self.say(_sentence(error))
             self._draw()
