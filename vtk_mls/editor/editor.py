@@ -6,9 +6,11 @@ import time
 
 import numpy as np
 
-from vtk_mls import kinds
+from vtk_mls import HalfPlane, Plane, kinds
 from vtk_mls.editor import keys
+from vtk_mls.editor.cut_widget import CutWidget, next_half
 from vtk_mls.editor.history import History
+from vtk_mls.editor.incision import Incision
 from vtk_mls.editor.mouse import PRIORITY, Mouse
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.pace import Pace
@@ -79,7 +81,10 @@ class Editor:
             state = state.with_handles_at(self._lattice(_LATTICES[0]))
         self._history = History(state)
         self.state = self._saved = self._history.state
-        self._mouse = Mouse(interactor, self)
+        self._mouse, self._line = Mouse(interactor, self), None
+        self._widget = CutWidget(
+            interactor, self.scene.renderer, self.scene.bounds, self._cut_moved, self._cut_ended
+        )
         self._actions = keys.actions()
         self._tags = [
             interactor.AddObserver(event, what, PRIORITY)
@@ -217,8 +222,10 @@ class Editor:
         self.select(np.arange(len(self.state)))
 
     def deselect(self):
-        """Select none."""
-        self.say("")
+        """Select none, and draw no line on."""
+        if self._line is not None:
+            self._line.remove()
+            self._line = None
         self.select(_NOTHING)
 
     def reset(self):
@@ -243,6 +250,57 @@ class Editor:
         alpha = float(np.clip(self.state.alpha * factor, 0.1, 10))
         self.change(self.state.changed(alpha=round(alpha, 3)))
 
+    def change_nu(self, factor):
+        """Let influence fade more or less with the detour around cuts."""
+        nu = float(np.clip(1 + (self.state.nu - 1) * factor, 1.05, 20))
+        self.change(self.state.changed(nu=round(nu, 3)))
+
+    def change_cut(self):
+        """Cut by a plane, by a half-plane, or not at all, in this order."""
+        camera, cut = self.scene.renderer.GetActiveCamera(), _flat_cut(self.state)
+        if cut is None:
+            cut = self._widget.first(camera)
+        else:
+            cut = self._widget.half(cut, camera) if isinstance(cut, Plane) else None
+        if self.change(_with_flat_cut(self.state, cut)) and cut is not None:
+            self.say("Drag handles away from the cut to open it; the mouse moves the plane, too.")
+
+    def change_half(self):
+        """Cut by another half of the plane."""
+        cut = _flat_cut(self.state)
+        if isinstance(cut, HalfPlane):
+            self.change(_with_flat_cut(self.state, next_half(cut)))
+        else:
+            self.say("There is no half-plane; C makes one.")
+
+    def incise(self):
+        """Begin a line on the surface, or cut along it."""
+        line, self._line = self._line, None
+        if line is None:
+            self._line = Incision(self.scene.overlay)
+            self.say("Click on the surface along the cut; P cuts, Esc does not.")
+            return
+        line.remove()
+        if len(line.points) < 2:
+            self.say("A cut needs at least two points on the surface.")
+            return
+        eye = np.array(self.scene.renderer.GetActiveCamera().GetPosition())
+        size = np.ptp(self.scene.bounds, axis=0).max()
+        in_rest = self.state.cut_frame == "rest"
+        cut = line.cut(eye, size, self.state.deformation() if in_rest else None)
+        cuts = self.state.cuts
+        self.change(self.state.changed(cuts=(cut, *cuts)))
+
+    def draw_line_to(self, pixel):
+        """Go on with a line on the surface; whether one is being drawn."""
+        if self._line is None:
+            return False
+        point = self.surfaces().hit(self.projection, pixel)
+        if point is not None:
+            self._line.add(point)
+        self._draw(is_moving=True)
+        return True
+
     def compare(self):
         """Show the data as they were, or deformed again."""
         self.change(self.state.changed(blend=0.0 if self.state.blend else 1.0))
@@ -259,6 +317,7 @@ class Editor:
         """Hide handles and texts, or show them again."""
         self._hides = not self._hides
         self.scene.glyphs.set_visible(not self._hides)
+        self._widget.set_visible(not self._hides)
         self._overlay.set_visible(not self._hides)
         self._overlay.set_keys_visible(False)
         self._draw()
@@ -330,6 +389,7 @@ class Editor:
     def detach(self):
         """Leave window and interactor to themselves."""
         self._mouse.detach()
+        self._widget.detach()
         self._interactor.DestroyTimer(self._timer)
         for tag in self._tags:
             self._interactor.RemoveObserver(tag)
@@ -344,6 +404,7 @@ class Editor:
         if action is None:
             return
         self._mouse.finish()
+        interactor.GetCommand(self._tags[0]).SetAbortFlag(True)
         name, value = action
         self.say("")
         getattr(self, name)(*(() if value is None else (value,)))
@@ -360,6 +421,18 @@ class Editor:
             self._follow()
         elif self._moved_at is not None and time.monotonic() - self._moved_at > _SETTLED:
             self._draw()
+
+    def _cut_moved(self, cut):
+        """Show where the mouse has the cut; the newest one at the next tick."""
+        self.state = _with_flat_cut(self._history.state, cut)
+        self._is_wanted = True
+        if not self._ticks:
+            self._follow()
+
+    def _cut_ended(self, cut):
+        self._is_wanted = False
+        state, self.state = _with_flat_cut(self._history.state, cut), self._history.state
+        self.change(state)
 
     def _start_moving(self, caller, event):
         self.scene.set_coarseness(self._pace.pixels_while_moving())
@@ -403,6 +476,8 @@ class Editor:
         pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
         self.scene.set_coarseness(pixels)
         self.scene.glyphs.show(self.state, self.selected, self.hovered, self._held)
+        if not self._hides:
+            self._widget.show(_flat_cut(self.state))
         self._overlay.set_status(self._status())
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
@@ -416,7 +491,9 @@ class Editor:
         self._overlay.set_keys_visible(False)
         self.scene.set_coarseness(self._pace.pixels_for_file())
         self.scene.glyphs.show(self.state, _NOTHING, None, _NOTHING)
+        self._widget.set_visible(False)
         self.scene.window.Render()
+        self._widget.set_visible(not self._hides)
         self._overlay.set_keys_visible(has_keys)
 
     def _status(self):
@@ -474,6 +551,20 @@ class Editor:
 
     def _lattice(self, count):
         return lattice((count,) * 3, self.scene.bounds.T.ravel())
+
+
+def _flat_cut(state):
+    """The cut that the widget moves: the last one that is flat; None without."""
+    flat = [cut for cut in state.cuts if isinstance(cut, (Plane, HalfPlane))]
+    return flat[-1] if flat else None
+
+
+def _with_flat_cut(state, cut):
+    """The state with another such cut, or without it for None."""
+    cuts, old = list(state.cuts), _flat_cut(state)
+    if old is not None:
+        cuts.remove(old)
+    return state.changed(cuts=(*cuts, *([] if cut is None else [cut])))
 
 
 def _sentence(error):

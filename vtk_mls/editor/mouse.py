@@ -57,7 +57,9 @@ class Mouse:
         self.finish()
         self._pressed = self.pixel
         row = self._near()
-        if row is not None:
+        if self._editor.draw_line_to(self._pressed):
+            pass
+        elif row is not None:
             self._grab(row)
         elif interactor.GetControlKey():
             self._band = self._pressed
