@@ -130,6 +130,7 @@ def _representation(bounds):
     plane.GetPlaneProperty().SetOpacity(0.18)
     plane.GetSelectedPlaneProperty().SetColor(_FACE)
     plane.GetSelectedPlaneProperty().SetOpacity(0.35)
-    plane.GetEdgesProperty().SetColor(_FACE)
+    plane.SetEdgeColor(_FACE)
+    plane.TubingOff()
     plane.GetNormalProperty().SetColor(_FACE)
     return plane

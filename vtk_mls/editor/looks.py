@@ -56,10 +56,10 @@ _CT = (
 )
 # Of soft tissue, from the level that parts it from air to the brightest.
 _TISSUE = (
-    (0.0, 0.42, 0.20, 0.17),
-    (0.3, 0.74, 0.46, 0.38),
-    (0.6, 0.90, 0.72, 0.60),
-    (1.0, 1.0, 0.97, 0.90),
+    (0.0, 0.82, 0.56, 0.47),
+    (0.35, 0.88, 0.66, 0.55),
+    (0.7, 0.96, 0.84, 0.73),
+    (1.0, 1.0, 0.97, 0.92),
 )
 _GREY = ((0.0, 0.15, 0.16, 0.18), (1.0, 1.0, 1.0, 1.0))
 _HUES = np.array(
@@ -93,8 +93,8 @@ def looks_of(values, are_labels):
     top = np.quantile(some[some >= level], 0.995) if len(some) else high
     top = top if top > level else max(high, level + 1e-6 * max(1.0, abs(level)))
     tissue = (
-        _over("MR or other, solid", _TISSUE, ((0, 0), (0.12, 0.55), (1, 0.9)), level, top),
-        _over("MR or other, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
+        _over("MR, solid", _TISSUE, ((0, 0), (0.2, 0.3), (0.5, 0.6), (1, 0.9)), level, top),
+        _over("MR, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
         _over("grey", _GREY, ((0, 0), (0.3, 0.3), (1, 0.9)), level, top),
     )
     is_ct = low < _AIR and high > _BONE

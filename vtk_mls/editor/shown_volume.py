@@ -15,7 +15,7 @@ from vtk_mls.editor.volume_surface import VolumeSurface
 from vtk_mls.files import provenance
 from vtk_mls.rendering import DeformedVolume
 
-_STEP, _COARSE_STEP = 0.7, 1.2  # of a voxel, along a ray
+_STEP, _COARSE_STEP = 0.5, 1.2  # of a voxel, along a ray
 _SAMPLES = 64  # along each axis, that tell where an image has something
 
 
@@ -38,6 +38,7 @@ class ShownVolume:
         self._mapper, self._volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
         self._mapper.SetInputData(self._image)
         self._mapper.SetAutoAdjustSampleDistances(False)
+        self._mapper.UseJitteringOn()
         self.set_coarseness(1)
         self._volume.SetMapper(self._mapper)
         self.set_look(0)
@@ -71,8 +72,8 @@ class ShownVolume:
         else:
             drawn_as.SetInterpolationTypeToLinear()
         drawn_as.ShadeOn()
-        drawn_as.SetAmbient(0.25)
-        drawn_as.SetDiffuse(0.8)
+        drawn_as.SetAmbient(0.35)
+        drawn_as.SetDiffuse(0.75)
         drawn_as.SetSpecular(0.15)
         drawn_as.SetSpecularPower(20)
         return look.name
