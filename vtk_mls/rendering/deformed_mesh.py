@@ -81,6 +81,8 @@ class DeformedMesh:
 
     def _follow(self, *_):
         """Stand in front of the mapper that the actor has, and behind what it is to show."""
+        if not vars(self):  # Python's collector has emptied it before it let the actor go
+            return
         mapper = self._actor.GetMapper()
         if mapper is not self._mapper:
             self._leave()
