@@ -48,7 +48,6 @@ def test_a_shader_that_does_not_build(start):
         gui.press("alt+a")
         gui.until("is_bent()")
         assert gui.printed.count("does not build the shader") == 1
-        assert gui.printed.count("\n") < 20  # VTK would print all of the shader
 
 
 @pytest.mark.matrix
@@ -66,14 +65,14 @@ def test_what_cannot_be_drawn_is_said_once(start):
 
 
 @pytest.mark.matrix
-def test_on_a_server_it_is_off_and_says_why(start, paraview):
+def test_on_a_server_it_is_off_and_says_why(start, paraview, display):
     with socket.socket() as probe:
         probe.bind(("", 0))
         port = probe.getsockname()[1]
     server = subprocess.Popen(
         [*paraview.prefix, "pvserver", f"--server-port={port}"],
         cwd=PROJECT,
-        env=paraview.environment(),
+        env=paraview.environment(DISPLAY=display),
         stdout=subprocess.PIPE,
         text=True,
         start_new_session=True,
