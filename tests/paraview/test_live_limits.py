@@ -8,7 +8,6 @@ import socket
 import subprocess
 
 import pytest
-from gui import PLAIN
 from gui_fixtures import HANDLE, PULL, SETUP, display, gui, paraview, start  # noqa: F401
 from paraviews import PROJECT
 from test_live import LIVE
@@ -17,6 +16,12 @@ LAUNCHED = "deform = simple.GetActiveSource(); own = volumes()"
 NO_GLSL = """
 from vtk_mls.rendering import shader
 shader._REPLACEMENTS["//VTK::Cropping::Impl"] = "not GLSL;\\n{tag}"
+"""
+WATCH = """
+import sys
+sys.path.append(".")
+from vtk_mls.paraview import handle_widget
+handle_widget.start()
 """
 FAILS = """
 from vtk_mls.rendering import DeformedMesh
@@ -80,9 +85,9 @@ def test_on_a_server_it_is_off_and_says_why(start, paraview, display):
     try:
         while "Accepting" not in server.stdout.readline():
             assert server.poll() is None
-        with start(command=(*PLAIN, f"--server-url=cs://localhost:{port}")) as gui:
-            gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', True, vars(simple))")
-            gui.run(SETUP.replace("volume = rtdata(wavelet).copy()", ""))
+        with start(PARAVIEW_GUI_SERVER=str(port)) as gui:
+            there = SETUP.replace("ns=vars(simple))", f"True, vars(simple)){WATCH}")
+            gui.run(there.replace("volume = rtdata(wavelet).copy()", ""))
             gui.launch("MLS Deform")
             gui.run("deform = simple.GetActiveSource()")
             gui.press("alt+a")
