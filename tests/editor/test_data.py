@@ -48,7 +48,12 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("name", ODD)
+_SLOW = "not finite", "only NaN", "colours"  # a shader to build for each
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.matrix] * (name in _SLOW)) for name in ODD]
+)
 def test_odd_data_are_edited(name):
     hands = Hands(ODD[name]())
     front = int(hands.editor.projection.pixels(hands.editor.state.deformed)[:, 2].argmin())

@@ -116,7 +116,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["ball.vti", "ball.vtp"])
+@pytest.mark.parametrize("name", ["ball.vti", pytest.param("ball.vtp", marks=pytest.mark.matrix)])
 def test_drag_undo_add_save_and_quit(name, folder):
     with window(folder, name, "handles.csv") as shown:
         shown.drag((600, 425), (80, -60))

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls import arrays
+from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
 from vtk_mls.editor.volume_surface import VolumeSurface
@@ -81,10 +81,15 @@ class ShownVolume:
     def show(self, deformation, nodes, is_final):
         """Draw it as a Deformation has it, or undeformed for None."""
         self._deformation = deformation
-        if deformation is None:
-            self._drawn.detach()
-        else:
+        if deformation is not None:
             self._drawn.update(deformation, nodes)
+        elif self._drawn.uploads > 0:  # its shader stays: to build another takes a second
+            corner = self._grid.corners()[:1]
+            self._drawn.update(Deformation(corner, corner), 2)
+
+    def detach(self):
+        """Leave the volume as it is at rest."""
+        self._drawn.detach()
 
     def set_coarseness(self, pixels):
         """Cast a ray for each so many pixels along both axes, with longer steps if above 1."""
