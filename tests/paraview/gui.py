@@ -126,16 +126,29 @@ class Gui:
         self._xdotool("key", "--delay", 100, "Return")
 
     @contextmanager
-    def dragging(self, place, by):
-        """Take hold of what is at a place in the world, and pull it by so many pixels."""
+    def dragging(self, place, by, key=None):
+        """Take hold of what is at a place in the world, and pull it by so many pixels.
+
+        The key, if there is one, is held meanwhile.
+        """
         x, y = self._on_screen(place)
         self.clicks += 1
         self._xdotool("mousemove", "--sync", x, y)
+        if key:
+            self._xdotool("keydown", key)
         self._xdotool("mousedown", 1)
         for step in range(1, 11):
             self._xdotool("mousemove", "--sync", x + step * by[0] // 10, y - step * by[1] // 10)
-        yield
-        self._xdotool("mouseup", 1)
+        try:
+            yield
+        finally:  # tests share a display
+            self._xdotool("mouseup", 1)
+            if key:
+                self._xdotool("keyup", key)
+
+    def move(self, by):
+        """Move the mouse by so many pixels."""
+        self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
     def shake(self, seconds):
         """Move the mouse to and fro by a pixel or two, a hundred times a second."""
@@ -146,10 +159,11 @@ class Gui:
             self._xdotool(*(each for link in chain for each in link))
 
     def screenshot(self, name):
-        """Keep what is on the screen."""
+        """Keep what is on the screen; the file."""
         path = self._folder / f"{name}.png"
         command = ["import", "-window", "root", str(path)]
         subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
+        return path
 
     @property
     def printed(self):

@@ -4,9 +4,6 @@ ParaView's handle widget edits one list of positions. While an edit waits for Ap
 pending ("unchecked") value of a server-manager property, and whoever changes it, a drag, a table or
 a button, an event of the property tells so. Here these events are answered by pending edits of the
 lists beside, so that Apply, Reset, Undo, trace and states work on all lists as on one.
-
-The widget joins the handles by a line, which moves all of them when it is dragged. It is made
-transparent: then VTK's pickers pass it by as well.
 """
 
 from __future__ import annotations
@@ -20,15 +17,17 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_points import lattice
-from vtk_mls.paraview import live, undo
-from vtk_mls.paraview.arrows import Arrows
+from vtk_mls.paraview import live, messages, pending_filter, undo
+from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
+from vtk_mls.paraview.surface_drag import SurfaceDrag
 
 _FILTERS = ("MLSDeform", "MLSDisplacementField")
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _LISTS = ("RestPoints", "DeformedPoints", "Weights")
 _FILES = ("FileName", "DeformedFileName", "Space")
+_NUMBERS = "NumberHandles"
 _LAYING = ("Mode", "LatticeDimensions", "Bounds", *_FILES)
 # Of a display, beside the representation.
 _LOOK = (
@@ -68,6 +67,7 @@ def _watch(session):
     """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
     if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
         return  # only the GUI has undo; pvpython's manager outlives Python and would call it still
+    messages.start()
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
@@ -121,9 +121,9 @@ class _Handles:
         # when handles were last added to or removed from which list, and what was before
         self._recounted = None
         self._number, self._widgets = proxy.GetGlobalID(), set()
-        self._arrows = Arrows()
+        self._marks = Marks()
         self._edited = edited  # tells all pipelines, for handles may be another's control points
-        self._live = live.Live(self._number) if proxy.GetProperty(live.SWITCH) else None
+        self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
@@ -133,12 +133,13 @@ class _Handles:
             ("DeformedPoints", self._deformed_edited),
             ("RestPoints", self._rest_edited),
             ("Weights", lambda weights, proxy: None),
+            (_NUMBERS, self._numbers_edited),
             *((name, self._laid) for name in _LAYING),
         ):
             if proxy.GetProperty(name):
                 proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
         if self._live:
-            for name in {live.SWITCH, *live.EDITED} - {*_LISTS}:
+            for name in {live.SWITCH, *pending_filter.EDITED} - {*_LISTS}:
                 proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
 
     def _map_edited(self, changed, event):
@@ -158,7 +159,7 @@ class _Handles:
                 try:
                     method(changed, changed.GetParent())
                     self._settle(changed.GetParent())
-                    self._point(changed.GetParent())
+                    self._mark(changed.GetParent())
                 finally:
                     self._busy = False
                 self._edited(self._is_held)
@@ -170,10 +171,10 @@ class _Handles:
         if widget.GetGlobalID() in self._widgets:
             return
         self._widgets.add(widget.GetGlobalID())
-        _hide_line(widget)
-        if not widget.GetSession().IsA("vtkSMSessionClient"):  # it draws what is here
-            self._arrows.follow(widget)
-            self._point(find(self._number))
+        forget_line(widget)
+        if not widget.GetSession().IsA("vtkSMSessionClient"):  # the server draws
+            SurfaceDrag(widget, self._marks.follow(widget))
+            self._mark(find(self._number))
         self._listen(widget)
 
     def take_cut(self, widget):
@@ -209,20 +210,25 @@ class _Handles:
                 proxy.GetProperty(name).SetUncheckedElements(values, len(values))
             self._remember(proxy)
             self._settled = _lists(proxy)
-            self._point(proxy)
+            self._mark(proxy)
         finally:
             self._busy = False
         self._edited(False)
 
     def end(self):
         """The proxy is gone."""
-        self._arrows.end()
+        self._marks.end()
         if self._live:
             self._live.end()
 
-    def _point(self, proxy):
-        """Let the arrows show what is pending."""
-        self._arrows.point(*(_pending(proxy.GetProperty(name)) for name in _LISTS[:2]))
+    def _mark(self, proxy):
+        """Let the views show what is pending."""
+        self._marks.point(*(_pending(proxy.GetProperty(name)) for name in _LISTS[:2]))
+        self._marks.number(bool(proxy.GetProperty(_NUMBERS).GetUncheckedElement(0)))
+
+    def _numbers_edited(self, numbers, proxy):
+        self._mark(proxy)
+        _render(proxy)
 
     def _settle(self, proxy):
         """Tell Undo what an edit has changed, at the end of a drag, or that all is applied."""
@@ -317,12 +323,17 @@ class _Handles:
         for name, rows in zip(_LISTS, found):
             _set_pending(proxy.GetProperty(name), rows)
         self._remember(proxy)
-        for view in proxies(proxy.GetSessionProxyManager(), "views"):
-            view.StillRender()
+        _render(proxy)
 
     def _remember(self, proxy):
         self._deformed = _pending(proxy.GetProperty("DeformedPoints"))
         self._rest = _pending(proxy.GetProperty("RestPoints"))
+
+
+def _render(proxy):
+    """Draw all views anew."""
+    for view in proxies(proxy.GetSessionProxyManager(), "views"):
+        view.StillRender()
 
 
 def _show_as_input(display, others):
@@ -342,13 +353,6 @@ def _show_as_input(display, others):
             if display.GetProperty("Representation") and other.GetProperty("Representation"):
                 display.SetRepresentationType(other.GetProperty("Representation").GetElement(0))
             return
-
-
-def _hide_line(widget):
-    """Leave of a widget only its handles."""
-    line = widget.GetClientSideObject().GetRepresentation()
-    for each in (line.GetLineProperty(), line.GetSelectedLineProperty()):
-        each.SetOpacity(0)
 
 
 def _shows(widget, proxy):

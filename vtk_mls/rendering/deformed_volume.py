@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from vtkmodules.vtkCommonCore import reference, vtkCommand, vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -19,6 +21,7 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
+_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation
 
 
 class DeformedVolume:
@@ -104,12 +107,14 @@ class DeformedVolume:
                 break
             box = fitted
         self._show(box, grid, values)
+        _drawn[self._volume] = self._source, deformation
 
     def detach(self) -> None:
         """Draw the volume undeformed again, as if nothing had been here."""
         for observer in self._observers:
             self._renderer.RemoveObserver(observer)
         self._observers = []
+        _drawn.pop(self._volume, None)
         if self._mapper.GetInput() is self._stretched and self._stretched is not None:
             producer, port = self._producer
             self._mapper.SetInputConnection(producer.GetOutputPort(port))
@@ -228,6 +233,11 @@ def _check_image(image):
         raise ValueError(
             f"`volume` must have at least two points along each axis, got {image.GetDimensions()}"
         )
+
+
+def drawn_as(volume):
+    """The image and the Deformation that a vtkVolume is drawn from; None if it is not deformed."""
+    return _drawn.get(volume)
 
 
 def _has_cell_values(mapper, image):
