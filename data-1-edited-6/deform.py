@@ -14,7 +14,7 @@ here = Path(__file__).parent
 deform = MLSDeform()
 deform.SetInputData(1, io.read_control_points(here / "handles.csv"))
 
-for source, target in [('data-1.vtp', 'data-1-deformed.vtp')]:
+for source, target in [("data-1.vtp", "data-1-deformed.vtp")]:
     deform.SetInputData(0, io.read_dataset(here / source))
     deform.Update()
     io.write_dataset(deform.GetOutput(), here / target)

@@ -92,10 +92,8 @@ def looks_of(values, are_labels):
     level = _level(some, low, high)
     top = np.quantile(some[some >= level], 0.995) if len(some) else high
     top = top if top > level else max(high, level + 1e-6 * max(1.0, abs(level)))
-    # from half of the level on, so that what one sees is where values rise
-    edge = (low - level) / 2 / (top - level)
     tissue = (
-        _over("MR, solid", _TISSUE, ((edge, 0), (0, 0.6), (0.3, 0.9), (1, 0.95)), level, top),
+        _over("MR, solid", _TISSUE, ((0, 0), (0.15, 0.4), (0.4, 0.8), (1, 0.95)), level, top),
         _over("MR, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
         _over("grey", _GREY, ((0, 0), (0.3, 0.3), (1, 0.9)), level, top),
     )

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  draws volumes
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
+from vtk_mls.editor.scalar_image import scalar_image
 from vtk_mls.editor.volume_surface import VolumeSurface
 from vtk_mls.files import provenance
 from vtk_mls.rendering import DeformedVolume
@@ -28,9 +29,9 @@ class ShownVolume:
     """
 
     def __init__(self, image, renderer):
-        self._image, self._deformation = _scalar_image(image), None
-        geometry = ImageGeometry.of_image(image)
-        self._grid, scalars = geometry.grid, self._image.GetPointData().GetScalars()
+        self._image, self._deformation = scalar_image(image), None
+        self._grid = ImageGeometry.of_image(self._image).grid
+        scalars = self._image.GetPointData().GetScalars()
         self._values = arrays.to_numpy(scalars).reshape(self._grid.shape)
         labels = provenance.kept(image, provenance.LABEL_ARRAYS)
         self.looks = looks.looks_of(self._values.ravel(), scalars.GetName() in labels)
@@ -100,23 +101,3 @@ class ShownVolume:
     def surface(self):
         """What one sees of it now, as a `VolumeSurface`."""
         return VolumeSurface(self._grid, self._values, self._look, self._deformation)
-
-
-def _scalar_image(image):
-    """The image with one number for each point: that of several components their mean."""
-    data = image.GetPointData()
-    scalars = data.GetScalars() or next(
-        (each for each in map(data.GetArray, range(data.GetNumberOfArrays())) if each), None
-    )
-    if scalars is None:
-        raise ValueError("the image has no values at its points to show; only those of cells")
-    shown = vtkImageData()
-    shown.CopyStructure(image)
-    values = arrays.to_numpy(scalars)
-    if values.ndim > 1 or not arrays.is_numeric(scalars):
-        values = values.reshape(image.GetNumberOfPoints(), -1).mean(axis=1)
-        arrays.add(shown.GetPointData(), scalars.GetName() or "values", values)
-        shown.GetPointData().SetActiveScalars(scalars.GetName() or "values")
-    else:
-        shown.GetPointData().SetScalars(scalars)
-    return shown
