@@ -1,6 +1,6 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
-from importlib import import_module
+from vtk_mls import lazy
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
@@ -49,14 +49,4 @@ _MODULES = {
     "Sampling": "sampling",
     "Surface": "cuts",
 }
-
-
-def __getattr__(name):
-    if name not in _MODULES:
-        raise AttributeError(f"module `vtk_mls` has no attribute `{name}`")
-    globals()[name] = getattr(import_module(f"vtk_mls.{_MODULES[name]}"), name)
-    return globals()[name]
-
-
-def __dir__():
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy.names(__name__, _MODULES)

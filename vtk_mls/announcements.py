@@ -7,6 +7,8 @@ import contextvars
 import logging
 
 _log = logging.getLogger("vtk_mls")
+# Announcements are no warnings: where that makes a difference, they are handled apart.
+LOG = logging.getLogger("vtk_mls.announcements")
 _listeners = contextvars.ContextVar("listeners", default=(None, None))
 
 
@@ -23,7 +25,7 @@ def heard_by(progress, warning):
 def announce(sentence, *, logged=True):
     """Say what is done now; on the terminal, too, if it is `logged`."""
     if logged:
-        _log.warning(sentence)  # the level from which on Python shows it by itself
+        LOG.warning(sentence)  # the level from which on Python shows it by itself
     progress, _ = _listeners.get()
     if progress is not None:
         progress(sentence)

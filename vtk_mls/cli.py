@@ -75,7 +75,7 @@ def _with_values(arguments):
 def _parser():
     import argparse
 
-    from vtk_mls.commands import deform, field, paraview, points
+    from vtk_mls.commands import deform, field, paraview, points, view
 
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
@@ -85,6 +85,7 @@ def _parser():
     deform.add(commands)
     field.add(commands)
     points.add(commands)
+    view.add(commands)
     info = commands.add_parser(
         "doctor",
         aliases=["info"],

@@ -64,7 +64,8 @@ of_handles = {
     "Bounds": [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
 }
 # What the panel alone knows, and what is taken from the bounds of the input.
-panel = {"Drag": "deformed", "LatticeDimensions": [3, 3, 3]}
+of_every_panel = {"Drag": "deformed", "NumberHandles": 0}
+panel = {**of_every_panel, "LatticeDimensions": [3, 3, 3]}
 of_deform_panel = {**panel, "Live": 1}
 of_bounds = {"RestPoints", "DeformedPoints", "CutOrigin"}
 for proxy, expected, others in (
@@ -78,7 +79,7 @@ for proxy, expected, others in (
         {**defaults, "Inverse": 0, "SampleDimensions": [32, 32, 32], **panel},
         {"Input", "ControlPoints", "Cuts", *of_bounds},
     ),
-    (handles, {**of_handles, "Drag": "deformed"}, {"RestPoints"}),
+    (handles, {**of_handles, **of_every_panel}, {"RestPoints"}),
 ):
     for name, default in expected.items():
         value = getattr(proxy, name)
@@ -92,7 +93,7 @@ for proxy, expected, others in (
     arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
     arrays |= {"PushForwardArrays"}
     for name in (
-        set(expected) - arrays - (set(of_deform_panel) if proxy is not handles else {"Drag"})
+        set(expected) - arrays - set(of_deform_panel if proxy is not handles else of_every_panel)
     ):
         own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
         own = list(own) if isinstance(expected[name], list) else own or expected[name]

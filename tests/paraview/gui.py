@@ -126,30 +126,44 @@ class Gui:
         self._xdotool("key", "--delay", 100, "Return")
 
     @contextmanager
-    def dragging(self, place, by):
-        """Take hold of what is at a place in the world, and pull it by so many pixels."""
+    def dragging(self, place, by, key=None):
+        """Take hold of what is at a place in the world, and pull it by so many pixels.
+
+        The key, if there is one, is held meanwhile.
+        """
         x, y = self._on_screen(place)
         self.clicks += 1
         self._xdotool("mousemove", "--sync", x, y)
+        if key:
+            self._xdotool("keydown", key)
         self._xdotool("mousedown", 1)
         for step in range(1, 11):
             self._xdotool("mousemove", "--sync", x + step * by[0] // 10, y - step * by[1] // 10)
-        yield
-        self._xdotool("mouseup", 1)
+        try:
+            yield
+        finally:  # tests share a display
+            self._xdotool("mouseup", 1)
+            if key:
+                self._xdotool("keyup", key)
 
-    def shake(self, seconds):
-        """Move the mouse to and fro by a pixel or two, a hundred times a second."""
+    def move(self, by):
+        """Move the mouse by so many pixels."""
+        self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
+
+    def shake(self, seconds, rate=100):
+        """Move the mouse to and fro by a pixel or two, so many times a second."""
         moves = [(2, 1), (-1, -2), (1, 2), (-2, -1)]
-        steps = [moves[number % 4] for number in range(int(100 * seconds))]
-        for part in (steps[at : at + 50] for at in range(0, len(steps), 50)):
-            chain = (("mousemove_relative", "--", *step, "sleep", 0.01) for step in part)
+        steps = [moves[number % 4] for number in range(int(rate * seconds))]
+        for part in (steps[at : at + rate // 2] for at in range(0, len(steps), rate // 2)):
+            chain = (("mousemove_relative", "--", *step, "sleep", 1 / rate) for step in part)
             self._xdotool(*(each for link in chain for each in link))
 
     def screenshot(self, name):
-        """Keep what is on the screen."""
+        """Keep what is on the screen; the file."""
         path = self._folder / f"{name}.png"
         command = ["import", "-window", "root", str(path)]
         subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
+        return path
 
     @property
     def printed(self):
@@ -227,7 +241,11 @@ def running(paraview, project, folder, display, command=PLAIN, **variables):
     for name in ("request.py", "reply.json"):
         (project / folder / name).unlink(missing_ok=True)
     environment = paraview.environment(
-        DISPLAY=display, QT_QPA_PLATFORM="xcb", PARAVIEW_GUI_FOLDER=str(folder), **variables
+        DISPLAY=display,
+        QT_QPA_PLATFORM="xcb",
+        PARAVIEW_GUI_FOLDER=str(folder),
+        MESA_SHADER_CACHE_DISABLE="true",  # a shader from there is not warned of again
+        **variables,
     )
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)
     with (project / folder / "log.txt").open("w") as log:

@@ -155,17 +155,21 @@ def gui(start):
 @pytest.fixture(scope="module")
 def brain():
     """File of a volume, relative to the project."""
+    return write_brain(OWN / "brain.vti", every=2)
+
+
+def write_brain(file, every):
+    """Write a brain, some of its voxels; the file, which is relative to the project."""
     reader = vtkNIFTIImageReader()
     reader.SetFileName(str(volumes.brain()))
     smaller = vtkImageShrink3D()
     smaller.SetInputConnection(reader.GetOutputPort())
-    smaller.SetShrinkFactors(2, 2, 2)
+    smaller.SetShrinkFactors(every, every, every)
     smaller.Update()
     smaller.GetOutput().GetPointData().GetScalars().SetName("T1")
     writer = vtkXMLImageDataWriter()
     writer.SetInputConnection(smaller.GetOutputPort())
-    file = OWN / "brain.vti"
-    (PROJECT / OWN).mkdir(parents=True, exist_ok=True)
+    (PROJECT / file).parent.mkdir(parents=True, exist_ok=True)
     writer.SetFileName(str(PROJECT / file))
     assert writer.Write()
     return file

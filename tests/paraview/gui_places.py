@@ -30,6 +30,16 @@ def button(text):
     return None
 
 
+def check_box(text):
+    """A check box, by its label."""
+    for each in _visible(QtWidgets.QCheckBox):
+        if _plain(each.text()) == text and each.isEnabled():
+            place = each.rect()
+            place.setWidth(20)
+            return _middle(each, place)
+    return None
+
+
 def drop_down(name):
     """The drop-down list of a property, or in a tool bar, by the name of its widget."""
     found = _drop_down(name)

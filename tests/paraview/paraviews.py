@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 import subprocess
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,7 +61,8 @@ class ParaView:
         assert (status, noise) == (0, []), f"{script} in {self.name}:\n{output}"
 
 
-def _system_paraview():
+def of_system():
+    """The system's ParaView, or why there is none."""
     if shutil.which("pvpython") is None:
         return "no pvpython on this system: tests/paraview/install.sh says why"
     debian12 = {"PYTHONPATH": str(PROJECT / "paraview_plugin" / "debian12")}
@@ -101,7 +102,7 @@ def _all_paraviews():
 
     Those in different roots, and so with settings of their own, can be tested at the same time.
     """
-    found = [("system", "/", _system_paraview())]
+    found = [("system", "/", of_system())]
     found += [(root.name, root, paraview) for root, paraview in _root_paraviews()]
     newest = max(found, key=lambda each: _version(each[1]))
     for name, _, each in found:
@@ -126,6 +127,12 @@ def paraview(request):
 
 @pytest.fixture(scope="session")
 def display():
+    with virtual_display() as number:
+        yield number
+
+
+@contextmanager
+def virtual_display():
     """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own.
 
     Those in a root file system reach it too, for its socket is abstract.
@@ -140,5 +147,7 @@ def display():
         os.close(write)
         with open(read) as pipe:
             number = pipe.readline().strip()
-        yield f":{number}"
-        server.terminate()
+        try:
+            yield f":{number}"
+        finally:
+            server.terminate()

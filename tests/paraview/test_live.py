@@ -11,8 +11,8 @@ simple.Render(view)
 from vtk_mls.rendering import DeformedVolume
 frames, drawn = [], []
 usual = DeformedVolume.update
-def update(self, deformation, nodes=64):
-    usual(self, deformation, nodes)
+def update(self, deformation, nodes=64, within=None):
+    usual(self, deformation, nodes, within)
     drawn[:] = [self, deformation, nodes]
 DeformedVolume.update = update
 

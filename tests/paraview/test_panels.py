@@ -7,14 +7,17 @@ import pytest
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.paraview import panels
 
-OF_PANEL = {"Drag", "DisplacementArray", "WeightArray", "LatticeDimensions"}
+OF_EVERY_PANEL = {"Drag", "NumberHandles"}
+OF_PANEL = OF_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
 INPUTS = {"Input", "ControlPoints", "Cuts"}
 EACH = [
     pytest.param(panels.DEFORM, property_tables.DEFORM, OF_PANEL | INPUTS | {"Live"}, id="deform"),
     pytest.param(
         panels.DISPLACEMENT_FIELD, property_tables.DISPLACEMENT_FIELD, OF_PANEL | INPUTS, id="field"
     ),
-    pytest.param(panels.CONTROL_POINTS, property_tables.CONTROL_POINTS, {"Drag"}, id="points"),
+    pytest.param(
+        panels.CONTROL_POINTS, property_tables.CONTROL_POINTS, OF_EVERY_PANEL, id="points"
+    ),
 ]
 
 

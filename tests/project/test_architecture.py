@@ -21,12 +21,16 @@ ROOMS = {
     "rendering": {"core", "cuts", "engine", "arrays", "filters", "numpy", "vtkmodules"},
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
     "demo": {"core", "engine", "filters", "numpy", "tetgen", "vtkmodules"},
+    "editor": {
+        *{"core", "kinds", "cuts", "engine", "arrays", "files", "filters", "io", "rendering"},
+        *{"numpy", "vtkmodules"},
+    },
     "paraview": {
         *{"core", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "paraview", "vtkmodules"},
     },
     "commands": {
-        *{"core", "engine", "arrays", "files", "filters", "io", "demo", "paraview"},
+        *{"core", "engine", "arrays", "files", "filters", "io", "demo", "paraview", "editor"},
         *{"numpy", "vtkmodules"},
     },
 }

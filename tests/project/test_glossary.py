@@ -83,6 +83,7 @@ PUBLIC = "a public name of an option, a file or a property"
 RIGHT = {
     "handle": {
         "vtk_mls/paraview/*": MOUSE,
+        "vtk_mls/editor/*": MOUSE,
         "paraview_plugin/*": MOUSE,
         "vtk_mls/filters/handle_*.py": MOUSE,
         "vtk_mls/filters/control_points.py": "the name of a module",
@@ -91,6 +92,7 @@ RIGHT = {
     },
     "handles": {
         "vtk_mls/paraview/*": MOUSE,
+        "vtk_mls/editor/*": MOUSE,
         "paraview_plugin/*": MOUSE,
         "vtk_mls/commands/*": PUBLIC,
         "vtk_mls/filters/handle_*.py": MOUSE,
@@ -98,9 +100,11 @@ RIGHT = {
     },
     "lattice": {
         "vtk_mls/paraview/*": LAYOUT,
+        "vtk_mls/editor/*": LAYOUT,
         "paraview_plugin/*": LAYOUT,
         "vtk_mls/filters/*": LAYOUT,
     },
+    "lattices": {"vtk_mls/editor/*": LAYOUT},
     "place": {"vtk_mls/engine/*": "in place, without a copy"},
 }
 

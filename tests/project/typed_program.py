@@ -8,8 +8,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import assert_type
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkVolume
 
 from vtk_mls import Deformation, DisplacementField, Grid, HalfPlane, Plane, Surface
+from vtk_mls.rendering import DeformedVolume
 
 Float64 = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
@@ -35,6 +37,12 @@ assert_type(field.grid, Grid)
 assert_type(grid.size, int)
 assert_type(grid.points(), Float64)
 assert_type(deformation.fitted_grid(grid), Grid)
+
+volume, renderer = vtkVolume(), vtkRenderer()
+drawn = DeformedVolume(volume, renderer)
+drawn.update(deformation, nodes=32, within=grid)
+assert_type(drawn.uploads, int)
+drawn.update(3)  # type: ignore[arg-type]
 
 deformation.forward()  # type: ignore[call-arg]
 deformation.backward(points, progress=3)  # type: ignore[arg-type]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
@@ -50,9 +52,9 @@ def finer(grid):
     return Grid(2 * np.array(grid.dimensions), grid.origin, grid.spacing / 2, grid.direction)
 
 
-def resampled(deformation, values=VALUES, hides_outside=False):
+def resampled(deformation, values=VALUES, hides_outside=False, target=None):
     """The image that a filter would give."""
-    target = deformation.fitted_grid(SOURCE)
+    target = target or deformation.fitted_grid(SOURCE)
     if hides_outside:
         target = finer(target)
     image = deformation.resample([values], Sampling(SOURCE, target))[0]
@@ -269,6 +271,34 @@ def test_the_box_grows_and_shrinks_with_what_is_drawn():
         assert_alike(scene.picture(), wanted)
     low, high = np.reshape(volume.GetBounds(), (3, 2)).T
     assert (high - low < 2 * SIZE).all()
+
+
+PARTS = {
+    "the input's grid": SOURCE,
+    "a part": Grid((30, 40, 20), (20.3, 4, 12), (1, 0.5, 1.4)),
+    "where nothing rests": Grid((30, 48, 48), (60, 0, 0)),
+}
+
+
+def test_no_more_is_drawn_than_an_output_grid_holds():
+    volume = volume_of(image_of(VALUES))
+    scene, d = Scene(volume), deformation(right=(40, 2, 0))
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(d)
+    pictures = [scene.picture()]
+    for grid in PARTS.values():
+        drawn.update(d, within=grid)
+        pictures.append(scene.picture())
+        assert_alike(pictures[-1], Scene(volume_of(resampled(d, target=grid))).picture())
+        shown = volume.GetMapper().GetInput()
+        drawn.update(
+            deformation(right=(39, 2, 0)), within=Grid(grid.dimensions, grid.origin, grid.spacing)
+        )
+        assert volume.GetMapper().GetInput() is shown, "the volume was uploaded again"
+    drawn.update(d)
+    assert_alike(scene.picture(), pictures[0], mean=0.2)
+    for first, second in itertools.combinations(pictures, 2):
+        assert np.abs(first - second).mean() > 1
 
 
 # Data

@@ -14,8 +14,8 @@ HANDLES = (
 )
 
 
-def add(parser):
-    """Add the options to a parser."""
+def add(parser, has_progress=True):
+    """Add the options to a parser, that of the progress bar if there is one."""
     from vtk_mls.filters.property_tables import SPACE
 
     add = parser.add_argument
@@ -39,6 +39,7 @@ def add(parser):
     property_options.add(parser, "Alpha")
     property_options.add(parser, "Degree", more="for the polynomial kind, 1, 2 or 3")
     property_options.add(parser, "Nu")
+    property_options.add(parser, "Blend")
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -63,7 +64,9 @@ def add(parser):
     )
     property_options.add(parser, "CutFrame")
     property_options.add(parser, "Device")
-    add("--progress", action="store_true", help="show a progress bar although not on a terminal")
+    if has_progress:
+        text = "show a progress bar although not on a terminal"
+        add("--progress", action="store_true", help=text)
 
 
 def apply(options, algorithm):
@@ -85,23 +88,34 @@ def remark(algorithm):
 
 def deformation(options):
     """The `Deformation` that the options say."""
-    from vtk_mls import Deformation, arrays
+    from vtk_mls import Deformation
+
+    rest, deformed, weights = control_points(options)
+    if options.blend != 1:
+        deformed = rest + options.blend * (deformed - rest)
+    return Deformation(rest, deformed, weights=weights, **map_arguments(options))
+
+
+def control_points(options):
+    """p, q and weights (or None) of the files."""
+    from vtk_mls import arrays
 
     handles = _control_points(options)
     weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
-    rest, deformed, weights = arrays.control_points(handles, "Displacement", weight)
-    return Deformation(
-        rest,
-        deformed,
-        options.kind,
-        alpha=options.alpha,
-        degree=options.degree,
-        weights=weights,
-        cuts=_cuts(options),
-        nu=options.nu,
-        cut_frame=options.cut_frame,
-        device=options.device or None,
-    )
+    return arrays.control_points(handles, "Displacement", weight)
+
+
+def map_arguments(options):
+    """What a `Deformation` takes beside control points, by name."""
+    return {
+        "kind": options.kind,
+        "alpha": options.alpha,
+        "degree": options.degree,
+        "cuts": _cuts(options),
+        "nu": options.nu,
+        "cut_frame": options.cut_frame,
+        "device": options.device or None,
+    }
 
 
 def _control_points(options):

@@ -24,7 +24,7 @@ IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
 _SECONDS, _BYTES_PER_SECOND = 60, 200_000
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 _JOURNAL = 1 << 16  # bytes; more than the names of two files
-_VERBS = {"read": "read", "deform": "deformed", "write": "written"}
+_VERBS = {"read": "read", "deform": "deformed", "write": "written", "show": "shown"}
 
 _journal = None  # memory that both share, where the worker writes what it does
 _written = ""  # file that the worker wrote to last
@@ -92,7 +92,7 @@ def supervise(work):
 
 @contextmanager
 def step(doing, path):
-    """Say what is being done, "read", "deform" or "write", with which file.
+    """Say what is being done, "read", "deform", "write" or "show", with which file.
 
     What libraries print while a broken file makes them crash is not shown, and reading that goes on
     and on ends.
@@ -183,6 +183,11 @@ def _obituary(doing, path, name):
         reason = "VTK's reader does not come to an end; the file is broken"
     elif doing == "read":
         reason = f"VTK's reader crashed ({name}); the file is broken, or too large for the memory"
+    elif doing == "show":
+        reason = (
+            f"the process crashed ({name}), as a rule in the graphics driver; unsaved handles are "
+            "kept, and the next start offers them; LIBGL_ALWAYS_SOFTWARE=1 draws without the driver"
+        )
     else:
         reason = f"the process crashed ({name})"
     return f"`{path}` could not be {_VERBS[doing]}: {reason}" if path else reason

@@ -1,6 +1,6 @@
 """VTK filters: ports and properties over `vtk_mls.Deformation`."""
 
-from importlib import import_module
+from vtk_mls import lazy
 
 # Types of these are in __init__.pyi.
 __all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField"]
@@ -12,14 +12,4 @@ _MODULES = {
     "MLSDeform": "deform",
     "MLSDisplacementField": "displacement_field",
 }
-
-
-def __getattr__(name):
-    if name not in _MODULES:
-        raise AttributeError(f"module `vtk_mls.filters` has no attribute `{name}`")
-    globals()[name] = getattr(import_module(f"vtk_mls.filters.{_MODULES[name]}"), name)
-    return globals()[name]
-
-
-def __dir__():
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy.names(__name__, _MODULES)

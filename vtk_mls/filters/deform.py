@@ -91,7 +91,7 @@ class MLSDeform(DeformingFilter):
         geometry = ImageGeometry.of_information(inInfo[0].GetInformationObject(0))
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            geometry = self._output_geometry(geometry, self._updated_deformation)
+            geometry = self.output_geometry(geometry, self.updated_deformation)
         geometry.announce(info)
         return 1
 
@@ -110,14 +110,14 @@ class MLSDeform(DeformingFilter):
         source = ImageGeometry.of_information(info)
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            whole = self._output_geometry(source, lambda: self._updated_deformation(asked))
+            whole = self.output_geometry(source, lambda: self.updated_deformation(asked))
             target = self._requested_part(whole, asked)
             if target == whole or source.is_empty:
                 return
             ask_for_extent(info, extents.first_cell(source))
             if not target.is_empty:
                 more = extents.GRADIENT_REACH if self.GetGradientArray() else 0
-                deformation = self._updated_deformation(asked)
+                deformation = self.updated_deformation(asked)
                 sampling = self._sampling(source.grid, target.grid_within(whole))
                 extent = extents.needed_extent(deformation, source, sampling, more)
                 ask_for_extent(info, extent)
@@ -150,7 +150,7 @@ class MLSDeform(DeformingFilter):
         deformation = self._requested_deformation(inInfo)
         whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
         self._check_reach(deformation, whole_source.grid.corners())
-        whole = self._output_geometry(whole_source, lambda: deformation)
+        whole = self.output_geometry(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.apply_to(output)
         if target.is_empty:
@@ -179,8 +179,11 @@ class MLSDeform(DeformingFilter):
             )
         return whole
 
-    def _output_geometry(self, source, make_deformation):
-        """Where the whole output lies, for an input on `source`."""
+    def output_geometry(self, source, make_deformation):
+        """ImageGeometry of the whole output, for an input on the ImageGeometry `source`.
+
+        `make_deformation()` is called where the output grid depends on the deformation.
+        """
         wanted = property_tables.OUTPUT_GRID.checked(self)
         if wanted == "input":
             return source

@@ -134,8 +134,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             raise data
         return [[each for (port, _), each in data.items() if port == wanted] for wanted in (1, 2)]
 
-    def _updated_deformation(self, info=None):
-        """The deformation before data have been asked for."""
+    def updated_deformation(self, info=None):
+        """The Deformation of the properties, and of control points and cuts, which are updated.
+
+        The filter itself does not run. With `info`, of an output, they are those at its time.
+        """
         if parallel.is_parallel():
             self._collect(info)
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.paraview.property_xml import element, joined, visibility
-from vtk_mls.paraview.xml import arrays_of, bounds, choice, shown_when, vector, xml
+from vtk_mls.paraview.xml import (
+    arrays_of,
+    bounds,
+    check_box,
+    choice,
+    shown_when,
+    vector,
+    xml,
+)
 
 # The handles of a new filter, in steps along a box: the widget draws a line through them.
 _LATTICE = [
@@ -35,6 +43,12 @@ def draggable(deformed, rest, *hints):
         _widget("Handles", "DeformedPoints", shown_when("Drag", "deformed"), *hints),
         rest,
         _widget("Handles at Rest", "RestPoints", shown_when("Drag", "rest"), *hints),
+        check_box(
+            "NumberHandles",
+            "Whether each handle has its number beside it, that of its row in the tables.",
+            xml("Hints", *hints),
+            command="",
+        ),
     ]
 
 

@@ -1,32 +1,27 @@
 """What pending edits of MLS Deform would show, drawn while they wait for Apply.
 
-Where the filter, or before the first Apply its input, is shown as a volume or a mesh, the input is
-drawn deformed beside it, and what ParaView shows is hidden. This is no part of the pipeline:
-states, Undo and the panel do not know of it. It is brought up to date once a frame, whatever number
-of edits came since the last: so it never falls behind the mouse.
+Where the filter, or before the first Apply its input, is shown, the input is drawn deformed beside
+it, and what ParaView shows is hidden. This is no part of the pipeline: states, Undo and the panel
+do not know of it. It is brought up to date once a frame, whatever number of edits came since the
+last: so it never falls behind the mouse.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from contextlib import suppress
 
-from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import MLSDeform, properties, property_tables
-from vtk_mls.paraview.live_mesh import LiveMesh
+from vtkmodules.vtkCommonCore import vtkOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
+
+from vtk_mls.paraview.live_image import LiveImage, LiveSlice
+from vtk_mls.paraview.live_mesh import LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
-from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies, proxies_of
+from vtk_mls.paraview.pending_filter import PendingFilter, moves
+from vtk_mls.paraview.server_manager import find, proxies, proxies_of
+from vtk_mls.rendering import RenderingError
 
 SWITCH = "Live"
-_TABLE = [
-    *property_tables.MAP,
-    *(each for each in property_tables.CUTTING if each is not property_tables.CUTS),
-    *property_tables.OWN_CONTROL_POINTS,
-]
-_GRID = (property_tables.OUTPUT_GRID, *property_tables.GIVEN_GRID)
-EDITED = [each.name for each in (*_TABLE, *_GRID)]
-_LISTS = ("RestPoints", "DeformedPoints", "Weights")
-_KINDS = (LiveVolume, LiveMesh)
+_KINDS = (LiveVolume, LiveImage, LiveSlice, LiveMesh, LiveOutline)
 
 
 class Live:
@@ -34,15 +29,15 @@ class Live:
 
     Parameters
     ----------
-    number : int
-        Global id of the MLSDeform proxy.
+    proxy : proxy of MLSDeform
     """
 
-    def __init__(self, number):
-        self._number = number
-        self._deform = MLSDeform()  # which never runs: it makes a deformation of properties
-        self._deformation, self._is_stale, self._is_held = None, False, False
+    def __init__(self, proxy):
+        self._number = proxy.GetGlobalID()
+        self._pending, self._is_stale, self._is_held = PendingFilter(), False, False
         self._drawn, self._hooks = {}, {}
+        if _is_remote(proxy):
+            _switch_off(proxy)
 
     def edited(self, is_held):
         """Something that the deformation depends on may have changed.
@@ -56,6 +51,9 @@ class Live:
         if proxy is None or not _is_wanted(proxy):
             self.end()
             return
+        if _is_remote(proxy):
+            self._give_up(proxy, "the data are on another machine")
+            return
         self._is_stale, self._is_held = True, is_held
         for view in proxies(proxy.GetSessionProxyManager(), "views"):
             self._hook(view)
@@ -67,7 +65,15 @@ class Live:
         self._hooks = {}
         for drawn in self._drawn.values():
             drawn.end()
-        self._drawn, self._deformation = {}, None
+        self._drawn, self._pending = {}, PendingFilter()
+
+    def _give_up(self, proxy, why):
+        """Leave it to Apply, and say so."""
+        self.end()
+        _switch_off(proxy)
+        vtkOutputWindow.GetInstance().DisplayWarningText(
+            f"MLS Deform does not follow live, for {why}. Apply shows the result.\n"
+        )
 
     def _hook(self, view):
         """Hear of each frame of a view."""
@@ -77,105 +83,61 @@ class Live:
         window = client.GetRenderWindow()
 
         def frame(window, event):
+            proxy = find(self._number)
+            if proxy is None or not _is_wanted(proxy):
+                self.end()
+                return
             try:
-                self._draw(number)
-            except (ValueError, TypeError, RuntimeError, MemoryError):
-                self.end()  # Apply says it
+                self._draw(proxy, number)
+            except RenderingError:  # which was said
+                self.end()
+                _switch_off(proxy)
+            except (ValueError, TypeError, RuntimeError, MemoryError) as error:
+                self._give_up(proxy, str(error) or "there is not enough memory")
 
         self._hooks[number] = window, window.AddObserver("StartEvent", frame)
 
-    def _draw(self, number):
+    def _draw(self, proxy, number):
         """Bring up to date what the view with this id shows."""
-        proxy = find(self._number)
-        if proxy is None or not _is_wanted(proxy):
-            self.end()
-            return
-        self._update(proxy)
-        if self._deformation is None:
-            return
+        if self._is_stale:
+            self._is_stale = False
+            with suppress(ValueError, TypeError, RuntimeError):  # Apply says it
+                self._pending.update(proxy)
         view = find(number, "views")
-        shown = {each.GetGlobalID(): each for each in _shown(proxy, view)}
-        for key in [key for key in self._drawn if key[0] == number and key[1] not in shown]:
-            self._drawn.pop(key).end()
-        data = _input_of(proxy)
-        renderer = view.GetClientSideObject().GetRenderer()
-        for each, display in shown.items():
-            self._draw_in((number, each), display, renderer, data)
-            drawn = self._drawn.get((number, each))
-            if drawn and not drawn.update(self._deformation, self._is_held, self._limits(data)):
-                proxy.GetProperty(SWITCH).SetElement(0, 0)  # it has said why
-                self.end()
-                return
-
-    def _draw_in(self, key, display, renderer, data):
-        """Have what draws the data as a display shows them, if anything can."""
-        drawn = self._drawn.get(key)
-        if drawn and not drawn.is_of(display, data):
-            self._drawn.pop(key).end()
-            drawn = None
-        kind = next((each for each in _KINDS if each.can_draw(display, data)), None)
-        if drawn is None and kind:
-            self._drawn[key] = kind(display, data, renderer)
-
-    def _update(self, proxy):
-        """The deformation of the pending edits; if they are not valid, the last one."""
-        if not self._is_stale:
+        if self._pending.deformation is None or view is None:
             return
-        self._is_stale = False
-        try:
-            self._set_properties(proxy)
-            self._deformation = self._deform._updated_deformation()
-        except (ValueError, TypeError, RuntimeError):
-            pass  # Apply says it
+        renderer = view.GetClientSideObject().GetRenderer()
+        wanted, blocks = {}, _blocks(_input_of(proxy))
+        for display in _shown(proxy, view):
+            if all(_kind(display, block) for block in blocks):
+                for index, block in enumerate(blocks):
+                    wanted[number, display.GetGlobalID(), index] = display, block
+        for key in [key for key in self._drawn if key[0] == number]:
+            if key not in wanted or not self._drawn[key].is_of(*wanted[key]):
+                self._drawn.pop(key).end()
+        for key, (display, block) in wanted.items():
+            if key not in self._drawn:
+                self._drawn[key] = _kind(display, block)(display, block, renderer, key[-1])
+            self._drawn[key].update(self._pending, self._is_held)
 
-    def _limits(self, data):
-        """Where the output image is, of which Apply shows no more; None if all fits anyhow."""
-        if not isinstance(data, vtkImageData) or self._deform.GetOutputGrid() == "fitted":
-            return None
-        return self._deform._output_geometry(ImageGeometry.of_image(data), None)
 
-    def _set_properties(self, proxy):
-        for each in (*_TABLE, *_GRID):
-            getattr(self._deform, f"Set{each.name}")(_value(each, proxy))
-        source = proxy.GetProperty("ControlPoints").GetProxy(0)
-        client = proxy.GetClientSideObject()
-        self._deform.DisconnectControlPoints()
-        if source and source.GetXMLName() == "MLSControlPoints" and _has_pending_lists(source):
-            for each in property_tables.OWN_CONTROL_POINTS:
-                getattr(self._deform, f"Set{each.name}")(_value(each, source))
-        elif source:
-            self._deform.SetInputConnection(1, client.GetInputConnection(1, 0))
-            for number in range(2):
-                info = client.GetInputArrayInformation(number)
-                self._deform.SetInputArrayToProcess(number, info)
-        self._deform.DisconnectCuts()
-        for number in range(client.GetNumberOfInputConnections(2)):
-            self._deform.AddInputConnection(2, client.GetInputConnection(2, number))
+def _kind(display, data):
+    """What can draw data as a display shows them; None if nothing can."""
+    return next((each for each in _KINDS if each.can_draw(display, data)), None)
 
 
 def _is_wanted(proxy):
-    """Whether a filter's pending state is to be drawn, and can be here."""
-    switch = proxy.GetProperty(SWITCH)
-    if not switch.GetUncheckedElement(0) or proxy.GetSession().IsA("vtkSMSessionClient"):
-        return False
-    if any(is_pending(proxy.GetProperty(name)) for name in EDITED):
-        return True
-    source = proxy.GetProperty("ControlPoints").GetProxy(0)
-    return bool(source) and source.GetXMLName() == "MLSControlPoints" and _has_pending_lists(source)
+    """Whether a filter's pending state is to be drawn."""
+    return bool(proxy.GetProperty(SWITCH).GetUncheckedElement(0)) and moves(proxy)
 
 
-def _has_pending_lists(source):
-    return any(is_pending(source.GetProperty(name)) for name in _LISTS)
+def _is_remote(proxy):
+    """Whether data and what draws them are not in this process."""
+    return proxy.GetSession().IsA("vtkSMSessionClient")
 
 
-def _value(each, proxy):
-    """The pending value of a property, as the filter's setter takes it."""
-    values = elements(proxy.GetProperty(each.name))
-    if isinstance(each, properties.Positions):
-        return np.reshape(values, (-1, 3)).tolist()
-    if isinstance(each, (properties.Vector, properties.Factors)):
-        return values
-    return values[0]
+def _switch_off(proxy):
+    proxy.GetProperty(SWITCH).SetElement(0, 0)
 
 
 def _shown(proxy, view):
@@ -198,3 +160,15 @@ def _input_of(proxy):
     source = proxy.GetProperty("Input")
     client = source.GetProxy(0).GetClientSideObject()
     return client.GetOutputDataObject(source.GetOutputPortForConnection(0))
+
+
+def _blocks(data):
+    """The datasets of which data consist."""
+    if not isinstance(data, vtkCompositeDataSet):
+        return [data]
+    blocks, iterator = [], data.NewIterator()
+    iterator.InitTraversal()
+    while not iterator.IsDoneWithTraversal():
+        blocks.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    return blocks

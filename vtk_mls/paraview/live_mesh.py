@@ -2,115 +2,92 @@
 
 from __future__ import annotations
 
-from vtkmodules.vtkCommonDataModel import vtkPointSet, vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
+from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
+from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
 
-from vtk_mls.paraview.server_manager import elements, find
+from vtk_mls.paraview import colors
+from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
 from vtk_mls.rendering import DeformedMesh
+from vtk_mls.rendering.moved_mesh import MovedMesh
 
-_SHOWN_AS = ("Surface", "Surface With Edges", "Wireframe", "Points")
+SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 
 
-class LiveMesh:
-    """An actor of our own with the look of ParaView's, which is hidden.
+class LiveMesh(LiveProp):
+    """A mesh as a surface, or its edges and points.
 
-    ParaView's own cannot be drawn deformed: its mapper is for many blocks.
-
-    Parameters
-    ----------
-    display : proxy of a representation
-        One that `can_draw` accepts.
-    mesh : vtkPointSet
-        To be drawn.
-    renderer : vtkRenderer
+    ParaView's own actor cannot be drawn deformed: its mapper is for many blocks. `index` is that of
+    the mesh among these.
     """
 
-    def __init__(self, display, mesh, renderer):
-        self._mesh, self._renderer, self._display = mesh, renderer, display.GetGlobalID()
-        self._hidden, self._looks = _actor_of(display), _looks(display)
+    def __init__(self, display, mesh, renderer, index=0):
         mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
         mapper.SetInputDataObject(mesh)
-        _color(mapper, display)
-        self._actor = vtkActor()
-        self._actor.SetMapper(mapper)
-        self._actor.SetProperty(self._hidden.GetProperty())
-        self._actor.PickableOff()
-        renderer.AddViewProp(self._actor)
-        self._drawn, self._latest = DeformedMesh(self._actor), None
+        colors.apply(mapper, display)
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        super().__init__(display, mesh, renderer, actor)
+        self._drawn = DeformedMesh(actor)
+        if color := colors.of_block(display, index):
+            actor.SetProperty(vtkProperty())
+            actor.GetProperty().DeepCopy(self._hidden.GetProperty())
+            actor.GetProperty().SetColor(color)
 
     @staticmethod
     def can_draw(display, mesh):
-        """Whether a display shows the mesh, as a surface or its points and edges."""
-        shows = display.GetProperty("Representation")
-        if not isinstance(mesh, vtkPointSet) or shows is None:
-            return False
-        return shows.GetElement(0) in _SHOWN_AS and _actor_of(display) is not None
+        """Whether a display shows the mesh so."""
+        return is_mesh(mesh) and shown_as(display) in SURFACES and has_actor(display)
 
-    def is_of(self, display, mesh):
-        """Whether this still draws what the display shows."""
-        return (
-            self.can_draw(display, mesh)
-            and mesh is self._mesh
-            and _looks(display) == self._looks
-            and _actor_of(display) is self._hidden
-        )
+    @staticmethod
+    def look(display):
+        return colors.look(display), shown_as(display)
 
-    def update(self, deformation, is_held, limits):
-        """Draw the mesh as a deformation has it: true, for every graphics card can.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        is_held : bool
-            Whether the mouse holds a handle: the map of large meshes is coarser then.
-        limits : None
-            Meshes have none.
-        """
-        self._hidden.SetVisibility(False)
-        if self._latest != (deformation, is_held):
-            self._latest = deformation, is_held
-            self._drawn.update(deformation, exact=not is_held)
-            self._renderer.ResetCameraClippingRange()
-        return True
+    def _show(self, pending, is_held):
+        self._drawn.update(pending.deformation, exact=not is_held)
 
     def end(self):
         """Let ParaView's actor be seen again."""
         self._drawn.detach()
-        self._renderer.RemoveViewProp(self._actor)
-        display = find(self._display, "representations")
-        if display and _actor_of(display) is self._hidden:
-            self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
+        super().end()
 
 
-def _color(mapper, display):
-    """Color what a mapper shows as a display does."""
-    *_, association, name = elements(display.GetProperty("ColorArrayName"))
-    table = display.GetProperty("LookupTable").GetProxy(0)
-    if not name or table is None:
+class LiveOutline(LiveProp):
+    """The outline of a mesh."""
+
+    def __init__(self, display, mesh, renderer, index=0):
+        mapper = vtkPolyDataMapper()
         mapper.ScalarVisibilityOff()
-        return
-    if association == "1":
-        mapper.SetScalarModeToUseCellFieldData()
-    else:
-        mapper.SetScalarModeToUsePointFieldData()
-    mapper.SelectColorArray(name)
-    mapper.SetLookupTable(table.GetClientSideObject())
-    mapper.UseLookupTableScalarRangeOn()
-    mapper.SetInterpolateScalarsBeforeMapping(association != "1")
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        super().__init__(display, mesh, renderer, actor)
+        self._moved = MovedMesh()
+        is_bent = isinstance(mesh, vtkStructuredGrid)  # as its edges are
+        outline = vtkStructuredGridOutlineFilter() if is_bent else vtkOutlineFilter()
+        first, then = (outline, self._moved) if is_bent else (self._moved, outline)
+        first.SetInputDataObject(mesh)
+        then.SetInputConnection(first.GetOutputPort())
+        mapper.SetInputConnection(then.GetOutputPort())
+
+    @staticmethod
+    def can_draw(display, mesh):
+        """Whether a display shows the mesh so."""
+        return is_mesh(mesh) and shown_as(display) == "Outline" and has_actor(display)
+
+    @staticmethod
+    def look(display):
+        return shown_as(display)
+
+    def _show(self, pending, is_held):
+        self._moved.show(pending.deformation, exact=not is_held)
 
 
-def _looks(display):
-    """What of a display makes another actor necessary when it changes."""
-    table = display.GetProperty("LookupTable").GetProxy(0)
-    return (
-        elements(display.GetProperty("ColorArrayName")),
-        elements(display.GetProperty("Representation")),
-        table.GetGlobalID() if table else None,
-    )
+def is_mesh(data):
+    """Whether what something becomes is a mesh."""
+    return isinstance(data, vtkDataSet) and not isinstance(data, vtkImageData)
 
 
-def _actor_of(display):
-    """ParaView's own vtkActor of a display; None where it has none here."""
-    active = display.GetClientSideObject().GetActiveRepresentation()
-    actor = active.GetActor() if hasattr(active, "GetActor") else None
-    return actor if isinstance(actor, vtkActor) else None
+def has_actor(display):
+    """Whether ParaView draws a display by an actor here."""
+    return isinstance(shown_prop(display), vtkActor)

@@ -2,139 +2,84 @@
 
 from __future__ import annotations
 
-import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkVolume
-from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls.paraview.server_manager import elements, find
-from vtk_mls.rendering import DeformedVolume
+from vtk_mls.paraview import colors
+from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
+from vtk_mls.rendering import DeformedVolume, RenderingError
+from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
 _MOVING, _RESTING = 64, 128  # nodes of the map
 
 
-class LiveVolume:
-    """A volume of our own with the look of ParaView's, which is hidden.
+class LiveVolume(LiveProp):
+    """An image as a volume.
 
-    ParaView's own cannot be drawn deformed: its mapper may be one of several.
-
-    Parameters
-    ----------
-    display : proxy of a representation
-        One that `can_draw` accepts.
-    image : vtkImageData
-        To be drawn.
-    renderer : vtkRenderer
+    ParaView's own vtkVolume cannot be drawn deformed: its mapper may be one of several.
     """
 
-    def __init__(self, display, image, renderer):
-        self._image, self._renderer, self._array = image, renderer, _array(display)
-        self._hidden = _volume_of(display)
-        self._display = display.GetGlobalID()
-        mapper = vtkSmartVolumeMapper()  # as ParaView's, for the same steps along rays
-        mapper.SetRequestedRenderModeToGPU()
+    def __init__(self, display, image, renderer, index=0):
+        mapper = vtkGPUVolumeRayCastMapper()
         mapper.SetInputData(image)
-        self._volume = vtkVolume()
-        self._volume.SetMapper(mapper)
-        self._volume.PickableOff()
-        self._update_look(display)
-        renderer.AddViewProp(self._volume)
-        self._peels = renderer.GetUseDepthPeelingForVolumes()
-        self._drawn, self._latest = DeformedVolume(self._volume, renderer), None
-        self._limits = None
-
-    @staticmethod
-    def can_draw(display, image):
-        """Whether a display shows the image as a volume of one number a voxel."""
-        shows = display.GetProperty("Representation")
-        if not isinstance(image, vtkImageData) or shows is None or shows.GetElement(0) != "Volume":
-            return False
-        association, name = _array(display)
-        attributes = image.GetCellData() if association == "1" else image.GetPointData()
-        array = attributes.GetArray(name)
-        is_plain = array is not None and array.GetNumberOfComponents() == 1
-        return is_plain and min(image.GetDimensions()) > 1 and _volume_of(display) is not None
-
-    def is_of(self, display, image):
-        """Whether this still draws what the display shows."""
-        return (
-            self.can_draw(display, image)
-            and image is self._image
-            and _array(display) == self._array
-            and _volume_of(display) is self._hidden
-        )
-
-    def update(self, deformation, is_held, limits):
-        """Draw the image as a deformation has it; whether the graphics card can.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        is_held : bool
-            Whether the mouse holds a handle: the map is coarser then.
-        limits : ImageGeometry or None
-            What lies outside of it is not drawn.
-        """
-        self._limit(limits)
-        self._hidden.SetVisibility(False)
-        # VTK draws volumes otherwise where they are peeled, and ParaView's is not
-        self._renderer.SetUseDepthPeelingForVolumes(False)
-        nodes = _MOVING if is_held else _RESTING
-        if self._drawn.failure is None and self._latest != (deformation, nodes):
-            self._latest = deformation, nodes
-            self._drawn.update(deformation, nodes)
-            self._renderer.ResetCameraClippingRange()
-        return self._drawn.failure is None
-
-    def end(self):
-        """Let ParaView's volume be seen again."""
-        self._drawn.detach()
-        self._renderer.RemoveViewProp(self._volume)
-        self._renderer.SetUseDepthPeelingForVolumes(self._peels)
-        display = find(self._display, "representations")
-        if display and _volume_of(display) is self._hidden:
-            self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
-
-    def _limit(self, limits):
-        """Clip what is outside of an ImageGeometry."""
-        if limits == self._limits:
-            return
-        self._limits = limits
-        mapper = self._volume.GetMapper()
-        mapper.RemoveAllClippingPlanes()
-        for axis in range(3) if limits else ():
-            grid = limits.grid
-            inward = np.linalg.inv(grid.index_to_world)[axis]
-            for corner, normal in ((grid.corners()[0], inward), (grid.corners()[-1], -inward)):
-                mapper.AddClippingPlane(_plane(corner, normal))
-
-    def _update_look(self, display):
-        association, name = self._array
-        mapper = self._volume.GetMapper()
+        # as ParaView's own at rest; that one makes steps longer, not rays fewer, while it moves
+        mapper.SetAutoAdjustSampleDistances(False)
+        mapper.SetSampleDistance(usual_step(image))
+        association, name = colors.array(display)
         if association == "1":
             mapper.SetScalarModeToUseCellFieldData()
         else:
             mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectScalarArray(name)
-        blend = display.GetProperty("BlendMode")
-        mapper.SetBlendMode(blend.GetElement(0) if blend else 0)
-        self._volume.SetProperty(self._hidden.GetProperty())
+        mapper.SetBlendMode(_blend(display))
+        volume = vtkVolume()
+        volume.SetMapper(mapper)
+        super().__init__(display, image, renderer, volume)
+        self._spacing = RaySpacing(mapper)
+        self._peels = renderer.GetUseDepthPeelingForVolumes()
+        self._drawn = DeformedVolume(volume, renderer)
+
+    @staticmethod
+    def can_draw(display, image):
+        """Whether a display shows the image as a volume of one number a voxel."""
+        if not isinstance(image, vtkImageData) or shown_as(display) != "Volume":
+            return False
+        association, name = colors.array(display)
+        attributes = image.GetCellData() if association == "1" else image.GetPointData()
+        array = attributes.GetArray(name)
+        is_plain = array is not None and array.GetNumberOfComponents() == 1
+        return (
+            is_plain
+            and min(image.GetDimensions()) > 1
+            and isinstance(shown_prop(display), vtkVolume)
+        )
+
+    @staticmethod
+    def look(display):
+        return colors.array(display), _blend(display)
+
+    def update(self, pending, is_held):
+        """Draw the volume as pending edits have it."""
+        if self._drawn.failure is not None:
+            raise RenderingError(self._drawn.failure)
+        # VTK draws volumes otherwise where they are peeled, and ParaView's is not
+        self._renderer.SetUseDepthPeelingForVolumes(False)
+        self._spacing.adjust(self._renderer.GetRenderWindow())
+        super().update(pending, is_held)
+
+    def _show(self, pending, is_held):
+        # fitted is large enough for all, in steps of a voxel
+        within = None if pending.is_fitted else pending.geometry(self._data).grid
+        self._drawn.update(pending.deformation, _MOVING if is_held else _RESTING, within)
+
+    def end(self):
+        """Let ParaView's volume be seen again."""
+        self._drawn.detach()
+        self._renderer.SetUseDepthPeelingForVolumes(self._peels)
+        super().end()
 
 
-def _plane(point, normal):
-    plane = vtkPlane()
-    plane.SetOrigin(point)
-    plane.SetNormal(normal / np.linalg.norm(normal))
-    return plane
-
-
-def _array(display):
-    """Association ("0" of points, "1" of cells) and name of the array that a display shows."""
-    return tuple(elements(display.GetProperty("ColorArrayName"))[3:5])
-
-
-def _volume_of(display):
-    """ParaView's own vtkVolume of a display; None where it has none here."""
-    active = display.GetClientSideObject().GetActiveRepresentation()
-    volume = active.GetActor() if hasattr(active, "GetActor") else None
-    return volume if isinstance(volume, vtkVolume) else None
+def _blend(display):
+    blend = display.GetProperty("BlendMode")
+    return blend.GetElement(0) if blend else 0

@@ -60,9 +60,10 @@ def shown_when(name, value, **options):
     return xml("PropertyWidgetDecorator", **decorator, **options)
 
 
-def check_box(name, text, default=0, **attributes):
+def check_box(name, text, *children, default=0, **attributes):
     """A property that is on or off."""
-    return vector("Int", name, default, text, xml("BooleanDomain", name="bool"), **attributes)
+    domain = xml("BooleanDomain", name="bool")
+    return vector("Int", name, default, text, domain, *children, **attributes)
 
 
 def names(name, setter, text, domain):

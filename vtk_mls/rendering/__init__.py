@@ -1,22 +1,19 @@
 """What is deformed, drawn while it moves: nothing is resampled."""
 
-from importlib import import_module
+from vtk_mls import lazy
+
+TYPE_CHECKING = False  # as type checkers understand it
+if TYPE_CHECKING:
+    from vtk_mls.rendering.deformed_mesh import DeformedMesh
+    from vtk_mls.rendering.deformed_volume import DeformedVolume
+    from vtk_mls.rendering.errors import RenderingError
 
 __all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
+# Modules are imported when a name is first used: VTK's for rendering take a while.
 _MODULES = {
     "DeformedMesh": "deformed_mesh",
     "DeformedVolume": "deformed_volume",
     "RenderingError": "errors",
 }
-
-
-def __getattr__(name):
-    if name not in _MODULES:
-        raise AttributeError(f"module `vtk_mls.rendering` has no attribute `{name}`")
-    globals()[name] = getattr(import_module(f"vtk_mls.rendering.{_MODULES[name]}"), name)
-    return globals()[name]
-
-
-def __dir__():
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy.names(__name__, _MODULES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtkmodules.vtkRenderingCore import vtkDataSetMapper, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation
 from vtk_mls.rendering.moved_mesh import MovedMesh
@@ -32,7 +32,7 @@ class DeformedMesh:
         For another mapper, or an actor that shows a deformed mesh already.
     """
 
-    def __init__(self, actor):
+    def __init__(self, actor: vtkActor) -> None:
         mapper = actor.GetMapper()
         if not _is_of_meshes(mapper):
             got = "none" if mapper is None else mapper.GetClassName()
@@ -45,7 +45,7 @@ class DeformedMesh:
         self._actor, self._stage = actor, MovedMesh()
         self._mapper, self._observers = None, []
 
-    def update(self, deformation, exact=True):
+    def update(self, deformation: Deformation, exact: bool = True) -> None:
         """Show the mesh as a deformation moves it. The next Render draws it.
 
         Parameters
@@ -69,7 +69,7 @@ class DeformedMesh:
         self._follow()
         self._stage.show(deformation, exact)
 
-    def detach(self):
+    def detach(self) -> None:
         """Show the mesh as it was, to the bit; an update deforms it again."""
         for observed, tag in self._observers:
             observed.RemoveObserver(tag)
@@ -81,6 +81,8 @@ class DeformedMesh:
 
     def _follow(self, *_):
         """Stand in front of the mapper that the actor has, and behind what it is to show."""
+        if not vars(self):  # Python's collector has emptied it before it let the actor go
+            return
         mapper = self._actor.GetMapper()
         if mapper is not self._mapper:
             self._leave()

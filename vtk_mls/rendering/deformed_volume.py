@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
-from vtkmodules.vtkCommonCore import reference, vtkCommand
+from vtkmodules.vtkCommonCore import reference, vtkCommand, vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
+from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
+from vtk_mls import Deformation, Grid
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.rendering import shader
 from vtk_mls.rendering.errors import RenderingError
@@ -18,6 +21,7 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
+_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation
 
 
 class DeformedVolume:
@@ -53,21 +57,21 @@ class DeformedVolume:
     Until the first `update` the volume is drawn as it is.
     """
 
-    def __init__(self, volume, renderer):
-        self.failure = None
+    def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
+        self.failure: str | None = None
         self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = MapTexture(), None, None
-        self._deformation, self._nodes = None, None
+        self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
         self._unproven = None
         self._observers = []
 
     @property
-    def uploads(self):
+    def uploads(self) -> int:
         return self._texture.uploads
 
-    def update(self, deformation, nodes=64):
+    def update(self, deformation: Deformation, nodes: int = 64, within: Grid | None = None) -> None:
         """Draw the volume as `deformation` has it from the next Render on.
 
         Parameters
@@ -77,6 +81,9 @@ class DeformedVolume:
             Of the displacement map along the longest side of what is drawn; between them it is
             interpolated linearly. With cuts in the rest frame faces are sharp whatever it is; with
             cuts in the deformed frame they are as sharp as the map is fine.
+        within : Grid, optional
+            In line with the image, with two points or more along each axis: what the deformation
+            takes out of it is not drawn. Without it all of the deformed volume is.
 
         Raises
         ------
@@ -85,10 +92,12 @@ class DeformedVolume:
         """
         if self.failure is not None:
             raise RenderingError(self.failure)
-        self._deformation, self._nodes = deformation, nodes
+        self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             self._take_source()
-        box = self._box or MapBox.around(*self._geometry())
+        box = self._box
+        if box is None or not box.ends_at(within):
+            box = MapBox.around(*self._geometry(), within)
         inside = deformation.deformed[box.values.covers(box.values.index_of(deformation.rest))]
         for _ in range(_GROWTHS):
             grid = box.nodes(nodes)
@@ -98,12 +107,14 @@ class DeformedVolume:
                 break
             box = fitted
         self._show(box, grid, values)
+        _drawn[self._volume] = self._source, deformation
 
-    def detach(self):
+    def detach(self) -> None:
         """Draw the volume undeformed again, as if nothing had been here."""
         for observer in self._observers:
             self._renderer.RemoveObserver(observer)
         self._observers = []
+        _drawn.pop(self._volume, None)
         if self._mapper.GetInput() is self._stretched and self._stretched is not None:
             producer, port = self._producer
             self._mapper.SetInputConnection(producer.GetOutputPort(port))
@@ -160,7 +171,7 @@ class DeformedVolume:
                 return
             self._source = None
         self._box = None
-        self.update(self._deformation, self._nodes)
+        self.update(self._deformation, self._nodes, self._within)
 
     def _begin(self, renderer, event):
         try:
@@ -180,6 +191,8 @@ class DeformedVolume:
             self._unproven = None
             if "hader" in said:
                 self._fail("the graphics driver does not build the shader of the deformed volume")
+            elif said:
+                vtkOutputWindow.GetInstance().DisplayText(said)
 
     def _fail(self, why):
         self.failure = f"{why}; it is drawn undeformed"
@@ -222,6 +235,11 @@ def _check_image(image):
         )
 
 
+def drawn_as(volume):
+    """The image and the Deformation that a vtkVolume is drawn from; None if it is not deformed."""
+    return _drawn.get(volume)
+
+
 def _has_cell_values(mapper, image):
     """Whether the array that is drawn belongs to cells."""
     of_cells = reference(0)
@@ -241,15 +259,17 @@ def _placement(box, dimensions, layer_count):
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     count, size = np.array(values.dimensions, float), box.high - box.low
     # texture coordinates of points are those of their texels' centres
-    scale, bias = (1.0, 0.0) if box.of_cells else (points / (points - 1), -0.5 / (points - 1))
+    end = np.zeros(3) if box.of_cells else 0.5 / points
+    scale = 1 / (1 - 2 * end)
+    bias = -end * scale
     nodes = np.array(dimensions, float)
     stack = np.array([1, 1, layer_count])
     map_scale, map_bias = (nodes - 1) / nodes / stack, 0.5 / nodes / stack
     to_texture = np.linalg.inv(values.index_to_world) / count[:, None]
-    ones = np.ones(3)
     return {
         "mls_layers": float(layer_count),
         "mls_map_low": float(map_bias[2]),
+        "mls_end": end,
         "mls_map_scale": map_scale * scale,
         "mls_map_bias": map_scale * bias + map_bias,
         "mls_origin_scale": size / count * scale,
@@ -257,7 +277,7 @@ def _placement(box, dimensions, layer_count):
         "mls_to_x": to_texture[0],
         "mls_to_y": to_texture[1],
         "mls_to_z": to_texture[2],
-        "mls_step": ones / size / scale,
+        "mls_step": 1 / size / scale,
         "mls_spacing": np.abs(values.spacing),
         "mls_voxel": float(np.abs(values.spacing).mean()),
     }

@@ -13,6 +13,7 @@ _MARGIN = 0.15  # of the size, on each side
 _GROWTH = 0.4  # likewise, of a side where the volume reaches the end
 _LARGEST = 64  # times the volume: polynomials bring copies of it from far away
 _SAMPLES = 17  # of the map along an axis, that tell where the volume is
+_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 _ROOMY = 0.5  # a box shrinks if the volume fills less than this share of an axis
 
 
@@ -25,20 +26,39 @@ class MapBox:
     image : ImageGeometry
     of_cells : bool
         Whether the values are those of cells.
+    within : (2, 3) float64
+        Where it may be at most: lowest and highest continuous indices of the values.
     low, high : (3,) float64
-        Ends, in continuous indices of the values.
+        Ends, likewise.
     """
 
     image: ImageGeometry
     of_cells: bool
+    within: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
-    def around(cls, image, of_cells):
-        """The box of a volume at rest, with some room."""
-        size = np.array(_values_of(image, of_cells).dimensions, float)
-        return cls(image, of_cells, np.full(3, -0.5), size - 0.5)._with_margin()
+    def around(cls, image, of_cells, within=None):
+        """The box of a volume at rest, with some room.
+
+        Parameters
+        ----------
+        image : ImageGeometry
+        of_cells : bool
+        within : Grid, optional
+            In line with the image, with two points or more along each axis: the box ends there.
+        """
+        values = _values_of(image, of_cells)
+        ends = _ends(values, within)
+        box = cls(image, of_cells, ends, np.full(3, -0.5), np.array(values.dimensions) - 0.5)
+        if np.any(box.high <= ends[0]) or np.any(box.low >= ends[1]):
+            return replace(box, low=ends[0], high=ends[1])
+        return box._with_margin()
+
+    def ends_at(self, within):
+        """Whether it is one that `around` makes of this Grid or None."""
+        return np.array_equal(self.within, _ends(self.values, within))
 
     @property
     def values(self):
@@ -81,6 +101,8 @@ class MapBox:
         if len(control_points) > 0:
             share = (self.values.index_of(control_points) - self.low) / size
             first, last = np.minimum(first, share.min(axis=0)), np.maximum(last, share.max(axis=0))
+        ends = (self.within - self.low) / size
+        first, last = np.clip(first, *ends), np.clip(last, *ends)
         too_large = size > _LARGEST * np.array(self.values.dimensions)
         short = ((first < 0) & ~too_large, (last > 1) & ~too_large)
         if np.any(short):
@@ -106,8 +128,11 @@ class MapBox:
         return index.min(axis=0) / end - step, index.max(axis=0) / end + step
 
     def _part(self, first, last):
+        """From one share to another, as far as it may be."""
         size = self.high - self.low
-        return replace(self, low=self.low + first * size, high=self.low + last * size)
+        low = np.maximum(self.low + first * size, self.within[0])
+        high = np.minimum(self.low + last * size, self.within[1])
+        return replace(self, low=low, high=high)
 
     def _with_margin(self):
         return self._part(np.full(3, -_MARGIN), np.full(3, 1 + _MARGIN))
@@ -115,3 +140,10 @@ class MapBox:
 
 def _values_of(image, of_cells):
     return cell_grid(image.grid) if of_cells else image.grid
+
+
+def _ends(values, within):
+    """Continuous indices (2, 3) of the ends of a Grid; without one there are none."""
+    if within is None:
+        return _EVERYWHERE
+    return np.sort(values.index_of(within.corners()[[0, -1]]), axis=0)

@@ -47,9 +47,10 @@ bool mlsIsOutside(vec3 p)
 }}
 
 // For gradients: outside and in voids the lowest value of the volume's range, with a ramp of two
-// voxels across the faces of voids.
+// voxels across the faces of voids; beyond the box what is at its end.
 vec4 mlsFetchForGradient(sampler3D volume, vec3 t)
 {{
+  t = clamp(t, mls_end, 1.0 - mls_end);
   vec4 here = mlsMap(t), nothing = -in_volume_bias[0] / in_volume_scale[0];
   vec3 p = mlsOrigin(t, here.xyz);
   float there = clamp(0.5 + 0.5 * here.a / mls_voxel, 0.0, 1.0);
@@ -111,7 +112,7 @@ _REPLACEMENTS = {
     "//VTK::Shading::Exit": _AFTER_SAMPLES,
 }
 _NAMES = [
-    *("mls_map", "mls_layers", "mls_map_low", "mls_voxel", "mls_step", "mls_spacing"),
+    *("mls_map", "mls_layers", "mls_map_low", "mls_end", "mls_voxel", "mls_step", "mls_spacing"),
     *("mls_map_scale", "mls_map_bias", "mls_origin_scale", "mls_origin_bias"),
     *("mls_to_x", "mls_to_y", "mls_to_z"),
 ]

@@ -1,0 +1,57 @@
+"""Draws docs/editor.png: the editor with a brain that is cut and being opened.
+
+Run: python docs/editor_picture.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
+from vtkmodules.vtkIOImage import vtkPNGWriter
+from vtkmodules.vtkRenderingCore import (
+    vtkRenderWindow,
+    vtkRenderWindowInteractor,
+    vtkWindowToImageFilter,
+)
+
+from vtk_mls import HalfPlane, io
+from vtk_mls.demo import volumes
+from vtk_mls.editor import Editor
+
+SIZE = 1280, 860
+
+window, interactor = vtkRenderWindow(), vtkRenderWindowInteractor()
+window.SetOffScreenRendering(True)
+window.SetSize(SIZE)
+window.SetMultiSamples(0)
+interactor.SetRenderWindow(window)
+interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
+editor = Editor(interactor, io.read_dataset(volumes.brain()))
+low, high = editor.scene.bounds
+middle = (low + high) / 2
+camera = editor.scene.renderer.GetActiveCamera()
+camera.SetFocalPoint(middle)
+camera.SetPosition(middle + 2.6 * (high - low).max() * np.array((0.28, -0.72, 0.62)))
+camera.SetViewUp(0, 0, 1)
+camera.SetWindowCenter(-0.25, 0)  # beside the legend
+
+# what four keys and two drags would do
+cut = HalfPlane(middle + (1.5, 0, -0.1 * (high - low)[2]), (1, 0, 0), (0, 0, 1))
+state = editor.state.changed(cuts=[cut])
+top = state.rest[:, 2] > middle[2] + 1
+for side, sign in ((state.rest[:, 0] > middle[0] + 5, 1), (state.rest[:, 0] < middle[0] - 5, -1)):
+    rows = np.flatnonzero(side & top)
+    state = state.moved(rows, state.rest[rows] + sign * np.array((20.0, 0, -3.0)))
+editor.change(state)
+right = np.flatnonzero((state.rest[:, 0] > middle[0] + 5) & top)
+editor.select(right)
+editor.hover(int(right[0]))
+editor.scene.set_coarseness(1)
+window.Render()
+grab, writer = vtkWindowToImageFilter(), vtkPNGWriter()
+grab.SetInput(window)
+grab.ReadFrontBufferOff()
+grab.ShouldRerenderOff()
+writer.SetInputConnection(grab.GetOutputPort())
+writer.SetFileName(str(Path(__file__).with_name("editor.png")))
+writer.Write()

@@ -1,0 +1,133 @@
+"""An editor in a window off the screen, and hands for it: events as an interactor has them."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
+from vtkmodules.vtkRenderingCore import (
+    vtkRenderWindow,
+    vtkRenderWindowInteractor,
+    vtkWindowToImageFilter,
+)
+
+from vtk_mls import arrays
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.editor import Editor
+
+SIZE = 24
+
+
+def ball_image(geometry=None):
+    """An image of a ball, 200 inside and 0 outside."""
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    (geometry or ImageGeometry((0, SIZE - 1) * 3)).apply_to(image)
+    index = ImageGeometry.of_image(image).grid.indices()
+    radius = np.linalg.norm(index - (SIZE - 1) / 2, axis=1)
+    values = np.clip(200 * (SIZE / 3 + 0.5 - radius), 0, 200).astype(np.uint8)
+    arrays.add(image.GetPointData(), "density", values)
+    image.GetPointData().SetActiveScalars("density")
+    return image
+
+
+def ball_mesh():
+    """A ball of triangles in the same place."""
+    source = vtkSphereSource()
+    source.SetCenter(*[(SIZE - 1) / 2] * 3)
+    source.SetRadius(SIZE / 3)
+    source.SetThetaResolution(30)
+    source.SetPhiResolution(30)
+    source.Update()
+    return source.GetOutput()
+
+
+class Hands:
+    """Moves the mouse and presses keys in an editor's window.
+
+    Attributes
+    ----------
+    editor : Editor
+    interactor : vtkRenderWindowInteractor
+    """
+
+    def __init__(self, data, state=None, pixels=240, **options):
+        window = vtkRenderWindow()
+        window.SetOffScreenRendering(True)
+        window.SetMultiSamples(0)
+        window.SetSize(pixels, pixels)
+        self.interactor = vtkRenderWindowInteractor()
+        self.interactor.SetRenderWindow(window)
+        self.interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
+        # VTK's own answer is to end a loop that is not there
+        self.interactor.AddObserver("ExitEvent", lambda *_: None)
+        self.editor = Editor(self.interactor, data, state, **options)
+        self._pixel = np.zeros(2, int)
+
+    def send(self, event, pixel=None, keys="", symbol=None):
+        """Send an event with a mouse at a pixel, modifiers, and the symbol of a key."""
+        self._pixel = self._pixel if pixel is None else np.rint(pixel).astype(int)
+        x, y = self._pixel.tolist()
+        code = symbol if symbol and len(symbol) == 1 else chr(0)
+        modifiers = int("Ctrl" in keys), int("Shift" in keys)
+        self.interactor.SetEventInformation(x, y, *modifiers, code, 0, symbol)
+        # VTK prints what its observers raise, and goes on
+        raised, usual = [], sys.excepthook
+        sys.excepthook = lambda kind, error, trace: raised.append(error)
+        try:
+            self.interactor.InvokeEvent(event)
+        finally:
+            sys.excepthook = usual
+        if raised:
+            raise raised[0]
+
+    def tick(self):
+        """Let time pass."""
+        self.send("TimerEvent")
+
+    def press(self, symbol, keys=""):
+        """Press and release a key."""
+        for event in ("KeyPressEvent", "CharEvent", "KeyReleaseEvent"):
+            self.send(event, None, keys, symbol)
+
+    def move(self, pixel, keys=""):
+        self.send("MouseMoveEvent", pixel, keys)
+
+    def drag(self, start, by, keys="", steps=4, released=True):
+        """Drag from a pixel to another one."""
+        start, by = np.array(start, float), np.array(by, float)
+        self.move(start, keys)
+        self.send("LeftButtonPressEvent", start, keys)
+        for step in range(1, steps + 1):
+            self.move(start + by * step / steps, keys)
+            self.tick()
+        if released:
+            self.send("LeftButtonReleaseEvent", start + by, keys)
+
+    def click(self, pixel, keys=""):
+        self.drag(pixel, (0, 0), keys, steps=1)
+
+    def pixel_of(self, row):
+        """Where a handle is seen."""
+        return self.editor.projection.pixels(self.editor.state.deformed[[row]])[0, :2]
+
+    def picture(self):
+        """(height, width, 3) float, 0 to 255."""
+        grab = vtkWindowToImageFilter()
+        grab.SetInput(self.editor.scene.window)
+        grab.ReadFrontBufferOff()
+        grab.Update()
+        image = grab.GetOutput()
+        width, height, _ = image.GetDimensions()
+        pixels = arrays.to_numpy(image.GetPointData().GetScalars())
+        return pixels.reshape(height, width, -1)[..., :3].astype(float)
+
+    @property
+    def camera(self):
+        """Where the camera is, and whither it looks."""
+        camera = self.editor.scene.renderer.GetActiveCamera()
+        return camera.GetPosition(), camera.GetFocalPoint()

@@ -1,0 +1,108 @@
+"""Cuts in the editor: by the widget, and along a line that is drawn on the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+
+from vtk_mls import HalfPlane, Plane, Surface
+
+MIDDLE = (SIZE - 1) / 2
+
+
+@pytest.fixture(params=["volume", "mesh"])
+def hands(request):
+    return Hands(ball_image() if request.param == "volume" else ball_mesh())
+
+
+def test_c_goes_from_a_plane_to_half_of_it_to_none(hands):
+    hands.press("c")
+    (plane,) = hands.editor.state.cuts
+    assert isinstance(plane, Plane)
+    hands.press("c")
+    (half,) = hands.editor.state.cuts
+    assert isinstance(half, HalfPlane)
+    np.testing.assert_array_equal(half.normal, plane.normal)
+    np.testing.assert_allclose(half.inward, (0, 0, 1), atol=1e-12)
+    hands.press("i")
+    (other,) = hands.editor.state.cuts
+    assert other.inward @ half.inward == pytest.approx(np.sqrt(0.5))
+    hands.press("bracketright")
+    assert hands.editor.state.nu > 2
+    hands.press("c")
+    assert hands.editor.state.cuts == ()
+    for _ in range(5):
+        hands.press("z")
+    assert hands.editor.state.cuts == ()
+    assert "nothing" not in hands.editor.message
+    hands.press("z")
+    assert "nothing to undo" in hands.editor.message
+
+
+def test_a_cut_lets_one_side_be_pulled_away(hands):
+    hands.press("c")
+    (plane,) = hands.editor.state.cuts
+    state = hands.editor.state
+    side = np.flatnonzero(plane.height(state.rest) > 0)
+    hands.editor.select(side)
+    right = np.array((1.0, 0, 0)) * np.sign(plane.normal[0])
+    moved = state.moved(side, state.rest[side] + 6 * right)
+    assert hands.editor.change(moved)
+    seam = hands.editor.state.deformation()
+    assert seam.void([plane.point + 3 * right])[0]
+    assert not seam.void([plane.point - 3 * right])[0]
+
+
+def test_the_mouse_moves_the_plane(hands):
+    hands.editor.scene.renderer.GetActiveCamera().Azimuth(30)
+    hands.press("c")
+    (before,) = hands.editor.state.cuts
+    handles = [hands.pixel_of(row) for row in range(27)]
+    face = [
+        pixel
+        for pixel in np.random.default_rng(0).uniform(60, 180, (400, 2))
+        if min(np.linalg.norm(handles - pixel, axis=1)) > 14
+    ]
+    camera = hands.camera
+    for pixel in face:
+        hands.drag(pixel, (25, 0))
+        (after,) = hands.editor.state.cuts
+        if hands.camera == camera and not np.array_equal(after.point, before.point):
+            break
+        hands.editor.scene.renderer.GetActiveCamera().SetPosition(camera[0])
+        hands.editor.scene.renderer.GetActiveCamera().SetViewUp(0, 0, 1)
+    else:
+        raise AssertionError("nowhere does the mouse find the plane")
+    assert isinstance(after, Plane)
+    hands.press("z")
+    assert hands.editor.state.cuts == (before,)
+
+
+def test_a_line_on_the_surface_becomes_a_cut(hands):
+    hands.press("Escape")
+    hands.press("p")
+    for x in (95, 120, 145):
+        hands.click((x, 122))
+    assert hands.editor.state.is_resting.all()
+    hands.press("p")
+    (cut,) = hands.editor.state.cuts
+    assert isinstance(cut, Surface)
+    line = cut.points[3:6]
+    np.testing.assert_allclose(np.linalg.norm(line - MIDDLE, axis=1), SIZE / 3, atol=1)
+    seen = hands.editor.projection.pixels(cut.points)[:, :2]
+    np.testing.assert_allclose(seen, np.tile([(95, 122), (120, 122), (145, 122)], (3, 1)), atol=2)
+    hands.press("z")
+    assert hands.editor.state.cuts == ()
+
+
+def test_a_line_without_points_is_no_cut(hands):
+    hands.press("p")
+    hands.click((2, 2))
+    hands.press("p")
+    assert "at least two points" in hands.editor.message
+    hands.press("p")
+    hands.press("Escape")
+    camera = hands.camera
+    hands.drag((5, 5), (40, 0))
+    assert hands.camera != camera

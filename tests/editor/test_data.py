@@ -1,0 +1,178 @@
+"""Data of any kind open, look as they should, or are refused in one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from command_fixtures import run
+from hands import SIZE, Hands, ball_image, ball_mesh
+from vtk_fixtures import TURNED
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+
+from vtk_mls import arrays, io
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.editor import looks
+from vtk_mls.editor.scalar_image import scalar_image
+from vtk_mls.files import provenance
+
+MIDDLE = (SIZE - 1) / 2
+
+
+def image_with(values, dimensions):
+    image = vtkImageData()
+    image.SetDimensions(dimensions)
+    if values is not None:
+        arrays.add(image.GetPointData(), "values", values)
+        image.GetPointData().SetActiveScalars("values")
+    return image
+
+
+def points_alone():
+    points, cloud = vtkPoints(), vtkPolyData()
+    for i in range(5):
+        points.InsertNextPoint(i, i * i, 1)
+    cloud.SetPoints(points)
+    return cloud
+
+
+ODD = {
+    "two voxels": lambda: image_with(np.array([0.0, 1.0]), (2, 1, 1)),
+    "one voxel": lambda: image_with(np.array([1.0]), (1, 1, 1)),
+    "a slice": lambda: image_with(np.arange(20.0), (5, 4, 1)),
+    "eight voxels": lambda: image_with(np.arange(8.0), (2, 2, 2)),
+    "all the same": lambda: image_with(np.zeros(27), (3, 3, 3)),
+    "not finite": lambda: image_with(np.r_[np.nan, np.inf, np.arange(25.0)], (3, 3, 3)),
+    "only NaN": lambda: image_with(np.full(27, np.nan), (3, 3, 3)),
+    "colours": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
+    "points": points_alone,
+}
+
+
+_SLOW = "not finite", "only NaN", "colours"  # a shader to build for each
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.matrix] * (name in _SLOW)) for name in ODD]
+)
+def test_odd_data_are_edited(name):
+    hands = Hands(ODD[name]())
+    front = int(hands.editor.projection.pixels(hands.editor.state.deformed)[:, 2].argmin())
+    hands.drag(hands.pixel_of(front), (20, 10))
+    for key in "cavz":
+        hands.press(key)
+    hands.drag((120, 120), (10, 10), "Ctrl")
+    assert len(hands.editor.state) > 0
+
+
+def test_an_image_without_values_is_refused():
+    with pytest.raises(ValueError, match="no values at its points"):
+        Hands(image_with(None, (3, 3, 3)))
+
+
+def test_an_oblique_image_is_where_it_is():
+    geometry = ImageGeometry(
+        (3, SIZE + 2) * 3, (5.0, -3.0, 40.0), (1.0, 2.0, 0.5), tuple(TURNED.ravel())
+    )
+    hands = Hands(ball_image(geometry))
+    grid = geometry.grid
+    centre = grid.at([[MIDDLE] * 3])[0]
+    np.testing.assert_allclose(hands.editor.state.rest.mean(axis=0), centre, atol=1)
+    hit = hands.editor.surfaces().hit(hands.editor.projection, (120, 120))
+    radius = np.linalg.norm(grid.index_of([hit])[0] - MIDDLE)
+    assert radius == pytest.approx(SIZE / 3, abs=1.5)
+    edge = hands.editor.projection.pixels(hit[None])[0, :2]
+    np.testing.assert_allclose(edge, (120, 120), atol=1e-6)
+
+
+def test_what_faces_the_eye_is_bright_whatever_the_axes():
+    pictures = []
+    mirrored = ImageGeometry((0, SIZE - 1) * 3, (SIZE - 1, SIZE - 1, 0), (1, 1, 1), _MIRRORED)
+    for geometry in (None, mirrored):
+        hands = Hands(ball_image(geometry))
+        hands.press("h")
+        hands.press("space")
+        pictures.append(hands.picture())
+    np.testing.assert_allclose(*pictures, atol=3)
+    assert pictures[0][120, 120].max() > 200
+
+
+_MIRRORED = (-1.0, 0, 0, 0, -1, 0, 0, 0, 1)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 0, 2)])
+def test_axes_of_any_order_keep_their_values(order, rng):
+    values = rng.uniform(size=(5, 4, 3))
+    image = image_with(values.ravel(), (3, 4, 5))
+    direction = np.eye(3)[list(order)] * [1, -1, -1] @ TURNED
+    image.SetDirectionMatrix(direction.ravel())
+    image.SetSpacing(1, 2, 3)
+    image.SetOrigin(7, 8, 9)
+    shown = scalar_image(image)
+    before, after = (ImageGeometry.of_image(each).grid for each in (image, shown))
+    assert (np.diag(after.direction) > 0).all()
+    pairs = [
+        {tuple(np.round(point, 6)): value for point, value in zip(grid.points().tolist(), flat)}
+        for grid, flat in (
+            (before, values.ravel()),
+            (after, arrays.to_numpy(shown.GetPointData().GetScalars())),
+        )
+    ]
+    assert pairs[0] == pairs[1]
+
+
+def test_looks_follow_the_values(rng):
+    air, brain = rng.normal(5, 3, 5000), rng.normal(100, 10, 5000)
+    (look, *_) = looks.looks_of(np.r_[air, brain], False)
+    opacity = looks.opacity(look, np.array([5.0, 100.0]))
+    assert opacity[0] == 0
+    assert opacity[1] > 0.2
+    hounsfield = np.r_[rng.normal(-1000, 20, 900), rng.normal(40, 20, 900), rng.normal(900, 90, 90)]
+    look, bone, _, *_ = looks.looks_of(hounsfield, False)
+    assert "CT" in look.name
+    assert looks.opacity(bone, np.array([40.0, 900.0])).tolist() == [0, pytest.approx(0.7, abs=0.1)]
+    (look,) = looks.looks_of(np.repeat([0, 1, 7], 50), True)
+    assert look.is_nearest
+    assert looks.opacity(look, np.array([0, 1, 7])).tolist() == [0, 0.85, 0.85]
+
+
+def test_labels_of_a_file_are_segments():
+    image = ball_image()
+    provenance.keep(image, provenance.LABEL_ARRAYS, ["density"])
+    hands = Hands(image)
+    hands.press("v")
+    assert hands.editor.message == "segments"
+
+
+def test_a_mesh_is_coloured_by_its_numbers_if_wanted():
+    mesh = ball_mesh()
+    arrays.add(mesh.GetPointData(), "height", np.arange(mesh.GetNumberOfPoints(), dtype=float))
+    mesh.GetPointData().SetActiveScalars("height")
+    hands = Hands(mesh)
+    before = hands.picture()
+    hands.press("v")
+    assert hands.editor.message == "by height"
+    assert np.abs(hands.picture() - before).mean() > 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["none.vti"], "there is no file `none.vti`"),
+        (["empty.vti"], "`empty.vti`"),
+        (["text.txt"], "cannot read an image or a mesh from `text.txt`"),
+        (["ball.vti", "empty.csv"], "`empty.csv` holds no control points"),
+        (["ball.vti", "--deformed", "empty.csv"], "`--deformed` needs handles"),
+        (["ball.vti"], "there is no display"),
+    ],
+)
+def test_the_command_says_what_is_wrong(arguments, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(ball_image(), "ball.vti")
+    for name in ("empty.vti", "empty.csv", "text.txt"):
+        (tmp_path / name).write_text("")
+    status, stdout, stderr = run("view", *arguments, DISPLAY="", WAYLAND_DISPLAY="")
+    assert status == 1
+    assert stdout == ""
+    assert sentence in stderr
+    assert stderr.count("\n") == 1

@@ -1,0 +1,104 @@
+"""Nothing is lost: what is not saved is offered by the next start."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_mesh
+
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor import State
+from vtk_mls.editor.drafts import Drafts
+
+MIDDLE = (SIZE - 1) / 2
+
+
+def hands_for(folder, path="ball.vtp"):
+    return Hands(ball_mesh(), drafts=Drafts(path, folder))
+
+
+def drag(hands):
+    hands.drag(hands.pixel_of(13), (20, 10))
+
+
+def test_what_was_not_saved_comes_back(tmp_path):
+    first = hands_for(tmp_path)
+    assert first.editor.message == ""
+    drag(first)
+    first.press("k")
+    second = hands_for(tmp_path)
+    assert "27 handles of" in second.editor.message
+    assert second.editor.state.is_resting.all()
+    second.press("Return")
+    for name in ("rest", "deformed"):
+        np.testing.assert_array_equal(
+            getattr(second.editor.state, name), getattr(first.editor.state, name)
+        )
+    assert second.editor.state.kind == first.editor.state.kind
+    second.press("z")
+    assert second.editor.state.is_resting.all()
+    other = hands_for(tmp_path, "other.vtp")
+    assert other.editor.message == ""
+
+
+def test_it_is_offered_again_until_something_is_saved(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "drafts"
+    drag(hands_for(folder))
+    second = hands_for(folder)
+    drag(second)
+    drag(second)
+    assert len([*folder.iterdir()]) == 2
+    third = hands_for(folder)
+    assert third.editor.message
+    third.press("s")
+    assert [*folder.iterdir()] == []
+    third.press("0")
+    third.press("z")
+    assert [*folder.iterdir()] == []
+
+
+def test_closing_during_a_drag_loses_nothing(tmp_path):
+    hands = hands_for(tmp_path)
+    hands.drag(hands.pixel_of(13), (20, 10), released=False)
+    hands.press("q")
+    state, _ = Drafts("ball.vtp", tmp_path).found()
+    assert not state.is_resting[13]
+
+
+def test_every_state_is_kept_as_it_is(tmp_path, rng):
+    rest = rng.uniform(0, 9, (5, 3))
+    cuts = [
+        Plane((1, 2, 3), (1, 2, 0.5)),
+        HalfPlane((1, 2, 3), (1, 2, 0.5), (0, 0, 1)),
+        Surface.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0.1)]),
+    ]
+    state = State(
+        rest, rest + 1, rng.uniform(1, 2, 5), list("abcde"), [True, False] * 2 + [True], cuts=cuts
+    ).changed(kind="affine", alpha=2.5, nu=3.0, blend=0.3, cut_frame="deformed", degree=3)
+    Drafts("x.vti", tmp_path).keep(state)
+    found, _ = Drafts("x.vti", tmp_path).found()
+    for name in ("rest", "deformed", "weights", "anchored"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(state, name))
+    for name in ("labels", "kind", "alpha", "nu", "blend", "cut_frame", "degree"):
+        assert getattr(found, name) == getattr(state, name)
+    for cut, other in zip(found.cuts, cuts):
+        assert type(cut) is type(other)
+        for name in set(vars(cut)) & {"point", "normal", "inward", "points", "triangles"}:
+            np.testing.assert_allclose(getattr(cut, name), getattr(other, name), rtol=1e-15)
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"rest": 1}', "[1, 2", "null"])
+def test_a_broken_draft_is_passed_over(tmp_path, text):
+    drafts = Drafts("x.vti", tmp_path)
+    drafts.keep(State([(0, 0, 0)], [(1, 1, 1)]))
+    (file,) = tmp_path.iterdir()
+    file.write_text(text)
+    assert Drafts("x.vti", tmp_path).found() is None
+
+
+def test_a_draft_that_cannot_be_kept_is_said(tmp_path):
+    (tmp_path / "file").write_text("")
+    hands = hands_for(tmp_path / "file")
+    drag(hands)
+    assert "file" in hands.editor.message.lower()

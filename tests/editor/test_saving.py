@@ -1,0 +1,126 @@
+"""What the editor saves is, to the bit, what the command and the script make of the saved files."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from command_fixtures import PROJECT, run
+from hands import SIZE, Hands, ball_image, ball_mesh
+
+from vtk_mls import HalfPlane, Plane, Surface, io
+from vtk_mls.editor import State
+from vtk_mls.files import control_point_files
+
+MIDDLE = (SIZE - 1) / 2
+POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
+STATES = {
+    "plain": {},
+    "map": {"kind": "polynomial", "alpha": 1.7, "degree": 3, "blend": 0.7},
+    "plane": {"cuts": [Plane((MIDDLE,) * 3, (1, 0.2, 0.3))], "cut_frame": "deformed"},
+    "cuts": {"cuts": [HalfPlane((MIDDLE,) * 3, (0.3, 1, 0.1), (0, 0, 1)), POLYGON], "nu": 3.3},
+}
+_REST = sorted(STATES.keys() - {"map", "cuts"})
+
+
+def state(rng, **options):
+    rest = rng.uniform(2, SIZE - 3, (9, 3))
+    weights = rng.uniform(0.5, 2, 9)
+    return State(rest, rest + rng.normal(size=rest.shape), weights, **options)
+
+
+def command_of(script):
+    """The arguments of the commands that a script names."""
+    lines = [line.strip() for line in script.read_text().splitlines()]
+    return [shlex.split(line)[1:] for line in lines if line.startswith("vtk-mls deform ")]
+
+
+@pytest.mark.parametrize(
+    "name", ["map", "cuts", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)]
+)
+def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(ball_image(), "ball.nii.gz")
+    io.write_dataset(ball_mesh(), "ball.stl")
+    paths = ["ball.nii.gz", "ball.stl"]
+    data = [io.read_dataset(path) for path in paths]
+    hands = Hands(data, state(np.random.default_rng(3), **STATES[name]), paths=paths)
+    hands.press("s")
+    folder = tmp_path / "ball-edited"
+    assert f"Saved in {folder.name}" in hands.editor.message
+    made = sorted(folder.glob("ball-deformed.*"))
+    assert len(made) == 2
+    before = {path: path.read_bytes() for path in [*made, folder / "displacement-field.nrrd"]}
+
+    done = subprocess.run(
+        [sys.executable, folder / "deform.py"],
+        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert {path: path.read_bytes() for path in made} == {path: before[path] for path in made}
+
+    monkeypatch.chdir(folder)
+    for path in made:
+        path.unlink()
+    arguments = command_of(folder / "deform.py")
+    for each in arguments:
+        status, _, stderr = run(*each)
+        assert status == 0, stderr
+    assert {path: path.read_bytes() for path in made} == {path: before[path] for path in made}
+    options = [each for each in arguments[0] if each.startswith("--")]
+    status, _, stderr = run("field", "../ball.nii.gz", "handles.csv", "field.nrrd", *options)
+    assert status == 0, stderr
+    field = (folder / "field.nrrd").read_bytes()
+    assert field == before[folder / "displacement-field.nrrd"]
+
+
+def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_mesh(), state(np.random.default_rng(4)))
+    hands.press("s")
+    edited, folder = hands.editor.state, tmp_path / "data-1-edited"
+    for names in (
+        ("handles.csv", None),
+        ("handles-at-rest.mrk.json", "handles-moved.mrk.json"),
+    ):
+        paths = [folder / name if name else None for name in names]
+        rest, deformed, weights = control_point_files.read(*paths)
+        np.testing.assert_array_equal(rest, edited.rest)
+        np.testing.assert_array_equal(deformed, edited.deformed)
+    assert weights is None
+    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_mesh())
+    hands.press("s")
+    hands.press("s")
+    assert [path.name for path in tmp_path.iterdir()] == ["data-1-edited"]
+    other = Hands(ball_mesh())
+    other.press("s")
+    assert (tmp_path / "data-1-edited-2").is_dir()
+
+
+def test_what_cannot_be_saved_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data-1-edited").write_text("a file")
+    hands = Hands(ball_mesh())
+    hands.editor.saver.folder = tmp_path / "data-1-edited"
+    hands.press("s")
+    assert "data-1-edited" in hands.editor.message
+    assert not hands.editor.save()
+    hands.press("a", "Ctrl")
+    hands.press("x")
+    hands.editor.saver.folder = tmp_path / "none"
+    assert not hands.editor.save()
+    assert "holds no control points" in hands.editor.message

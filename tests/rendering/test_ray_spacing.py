@@ -1,0 +1,64 @@
+"""While something moves a picture has fewer rays, and looks the same."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawing import Scene, image_of, phantom, volume_of
+from test_deformed_volume import deformation
+from vtk_fixtures import opengl  # noqa: F401  (fixture)
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+
+from vtk_mls.rendering import DeformedVolume, ray_spacing
+from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
+
+pytestmark = pytest.mark.usefixtures("opengl")
+
+
+def blurred(picture, size=6):
+    """Means of squares of pixels."""
+    height, width, _ = picture.shape
+    squares = picture.reshape(height // size, size, width // size, size, 3)
+    return squares.mean(axis=(1, 3))
+
+
+def test_a_picture_that_moves_has_fewer_rays_and_the_same_looks(monkeypatch):
+    volume = volume_of(image_of(phantom()))
+    scene, mapper = Scene(volume), volume.GetMapper()
+    DeformedVolume(volume, scene.renderer).update(deformation())
+    spacing = RaySpacing(mapper)
+    resting = scene.picture()
+    monkeypatch.setattr(ray_spacing, "_SECONDS", mapper.GetTimeToDraw() / 6)
+    scene.window.SetDesiredUpdateRate(15)
+    spacing.adjust(scene.window)
+    assert 2 < mapper.GetImageSampleDistance() < 3  # 6 times fewer
+    moving = scene.picture()
+    assert np.abs(moving - resting).mean() > 0.1
+    assert np.abs(blurred(moving) - blurred(resting)).mean() < 1
+    monkeypatch.setattr(ray_spacing, "_SECONDS", 1e-6)
+    spacing.adjust(scene.window)
+    assert mapper.GetImageSampleDistance() == 4
+    scene.window.SetDesiredUpdateRate(1e-4)
+    spacing.adjust(scene.window)
+    np.testing.assert_array_equal(scene.picture(), resting)
+
+
+@pytest.mark.parametrize("size", [30, 120])
+def test_steps_are_those_of_the_smart_mapper(size):
+    image = image_of(phantom(size))
+    image.SetSpacing(1, 2, 0.6)
+    mapper = vtkSmartVolumeMapper()
+    mapper.SetRequestedRenderModeToGPU()
+    volume = volume_of(image, mapper=mapper)
+    mapper.SetSampleDistance(-1)  # to be found
+    mapper.AutoAdjustSampleDistancesOff()
+    mapper.InteractiveAdjustSampleDistancesOff()
+    scene = Scene(volume)
+    wanted = scene.picture()
+    other = volume_of(image)
+    other.GetMapper().SetSampleDistance(usual_step(image))
+    other.SetProperty(volume.GetProperty())
+    assert np.abs(wanted - wanted[0, 0]).mean() > 3
+    np.testing.assert_array_equal(Scene(other).picture(), wanted)
+    other.GetMapper().SetSampleDistance(1.01 * usual_step(image))
+    assert not np.array_equal(Scene(other).picture(), wanted)

@@ -1,0 +1,120 @@
+"""The surface that is to be seen: of meshes, of volumes, and of volumes that are drawn deformed."""
+
+import numpy as np
+import pytest
+from drawing import MIDDLE, PIXELS, SIZE, Scene, image_of, volume_of
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+from vtk_mls import Deformation, Grid
+from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.visible_surface import VisibleSurface
+
+CENTRE = np.full(3, MIDDLE)
+SHIFT = np.array((6.0, 0, 3))
+PIXELS_SEEN = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy in (-9, 0, 12)]
+
+
+def ball(radius, centre=CENTRE):
+    source, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
+    source.SetCenter(centre)
+    source.SetRadius(radius)
+    source.SetThetaResolution(120)
+    source.SetPhiResolution(120)
+    mapper.SetInputConnection(source.GetOutputPort())
+    actor.SetMapper(mapper)
+    return actor
+
+
+def solid(radius, grid=None):
+    """A volume that is opaque from a distance to the centre of the image on."""
+    grid = grid or Grid((SIZE,) * 3)
+    distance = np.linalg.norm(grid.points() - grid.at([(MIDDLE,) * 3]), axis=1) / grid.spacing[0]
+    values = np.clip(30 + 60 * (radius - distance), 0, 255)
+    volume = volume_of(image_of(values.reshape(grid.shape).astype(np.uint8)[..., None], grid))
+    volume.GetProperty().SetScalarOpacityUnitDistance(0.05)
+    return volume
+
+
+def distances(surface, centre=CENTRE):
+    found = [surface.at(*pixel) for pixel in PIXELS_SEEN]
+    return np.linalg.norm(np.array(found) - centre, axis=1)
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_mesh(parallel):
+    thing = ball(15)
+    scene = Scene(thing)
+    scene.renderer.GetActiveCamera().SetParallelProjection(parallel)
+    scene.renderer.GetActiveCamera().SetParallelScale(25)
+    scene.picture()
+    surface = VisibleSurface(scene.renderer)
+    np.testing.assert_allclose(distances(surface), 15, atol=0.02)
+    assert surface.at(1, 1) is None
+    assert surface.at(-5, 10) is None
+    # the point is under the pixel
+    scene.renderer.SetWorldPoint(*surface.at(60, 80), 1)
+    scene.renderer.WorldToDisplay()
+    np.testing.assert_allclose(scene.renderer.GetDisplayPoint()[:2], (60.5, 80.5), atol=1e-3)
+
+
+def test_what_is_left_out_is_not_seen_and_shown_again():
+    inner, outer = ball(15), ball(18)
+    scene = Scene(inner, outer)
+    before = scene.picture()
+    surface = VisibleSurface(scene.renderer, without=[outer])
+    np.testing.assert_allclose(distances(surface), 15, atol=0.02)
+    np.testing.assert_array_equal(scene.picture(), before)
+
+
+def test_it_stays_as_it_was():
+    thing = ball(15)
+    scene = Scene(thing)
+    scene.picture()
+    surface = VisibleSurface(scene.renderer)
+    thing.SetPosition(5, 5, 5)
+    scene.renderer.GetActiveCamera().Azimuth(30)
+    scene.picture()
+    np.testing.assert_allclose(distances(surface), 15, atol=0.02)
+
+
+def test_a_volume_where_it_hides_what_is_behind():
+    scene = Scene(solid(15), ball(10))
+    scene.picture()
+    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
+    scene.renderer.AddViewProp(ball(18))
+    scene.picture()
+    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 18, atol=0.02)
+
+
+def test_a_volume_in_its_own_frame():
+    direction = np.array([(0, 0, 1), (1, 0, 0), (0, 1, 0)])
+    grid = Grid((SIZE,) * 3, (3, 4, 5), (0.5, 0.5, 0.5), direction)
+    volume = solid(15, grid)
+    volume.SetPosition(CENTRE - 2 * grid.at([(MIDDLE,) * 3])[0])
+    volume.SetScale(2)
+    scene = Scene(volume)
+    scene.picture()
+    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
+
+
+def test_a_volume_that_is_drawn_deformed():
+    volume = solid(15)
+    scene = Scene(volume, focal=CENTRE + SHIFT)
+    corners = Grid((2, 2, 2), spacing=[SIZE] * 3).points()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(Deformation(corners, corners + SHIFT, kind="rigid"))
+    scene.picture()
+    found = distances(VisibleSurface(scene.renderer), CENTRE + SHIFT)
+    np.testing.assert_allclose(found, 15, atol=0.6)
+    drawn.detach()
+    scene.picture()
+    assert distances(VisibleSurface(scene.renderer), CENTRE + SHIFT).max() > 16
+
+
+def test_a_projection_hides_nothing():
+    volume = solid(15)
+    volume.GetMapper().SetBlendModeToMaximumIntensity()
+    scene = Scene(volume)
+    scene.picture()
+    assert VisibleSurface(scene.renderer).at(*PIXELS_SEEN[4]) is None

@@ -1,0 +1,66 @@
+"""`vtk-mls view`: the editor in a window."""
+
+from __future__ import annotations
+
+from vtk_mls.commands import map_options
+from vtk_mls.commands.running import read
+from vtk_mls.commands.supervision import step
+
+
+def add(commands):
+    """Add the command to its parent's parsers."""
+    view = commands.add_parser(
+        "view",
+        help="deform an image or a mesh by the mouse, in a window",
+        description="Deform an image or a mesh by the mouse, in a window: drag handles, see it at "
+        "once, undo, save. The window has a legend of its keys.",
+    )
+    view.add_argument("input", help="image or mesh, of any format that `vtk-mls deform` reads")
+    view.add_argument(
+        "handles",
+        nargs="?",
+        help=f"{map_options.HANDLES}; if not given, they are laid over the data",
+    )
+    view.add_argument(
+        "--with",
+        dest="others",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="another image or mesh, which the same handles move (may be repeated)",
+    )
+    view.add_argument(
+        "--output",
+        metavar="FOLDER",
+        help="where the key S saves; a new folder named after the input if not given",
+    )
+    map_options.add(view, has_progress=False)
+    view.set_defaults(run=run)
+
+
+def run(options):
+    """Run the command."""
+    from vtk_mls import io
+    from vtk_mls.editor import window
+
+    if options.handles is None and options.deformed:
+        raise ValueError("`--deformed` needs handles, which it says where they have moved to")
+    datasets = [read(io.read_dataset, path) for path in (options.input, *options.others)]
+    for path, dataset in zip((options.input, *options.others), datasets):
+        if not dataset.IsA("vtkDataSet"):
+            raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
+    state = _state(options)
+    with step("show", options.input):
+        window.show(datasets, state, (options.input, *options.others), options.output)
+    return 0
+
+
+def _state(options):
+    """Where the editor begins; it lays handles if there are none."""
+    from vtk_mls.editor import State
+
+    arguments = {**map_options.map_arguments(options), "blend": options.blend}
+    if options.handles is None:
+        return State([], [], **arguments)
+    rest, deformed, weights = map_options.control_points(options)
+    return State(rest, deformed, weights, **arguments)

@@ -1,0 +1,122 @@
+"""Edits that are not saved yet, kept in a file that the next start offers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor.state import State
+from vtk_mls.engine import caches
+from vtk_mls.files.replacing import replacing
+
+_FOLDER = "vtk_mls", "unsaved"
+_CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}
+_PLAIN = ("kind", "alpha", "degree", "nu", "cut_frame", "blend", "device")
+
+
+class Drafts:
+    """Keeps what is edited of a file, and finds what an earlier session has left.
+
+    Parameters
+    ----------
+    path : path
+        Of the data.
+    folder : path, optional
+        Where drafts are; the user's caches if not given.
+    """
+
+    def __init__(self, path, folder=None):
+        self._path = os.path.abspath(path)
+        cache = caches.folder()
+        folder = folder or (cache and cache.joinpath(*_FOLDER))
+        name = hashlib.sha256(self._path.encode()).hexdigest()[:16]
+        self._file = folder and Path(folder) / f"{name}-{time.time_ns()}-{os.getpid()}.json"
+        self._pattern = f"{name}-*.json"
+
+    def keep(self, state):
+        """Keep a `State` until it is saved; it replaces the one before.
+
+        Raises
+        ------
+        OSError
+            Naming the file.
+        """
+        if self._file is None:
+            raise OSError("there is no folder for unsaved handles; save them with S")
+        self._file.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(self._file) as new:
+            new.write_text(_text(self._path, state), encoding="utf-8")
+
+    def found(self):
+        """The newest `State` that another session has left, and when (seconds); None without."""
+        for file in self._others():
+            with suppress(OSError, ValueError, KeyError, TypeError):
+                return _state(file.read_text(encoding="utf-8")), file.stat().st_mtime
+        return None
+
+    def forget(self):
+        """Remove the own one, for it is saved, or nothing is changed."""
+        self._remove([self._file])
+
+    def forget_all(self):
+        """Remove all of them for these data."""
+        self._remove([self._file, *self._others()])
+
+    def _others(self):
+        """Files of other sessions, the newest first."""
+        if self._file is None:
+            return []
+        files = [each for each in self._file.parent.glob(self._pattern) if each != self._file]
+        return sorted(files, reverse=True)
+
+    def _remove(self, files):
+        for file in files:
+            if file is not None:
+                with suppress(OSError):
+                    file.unlink()
+
+
+def _text(path, state):
+    values = {name: getattr(state, name) for name in _PLAIN}
+    values.update(
+        path=path,
+        rest=state.rest.tolist(),
+        deformed=state.deformed.tolist(),
+        weights=None if state.weights is None else state.weights.tolist(),
+        labels=list(state.labels),
+        anchored=state.anchored.tolist(),
+        cuts=[_numbers(cut) for cut in state.cuts],
+    )
+    return json.dumps(values)
+
+
+def _numbers(cut):
+    """The name of a cut's shape, and what makes it."""
+    name = next(name for name, kind in _CUTS.items() if isinstance(cut, kind))
+    attributes = {
+        "plane": ("point", "normal"),
+        "half-plane": ("point", "normal", "inward"),
+        "surface": ("points", "triangles"),
+    }[name]
+    return [name, [getattr(cut, each).tolist() for each in attributes]]
+
+
+def _state(text):
+    values = json.loads(text)
+    weights = values["weights"]
+    return State(
+        values["rest"],
+        values["deformed"],
+        None if weights is None else np.array(weights),
+        values["labels"],
+        values["anchored"],
+        cuts=[_CUTS[name](*numbers) for name, numbers in values["cuts"]],
+        **{name: values[name] for name in _PLAIN},
+    )

@@ -1,0 +1,104 @@
+"""A Python script, and commands, that do what was edited without the editor."""
+
+from __future__ import annotations
+
+import shlex
+
+from vtk_mls import HalfPlane, Plane
+from vtk_mls.editor.state import State
+
+_TEXT = '''\
+"""Makes the deformed data that were edited with `vtk-mls view` again.
+
+In a shell:
+
+{commands}
+"""
+
+from pathlib import Path
+
+from vtk_mls import {imports}
+from vtk_mls.filters import MLSDeform
+
+here = Path(__file__).parent
+deform = MLSDeform()
+deform.SetInputData(1, io.read_control_points(here / "{handles}"))
+{settings}
+for source, target in {files}:
+    deform.SetInputData(0, io.read_dataset(here / source))
+    deform.Update()
+    io.write_dataset(deform.GetOutput(), here / target)
+    print(here / target)
+'''
+# Properties of filters, options of the command, attributes of a state.
+_PROPERTIES = (
+    ("Kind", "--kind", "kind"),
+    ("Alpha", "--alpha", "alpha"),
+    ("Degree", "--degree", "degree"),
+    ("Nu", "--nu", "nu"),
+    ("Blend", "--blend", "blend"),
+    ("CutFrame", "--cut-frame", "cut_frame"),
+    ("Device", "--device", "device"),
+)
+_DEFAULTS = State([], [])
+
+
+def settings_of(state):
+    """(property, option, value) of all that is not the default."""
+    for name, option, attribute in _PROPERTIES:
+        value = getattr(state, attribute)
+        if value != getattr(_DEFAULTS, attribute):
+            yield name, option, value
+
+
+def numbers_of(cut):
+    """The vectors that make a Plane or a HalfPlane, as lists; None for a surface."""
+    if isinstance(cut, Plane):
+        return [cut.point.tolist(), cut.normal.tolist()]
+    if isinstance(cut, HalfPlane):
+        return [cut.point.tolist(), cut.normal.tolist(), cut.inward.tolist()]
+    return None
+
+
+def script(state, handles, surfaces, files):
+    """The text of a script.
+
+    Parameters
+    ----------
+    state : State
+    handles : str
+        Name of the file of control points beside the script.
+    surfaces : list of str
+        Names of files with the surfaces among the cuts, in their order.
+    files : list of (str, str)
+        What is deformed, and what becomes of it, from the script's folder.
+    """
+    settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
+    flat = [cut for cut in state.cuts if numbers_of(cut)]
+    for cut in flat:
+        vectors = ", ".join(map(str, numbers_of(cut)))
+        settings.append(f"deform.AddCut({type(cut).__name__}({vectors}))")
+    for name in surfaces:
+        settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
+    names = [*sorted({type(cut).__name__ for cut in flat}), "io"]
+    return _TEXT.format(
+        commands="\n".join(f"    {each}" for each in commands(state, handles, surfaces, files)),
+        imports=", ".join(names),
+        handles=handles,
+        settings="\n".join(settings),
+        files=files,
+    )
+
+
+def commands(state, handles, surfaces, files):
+    """`vtk-mls deform` for each of the files, to be run in the script's folder."""
+    options = [f"{option}={value}" for _, option, value in settings_of(state)]
+    for cut in state.cuts:
+        numbers = numbers_of(cut)
+        if numbers:
+            kind = "plane" if len(numbers) == 2 else "half-plane"
+            text = ",".join(repr(each) for vector in numbers for each in vector)
+            options.append(f"--cut-{kind}={text}")
+    options += [f"--cut-surface={name}" for name in surfaces]
+    for source, target in files:
+        yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])
