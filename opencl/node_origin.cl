@@ -5,21 +5,23 @@
 // The nodes of first guesses, which are a grid, but for what node_cell adds.
 KERNEL void node_origin(MAP_PARAMETERS, const grid_t grid, __global node_t *restrict nodes) {
   const map_t map = MAP;
+  // before all branches: Mesa's compiler crashes where arguments are read below
+  const long stop = grid.stop;
+  vec by_index[3];
+  for (int axis = 0; axis < 3; ++axis)
+    by_index[axis] = (vec){grid.frame[3 * axis], grid.frame[3 * axis + 1], grid.frame[3 * axis + 2]};
   long first = grid.first + (long)get_global_id(0) * LANES;
-  if (first >= grid.stop) return;
+  if (first >= stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
   const vec x = origin_of(&map.cuts, fit.view.v, moved(&map, &fit));
   const weight_jacobian_t jacobian = displacement_jacobian(&map, &fit);
   const mat by_v = with_moving_origin(&fit, &jacobian);
-  vec by_index[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    vec step = {grid.frame[3 * axis], grid.frame[3 * axis + 1], grid.frame[3 * axis + 2]};
-    by_index[axis] = vec_add(step, mat_vec(&by_v, step));
-  }
+  for (int axis = 0; axis < 3; ++axis)
+    by_index[axis] = vec_add(by_index[axis], mat_vec(&by_v, by_index[axis]));
   real slope2 = 0;
   for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.by_x.a[i], jacobian.by_x.a[i], slope2);
   real slope = select(sqrt(slope2), (real)(-1), fit.view.passed != 0);
-  for (int l = 0; l < LANES && first + l < grid.stop; ++l) {
+  for (int l = 0; l < LANES && first + l < stop; ++l) {
     __global node_t *node = nodes + first + l;
     node->x = (float4)(LANE(x.x, l), LANE(x.y, l), LANE(x.z, l), LANE(slope, l));
     __global float4 *by = &node->by_i;

@@ -95,7 +95,7 @@ inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit
 #endif
 
 // The fit at the points of a work item.
-#if AT_REST && GUESSES
+#if AT_REST
 #define NODE_PARAMETERS , const nodes_t nodes, __global const node_t *restrict node_table
 #define NODES_OF_LAUNCH , &nodes, node_table
 

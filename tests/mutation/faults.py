@@ -234,6 +234,11 @@ _in("opencl/node_origin.cl", REST_FRAME)(
     "real slope = select(sqrt(slope2), (real)(-1), fit.view.passed != 0);",
     "real slope = select((real)(0), (real)(-1), fit.view.passed != 0);",
 )
+_in("opencl/point_origin.cl", REST_FRAME)(
+    "rest frame: a guess at many points is taken for the place itself",
+    "is_foreseen(&start, x));",
+    "start.slope < 1e14f);",
+)
 _in("vtk_mls/engine/origin_nodes.py", REST_FRAME)(
     "rest frame: the last layer of nodes that a slab needs",
     "max(high // NODE_STEP + 1,",

@@ -63,11 +63,6 @@ class Launcher:
 
     # Kernels
 
-    @property
-    def guesses(self):
-        """Whether searches over grids have guesses: Mesa's compiler crashes on node_origin."""
-        return self.device.platform != "rusticl"
-
     def launch(self, name, constants, count, *arguments):
         """Launch a kernel for `count` points."""
         kernel = self._kernels.get((name, constants))
@@ -99,7 +94,6 @@ class Launcher:
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
             *kernel_arguments.STRUCTS,
-            ("GUESSES", int(self.guesses)),
             ("MAP_NUMBERS", kernel_arguments.members(numbers.dtype)),
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
@@ -136,7 +130,7 @@ class RegionMap:
         # by grid, None at points, and whether a rival: a question launches many kernels on one
         self._described = {}
         searches = deformation.in_rest_frame and deformation.obstacles
-        self._nodes = OriginNodes(self) if searches and launcher.guesses else None
+        self._nodes = OriginNodes(self) if searches else None
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.

@@ -46,7 +46,7 @@ def _continue_sides(values, deformation, grid):
     distance = values[0, :, 3]
     near = _REACH * np.linalg.norm(grid.index_to_world.sum(axis=1))
     rows = np.flatnonzero(np.abs(distance) < near)
-    v = grid.at(grid.indices()[rows])
+    v = grid.at(np.stack(np.unravel_index(rows, grid.shape)[::-1], axis=-1))
     x, behind = v + values[0, rows, :3], distance[rows] < 0
     sides, opposite, beside = _sides(deformation.cuts, x, behind, 1e-3 * near)
     rows, v, sides, opposite = rows[beside], v[beside], sides[beside], opposite[beside]
