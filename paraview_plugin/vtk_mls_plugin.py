@@ -23,7 +23,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls.paraview import handle_widget
+from vtk_mls.paraview import watch
 from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView looks for them here
     MLSControlPoints,
     MLSDeform,
@@ -31,6 +31,6 @@ from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView looks for them he
     MLSImageReader,
 )
 
-handle_widget.start()
+watch.start()
 
 paraview_plugin_version = vtk_mls.__version__
