@@ -107,7 +107,7 @@ RIGHT = {
     "lattices": {"vtk_mls/editor/*": LAYOUT},
     "place": {
         "vtk_mls/engine/*": "in place, without a copy",
-        "vtk_mls/editor/cut_widget.py": "VTK's names of methods",
+        "vtk_mls/editor/cut_widget.py": "a method of VTK",
     },
 }
 
