@@ -179,6 +179,14 @@ def test_beside_the_data_nothing_is_added(mesh_hands):
     assert "no surface" in mesh_hands.editor.message
 
 
+def test_of_handles_behind_each_other_the_front_one_is_meant(mesh_hands):
+    projection = mesh_hands.editor.projection
+    near, far = projection.ray((120, 120))
+    points = near + np.array([[0.9], [0.2], [0.6]]) * (far - near)
+    assert projection.nearest(points, (122, 121), 9) == 1
+    assert projection.nearest(points, (140, 120), 9) is None
+
+
 def test_handles_are_deleted_and_come_back(mesh_hands):
     hands = mesh_hands
     row = front_row(hands)

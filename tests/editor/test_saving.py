@@ -12,7 +12,8 @@ import pytest
 from command_fixtures import PROJECT, run
 from hands import SIZE, Hands, ball_image, ball_mesh
 
-from vtk_mls import HalfPlane, Plane, Surface, io
+from vtk_mls import HalfPlane, Plane, Surface, arrays, io
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import State
 from vtk_mls.files import control_point_files
 
@@ -55,6 +56,10 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     made = sorted(folder.glob("ball-deformed.*"))
     assert len(made) == 2
     before = {path: path.read_bytes() for path in [*made, folder / "displacement-field.nrrd"]}
+    grid = ImageGeometry.of_image(data[0]).grid
+    shown = hands.editor.state.deformation().displacement_field(grid).displacement
+    field = io.read_dataset(folder / "displacement-field.nrrd").GetPointData().GetScalars()
+    np.testing.assert_allclose(arrays.to_numpy(field).reshape(shown.shape), shown, atol=1e-5)
 
     done = subprocess.run(
         [sys.executable, folder / "deform.py"],
