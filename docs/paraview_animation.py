@@ -1,4 +1,4 @@
-"""Draw docs/paraview.gif and .png: `python docs/paraview_pictures.py`, where `make test` has run.
+"""Draw docs/paraview.gif: `python docs/paraview_animation.py`, where `make test` has run.
 
 You will see a brain that is cut by a half-plane and opened by two drags, by the mouse in the
 system's ParaView; nothing is applied.
@@ -43,8 +43,8 @@ deform.CutOrigin = [98, 116, 60]
 """
 
 
-def draw(folder):
-    """Draw the animation, and the window at its end."""
+def draw(file):
+    """Draw the animation."""
     brain = write_brain(FOLDER / "brain.vti", every=1)
     frames = []
     with (
@@ -72,10 +72,8 @@ def draw(folder):
     still, moving, end = (["-delay", each] for each in ("100", "6", "200"))
     looks = ["-crop", VIEW, "+repage", "-resize", "560x", "+dither", "-colors", "64"]
     shown = [*still, frames[0], *moving, *frames[1:], *end, frames[-1], *looks]
-    subprocess.run(["convert", *shown, "-layers", "optimize", folder / "paraview.gif"], check=True)
-    reduced = ["-resize", "900x", "+dither", "-colors", "128"]
-    subprocess.run(["convert", frames[-1], *reduced, folder / "paraview.png"], check=True)
+    subprocess.run(["convert", *shown, "-layers", "optimize", file], check=True)
 
 
 if __name__ == "__main__":
-    draw(PROJECT / "docs")
+    draw(PROJECT / "docs/paraview.gif")
