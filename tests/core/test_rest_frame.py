@@ -345,6 +345,23 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
 
 
 @pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", ["half-plane", "plane and half-plane", "polygon"])
+def test_guesses_at_many_points(key, shape, rng):
+    """They have the origins that few points have, also beside some that are far away or NaN."""
+    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
+    v = rng.uniform(*BOX, (150_000, 3))
+    v[1000] = 1e3, 0, 0
+    x, distance = d.backward(v), d.void_distance(v)
+    some = slice(None, None, 5)
+    expected, void_distance = d.backward(v[some]), d.void_distance(v[some])
+    error = lengths(x[some] - expected)
+    clear = np.abs(void_distance) > 1e-3 * SIZE
+    assert np.percentile(error, 99.9) <= 1e-6 * SIZE
+    assert error[clear & (void_distance > 0)].max() <= 1e-5 * SIZE
+    np.testing.assert_array_equal(distance[some][clear] < 0, void_distance[clear] < 0)
+
+
+@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["plane and half-plane", "polygon"])
 def test_devices_agree_on_images(key, shape, rng):
     rest, deformed = bent(rng)

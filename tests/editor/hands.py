@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -73,7 +75,15 @@ class Hands:
         code = symbol if symbol and len(symbol) == 1 else chr(0)
         modifiers = int("Ctrl" in keys), int("Shift" in keys)
         self.interactor.SetEventInformation(x, y, *modifiers, code, 0, symbol)
-        self.interactor.InvokeEvent(event)
+        # VTK prints what its observers raise, and goes on
+        raised, usual = [], sys.excepthook
+        sys.excepthook = lambda kind, error, trace: raised.append(error)
+        try:
+            self.interactor.InvokeEvent(event)
+        finally:
+            sys.excepthook = usual
+        if raised:
+            raise raised[0]
 
     def tick(self):
         """Let time pass."""

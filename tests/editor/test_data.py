@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtk_mls import arrays, io
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
+from vtk_mls.editor.scalar_image import scalar_image
 from vtk_mls.files import provenance
 
 MIDDLE = (SIZE - 1) / 2
@@ -48,7 +49,12 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("name", ODD)
+_SLOW = "not finite", "only NaN", "colours"  # a shader to build for each
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.matrix] * (name in _SLOW)) for name in ODD]
+)
 def test_odd_data_are_edited(name):
     hands = Hands(ODD[name]())
     front = int(hands.editor.projection.pixels(hands.editor.state.deformed)[:, 2].argmin())
@@ -77,6 +83,42 @@ def test_an_oblique_image_is_where_it_is():
     assert radius == pytest.approx(SIZE / 3, abs=1.5)
     edge = hands.editor.projection.pixels(hit[None])[0, :2]
     np.testing.assert_allclose(edge, (120, 120), atol=1e-6)
+
+
+def test_what_faces_the_eye_is_bright_whatever_the_axes():
+    pictures = []
+    mirrored = ImageGeometry((0, SIZE - 1) * 3, (SIZE - 1, SIZE - 1, 0), (1, 1, 1), _MIRRORED)
+    for geometry in (None, mirrored):
+        hands = Hands(ball_image(geometry))
+        hands.press("h")
+        hands.press("space")
+        pictures.append(hands.picture())
+    np.testing.assert_allclose(*pictures, atol=3)
+    assert pictures[0][120, 120].max() > 200
+
+
+_MIRRORED = (-1.0, 0, 0, 0, -1, 0, 0, 0, 1)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 0, 2)])
+def test_axes_of_any_order_keep_their_values(order, rng):
+    values = rng.uniform(size=(5, 4, 3))
+    image = image_with(values.ravel(), (3, 4, 5))
+    direction = np.eye(3)[list(order)] * [1, -1, -1] @ TURNED
+    image.SetDirectionMatrix(direction.ravel())
+    image.SetSpacing(1, 2, 3)
+    image.SetOrigin(7, 8, 9)
+    shown = scalar_image(image)
+    before, after = (ImageGeometry.of_image(each).grid for each in (image, shown))
+    assert (np.diag(after.direction) > 0).all()
+    pairs = [
+        {tuple(np.round(point, 6)): value for point, value in zip(grid.points().tolist(), flat)}
+        for grid, flat in (
+            (before, values.ravel()),
+            (after, arrays.to_numpy(shown.GetPointData().GetScalars())),
+        )
+    ]
+    assert pairs[0] == pairs[1]
 
 
 def test_looks_follow_the_values(rng):

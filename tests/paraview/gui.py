@@ -150,12 +150,12 @@ class Gui:
         """Move the mouse by so many pixels."""
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
-    def shake(self, seconds):
-        """Move the mouse to and fro by a pixel or two, a hundred times a second."""
+    def shake(self, seconds, rate=100):
+        """Move the mouse to and fro by a pixel or two, so many times a second."""
         moves = [(2, 1), (-1, -2), (1, 2), (-2, -1)]
-        steps = [moves[number % 4] for number in range(int(100 * seconds))]
-        for part in (steps[at : at + 50] for at in range(0, len(steps), 50)):
-            chain = (("mousemove_relative", "--", *step, "sleep", 0.01) for step in part)
+        steps = [moves[number % 4] for number in range(int(rate * seconds))]
+        for part in (steps[at : at + rate // 2] for at in range(0, len(steps), rate // 2)):
+            chain = (("mousemove_relative", "--", *step, "sleep", 1 / rate) for step in part)
             self._xdotool(*(each for link in chain for each in link))
 
     def screenshot(self, name):

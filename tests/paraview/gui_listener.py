@@ -38,6 +38,8 @@ def listen(interactor, event):
     os.rename(part, os.path.join(folder, "reply.json"))
 
 
+if "PARAVIEW_GUI_SERVER" in os.environ:  # its port
+    simple.Connect("localhost", int(os.environ["PARAVIEW_GUI_SERVER"]))
 names["view"] = simple.GetActiveViewOrCreate("RenderView")
 names["interactor"] = names["view"].GetInteractor()
 names["interactor"].AddObserver("TimerEvent", listen)

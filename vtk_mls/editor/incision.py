@@ -42,7 +42,7 @@ class Incision:
         count = len(self.points)
         points, line, ends = vtkPoints(), vtkCellArray(), vtkCellArray()
         points.SetData(arrays.from_numpy(np.array(self.points), VTK_DOUBLE))
-        line.SetData(arrays.ids([0, count]), arrays.ids(np.arange(count)))
+        line.SetData(arrays.ids(np.array([0, count])), arrays.ids(np.arange(count)))
         ends.SetData(arrays.ids(np.arange(count + 1)), arrays.ids(np.arange(count)))
         self._line.SetPoints(points)
         self._line.SetLines(line if count > 1 else vtkCellArray())

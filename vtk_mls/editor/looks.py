@@ -93,7 +93,7 @@ def looks_of(values, are_labels):
     top = np.quantile(some[some >= level], 0.995) if len(some) else high
     top = top if top > level else max(high, level + 1e-6 * max(1.0, abs(level)))
     tissue = (
-        _over("MR, solid", _TISSUE, ((0, 0), (0.2, 0.3), (0.5, 0.6), (1, 0.9)), level, top),
+        _over("MR, solid", _TISSUE, ((0, 0), (0.15, 0.4), (0.4, 0.8), (1, 0.95)), level, top),
         _over("MR, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
         _over("grey", _GREY, ((0, 0), (0.3, 0.3), (1, 0.9)), level, top),
     )

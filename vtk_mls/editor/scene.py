@@ -94,7 +94,8 @@ class Scene:
     def detach(self):
         """Leave the data as they are at rest, and the renderer to itself."""
         self.renderer.RemoveObserver(self._tag)
-        self.show(None, 0, True)
+        for each in self.shown:
+            each.detach()
 
     def _fit(self, renderer, event):
         # a camera of its own, for whoever exchanges cameras for a picture

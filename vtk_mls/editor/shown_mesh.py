@@ -61,6 +61,10 @@ class ShownMesh:
         else:
             self._drawn.update(deformation, exact=is_final)
 
+    def detach(self):
+        """Leave the mesh as it is at rest."""
+        self._drawn.detach()
+
     def set_coarseness(self, pixels):
         """Meshes are drawn for every pixel."""
 

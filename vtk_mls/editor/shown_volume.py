@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  draws volumes
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls import arrays
+from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
+from vtk_mls.editor.scalar_image import scalar_image
 from vtk_mls.editor.volume_surface import VolumeSurface
 from vtk_mls.files import provenance
 from vtk_mls.rendering import DeformedVolume
@@ -28,9 +29,9 @@ class ShownVolume:
     """
 
     def __init__(self, image, renderer):
-        self._image, self._deformation = _scalar_image(image), None
-        geometry = ImageGeometry.of_image(image)
-        self._grid, scalars = geometry.grid, self._image.GetPointData().GetScalars()
+        self._image, self._deformation = scalar_image(image), None
+        self._grid = ImageGeometry.of_image(self._image).grid
+        scalars = self._image.GetPointData().GetScalars()
         self._values = arrays.to_numpy(scalars).reshape(self._grid.shape)
         labels = provenance.kept(image, provenance.LABEL_ARRAYS)
         self.looks = looks.looks_of(self._values.ravel(), scalars.GetName() in labels)
@@ -81,10 +82,15 @@ class ShownVolume:
     def show(self, deformation, nodes, is_final):
         """Draw it as a Deformation has it, or undeformed for None."""
         self._deformation = deformation
-        if deformation is None:
-            self._drawn.detach()
-        else:
+        if deformation is not None:
             self._drawn.update(deformation, nodes)
+        elif self._drawn.uploads > 0:  # its shader stays: to build another takes a second
+            corner = self._grid.corners()[:1]
+            self._drawn.update(Deformation(corner, corner), 2)
+
+    def detach(self):
+        """Leave the volume as it is at rest."""
+        self._drawn.detach()
 
     def set_coarseness(self, pixels):
         """Cast a ray for each so many pixels along both axes, with longer steps if above 1."""
@@ -95,23 +101,3 @@ class ShownVolume:
     def surface(self):
         """What one sees of it now, as a `VolumeSurface`."""
         return VolumeSurface(self._grid, self._values, self._look, self._deformation)
-
-
-def _scalar_image(image):
-    """The image with one number for each point: that of several components their mean."""
-    data = image.GetPointData()
-    scalars = data.GetScalars() or next(
-        (each for each in map(data.GetArray, range(data.GetNumberOfArrays())) if each), None
-    )
-    if scalars is None:
-        raise ValueError("the image has no values at its points to show; only those of cells")
-    shown = vtkImageData()
-    shown.CopyStructure(image)
-    values = arrays.to_numpy(scalars)
-    if values.ndim > 1 or not arrays.is_numeric(scalars):
-        values = values.reshape(image.GetNumberOfPoints(), -1).mean(axis=1)
-        arrays.add(shown.GetPointData(), scalars.GetName() or "values", values)
-        shown.GetPointData().SetActiveScalars(scalars.GetName() or "values")
-    else:
-        shown.GetPointData().SetScalars(scalars)
-    return shown

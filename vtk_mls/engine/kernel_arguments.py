@@ -32,11 +32,11 @@ GRID = _struct(
 SOURCE = _struct(
     [("from_target", *_TRANSFORM), ("from_displacement", *_TRANSFORM), ("continued", "i4")]
 )
-# A grid of first guesses: nodes along the axes, the first one, nodes per local unit.
+# A grid of first guesses at points: nodes along the axes, the first one, nodes per local unit.
 GUESS = _struct([("dimensions", "i4", 3), ("low", "f4", 3), ("density", "f4", 3)])
 # A sample of the map: v, and G(v) less the mean displacement.
 SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
-# Nodes that give searches on a grid their first guesses: index of the first, nodes along x and y.
+# Nodes that give searches on a grid theirs: index of the first, nodes along x and y.
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
 # From node to node so many points of the grid; 16 floats at each node.
 NODE_STEP, NODE_BYTES = 4, 64

@@ -1,20 +1,24 @@
-"""First guesses for searches over a grid, from nodes that are few: origin_nodes.cl."""
+"""First guesses for searches over grids and many points, from few nodes: origin_nodes.cl."""
 
 from __future__ import annotations
 
 import numpy as np
 import pyopencl as cl
 
+from vtk_mls import guesses
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.kernel_arguments import NODE_BYTES, NODE_STEP
 from vtk_mls.grid import Grid
 
 # Nodes that are found at once, in whole layers: what follows needs the last layer again.
 _NODES = 1 << 18
+# On no grid so many points are worth nodes, and so many of them: more do not stay in a CPU's cache.
+_MANY, _NODES_OVER = 1 << 17, 1 << 13
+_AFFINE = 1e-6  # local units: a residual of the affine map that is none
 
 
 class OriginNodes:
-    """Where the material at the nodes around points of grids comes from, in one region.
+    """Where the material at the nodes around points comes from, in one region.
 
     Nodes are points of the whole grid, some beyond its end: parts find the same ones. They are kept
     for the launches that follow.
@@ -45,17 +49,45 @@ class OriginNodes:
         launcher, deformation = self.map.launcher, self.map.deformation
         at_once = launcher.slabs(_NODES, deformation, NODE_BYTES)[0].stop
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
-        nodes = _every(grid.whole, first, last)
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
-        memory = self.map.memory
+        record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
+        self._arguments = [record, self._table(_every(grid.whole, first, last))]
+
+    def over(self, points):
+        """Kernel arguments: nodes over `points` (m, 3) of the world; None if they are not worth it.
+
+        They are not for few points, nor where searches end at once anyway.
+        """
+        if len(points) < _MANY or _is_affine(self.map.control_points):
+            return None
+        box = guesses.usual_bounds(points, guesses.bounds(points))
+        nodes = guesses.cubic_grid(box, _NODES_OVER)
+        control_points = self.map.control_points
+        record = kernel_arguments.filled(
+            kernel_arguments.GUESS,
+            dimensions=nodes.dimensions,
+            low=control_points.local(nodes.origin),
+            density=control_points.scale / nodes.spacing,
+        )
+        return [record, self._table(nodes)]
+
+    def _table(self, nodes):
+        """A buffer with what is found at the `nodes`, a grid."""
+        launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
         table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_BYTES * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
             for part in launcher.slabs(nodes.size, deformation, NODE_BYTES):
                 points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)
-        record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
-        self._arguments = [record, table]
+        return table
+
+
+def _is_affine(control_points):
+    """Whether an affine map, from which searches begin, fits all control points."""
+    matrix, offset = control_points.affine
+    residual = control_points.deformed @ matrix.T + offset - control_points.rest
+    return np.abs(residual).max(initial=0) <= _AFFINE * control_points.scale
 
 
 def _every(whole, first, last):

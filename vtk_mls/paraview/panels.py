@@ -67,8 +67,8 @@ _CUT = [
 
 _LIVE = check_box(
     "Live",
-    """Whether a volume follows while a handle or the cut is dragged, before Apply. Where the data
-    are on another machine, Apply shows the result.""",
+    """Whether what is shown follows while a handle or the cut is dragged, before Apply. It is off
+    where the data are on another machine: there Apply shows the result.""",
     default=1,
     command="",
 )

@@ -1,0 +1,156 @@
+"""`vtk-mls view` in a real window under Xvfb, by real mouse and keys."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from command_fixtures import PROJECT, run
+from hands import ball_image, ball_mesh
+
+from vtk_mls import io
+from vtk_mls.files import control_point_files
+
+_PATIENCE = 60  # seconds
+pytestmark = pytest.mark.skipif(
+    not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="there is no Xvfb or xdotool"
+)
+
+
+class Window:
+    """A running `vtk-mls view`."""
+
+    def __init__(self, process, environment):
+        self._process, self._environment = process, environment
+        self._wait(lambda: self._search(), "the window")
+        time.sleep(2)  # its first pictures
+
+    def do(self, *arguments):
+        """Run xdotool."""
+        command = ["xdotool", *map(str, arguments)]
+        done = subprocess.run(
+            command, env=self._environment, capture_output=True, text=True, check=False
+        )
+        return done.stdout
+
+    def press(self, *keys):
+        """Press keys in the window, one after the other."""
+        self.do("key", "--delay", 100, *keys)
+
+    def drag(self, start, by):
+        """Drag the mouse with its left button."""
+        self.do("mousemove", *start)
+        time.sleep(0.3)
+        self.do("mousedown", 1)
+        for step in range(1, 11):
+            at = [a + b * step // 10 for a, b in zip(start, by)]
+            self.do("mousemove", *at)
+            time.sleep(0.03)
+        self.do("mouseup", 1)
+        time.sleep(0.5)
+
+    def end(self):
+        """Press Q; (exit status, stderr)."""
+        self.press("q")
+        _, stderr = self._process.communicate(timeout=_PATIENCE)
+        return self._process.returncode, stderr
+
+    def wait_for(self, path):
+        """Wait until a file is there."""
+        self._wait(path.exists, path)
+
+    def _search(self):
+        return self.do("search", "--name", "vtk-mls").split()
+
+    def _wait(self, is_there, what):
+        until = time.monotonic() + _PATIENCE
+        while not is_there():
+            assert self._process.poll() is None, self._process.communicate()[1]
+            assert time.monotonic() < until, f"{what} did not come"
+            time.sleep(0.1)
+
+
+@contextmanager
+def window(folder, *arguments):
+    """`vtk-mls view` with these arguments, in a folder, which is also that of its caches."""
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x900x24", "-noreset"],
+        pass_fds=[write],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(write)
+    with open(read) as file:
+        display = f":{file.readline().strip()}"
+    environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vtk_mls", "view", *arguments],
+        cwd=folder,
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield Window(process, environment)
+    finally:
+        process.kill()
+        server.terminate()
+        process.communicate()
+        server.wait()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    io.write_dataset(ball_image(), tmp_path / "ball.vti")
+    io.write_dataset(ball_mesh(), tmp_path / "ball.vtp")
+    # in the middle of the window, whatever the size of the data
+    (tmp_path / "handles.csv").write_text(
+        "px,py,pz,qx,qy,qz\n11.5,11.5,11.5,11.5,11.5,11.5\n2,2,2,2,2,2\n21,21,21,21,21,21\n"
+    )
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["ball.vti", pytest.param("ball.vtp", marks=pytest.mark.matrix)])
+def test_drag_undo_add_save_and_quit(name, folder):
+    with window(folder, name, "handles.csv") as shown:
+        shown.drag((600, 425), (80, -60))
+        shown.press("z", "y")
+        shown.do("mousemove", 560, 470)
+        time.sleep(0.3)
+        shown.press("a", "s")
+        edited = folder / "ball-edited"
+        shown.wait_for(edited / "deform.py")
+        status, stderr = shown.end()
+    assert (status, stderr.replace("\n", "")) == (0, "")
+    rest, deformed, _ = control_point_files.read(edited / "handles.csv")
+    assert len(rest) == 4
+    assert np.flatnonzero((rest != deformed).any(axis=1)).tolist()[0] == 0
+    made = edited / f"ball-deformed{name[4:]}"
+    before = made.read_bytes()
+    status, _, stderr = run("deform", str(folder / name), str(edited / "handles.csv"), str(made))
+    assert (status, stderr) == (0, "")
+    assert made.read_bytes() == before
+
+
+def test_what_a_killed_window_had_is_offered(folder, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "caches"))
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # nothing to prove for new caches
+    with window(folder, "ball.vtp", "handles.csv") as shown:
+        shown.drag((600, 425), (80, -60))
+        shown.wait_for(folder / "caches" / "vtk_mls" / "unsaved")
+        time.sleep(0.5)
+    with window(folder, "ball.vtp") as shown:
+        shown.press("Return", "s")
+        shown.wait_for(folder / "ball-edited" / "deform.py")
+        status, stderr = shown.end()
+    assert (status, stderr) == (0, "")
+    rest, deformed, _ = control_point_files.read(folder / "ball-edited" / "handles.csv")
+    assert len(rest) == 3
+    assert (rest != deformed).any()
+    assert [*(folder / "caches" / "vtk_mls" / "unsaved").iterdir()] == []

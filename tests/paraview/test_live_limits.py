@@ -1,0 +1,126 @@
+"""Where *Live* cannot draw, it says so and leaves ParaView as it was; and it keeps pace."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+
+import pytest
+from gui_fixtures import HANDLE, PULL, SETUP, display, gui, paraview, start  # noqa: F401
+from paraviews import PROJECT
+from test_live import LIVE
+
+LAUNCHED = "deform = simple.GetActiveSource(); own = volumes()"
+NO_GLSL = """
+from vtk_mls.rendering import shader
+shader._REPLACEMENTS["//VTK::Cropping::Impl"] = "not GLSL;\\n{tag}"
+"""
+WATCH = """
+import sys
+sys.path.append(".")
+from vtk_mls.paraview import handle_widget
+handle_widget.start()
+"""
+FAILS = """
+from vtk_mls.rendering import DeformedMesh
+def update(self, deformation, exact=True):
+    raise MemoryError
+DeformedMesh.update = update
+simple.Hide(wavelet, view)
+cone = simple.Cone(Height=20, Radius=10)
+simple.Show(cone, view)
+view.ResetCamera()
+simple.SetActiveSource(cone)
+simple.Render(view)
+"""
+
+
+def test_a_shader_that_does_not_build(start):
+    with start() as gui:
+        gui.run(SETUP + LIVE + NO_GLSL)
+        gui.launch("MLS Deform")
+        gui.run(LAUNCHED)
+        gui.press("alt+a")
+        gui.until("is_straight()")
+        gui.run("simple.Render(view); own = volumes()")
+        with gui.dragging(HANDLE, PULL):
+            gui.until("dragged(pending=True) and drawn and not deform.Live")
+            gui.shake(0.5)
+        assert gui.value("volumes() == own")
+        gui.screenshot("1_not_followed")
+        gui.press("alt+a")
+        gui.until("is_bent()")
+        assert gui.printed.count("does not build the shader") == 1
+
+
+@pytest.mark.matrix
+def test_what_cannot_be_drawn_is_said_once(start):
+    with start() as gui:
+        gui.run(SETUP + FAILS)
+        gui.launch("MLS Deform")
+        gui.run("deform = simple.GetActiveSource()")
+        with gui.dragging((0, 10, 10), PULL):
+            gui.until("dragged(pending=True) and not deform.Live")
+            gui.shake(0.5)
+        gui.press("alt+a")
+        gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
+        assert gui.printed.count("there is not enough memory. Apply shows the result") == 1
+
+
+@pytest.mark.matrix
+def test_on_a_server_it_is_off_and_says_why(start, paraview, display):
+    with socket.socket() as probe:
+        probe.bind(("", 0))
+        port = probe.getsockname()[1]
+    server = subprocess.Popen(
+        [*paraview.prefix, "pvserver", f"--server-port={port}"],
+        cwd=PROJECT,
+        env=paraview.environment(DISPLAY=display),
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        while "Accepting" not in server.stdout.readline():
+            assert server.poll() is None
+        with start(PARAVIEW_GUI_SERVER=str(port)) as gui:
+            there = SETUP.replace("ns=vars(simple))", f"True, vars(simple)){WATCH}")
+            gui.run(there.replace("volume = rtdata(wavelet).copy()", ""))
+            gui.launch("MLS Deform")
+            gui.run("deform = simple.GetActiveSource()")
+            gui.press("alt+a")
+            assert gui.value("deform.Live") == 0
+            gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
+            with gui.dragging(HANDLE, PULL):
+                gui.until("dragged(pending=True)")
+            gui.screenshot("1_dragged")
+            gui.run("deform.Live = 1; simple.Render(view)")
+            assert gui.value("deform.Live") == 0
+            assert gui.printed.count("on another machine. Apply shows the result") == 1
+            gui.press("alt+a")
+            gui.until("dragged()")
+            gui.screenshot("2_applied")
+    finally:
+        os.killpg(server.pid, signal.SIGKILL)
+        server.communicate()
+
+
+@pytest.mark.matrix
+def test_a_thousand_events_a_second(start):
+    with start() as gui:
+        gui.run(SETUP + LIVE)
+        gui.launch("MLS Deform")
+        gui.run(LAUNCHED)
+        gui.run("view.GetRenderer().AddObserver('EndEvent', ended); events = []")
+        gui.run("interactor.AddObserver('MouseMoveEvent', lambda *_: events.append(1))")
+        with gui.dragging(HANDLE, PULL):
+            gui.until("dragged(pending=True) and drawn")
+            gui.run("frames.clear(); events.clear(); before = drawn[0].uploads")
+            gui.shake(2, rate=1000)
+            frames, uploads, events = gui.value("[frames, drawn[0].uploads - before, len(events)]")
+        print(len(frames), sum(frames), uploads, events)
+        assert len(frames) > 5
+        assert sum(frames) >= 0.9 * len(frames)
+        assert uploads <= len(frames)

@@ -1,0 +1,101 @@
+"""What else users do while an edit waits for Apply, and is drawn."""
+
+from __future__ import annotations
+
+import pytest
+from gui_fixtures import HANDLE, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
+from test_live import LIVE
+
+VOLUME = ["vtkVolume"]  # ours; ParaView's is of another class
+
+
+def drag(gui):
+    """Leave an edit pending."""
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True) and drawn")
+
+
+@pytest.fixture
+def deform(gui):
+    """The GUI with a filter that is applied, shown as a volume."""
+    gui.run(LIVE)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight() and volumes()")
+    gui.run("own = volumes()")
+    return gui
+
+
+@pytest.mark.matrix
+def test_undo_reset_animations_and_states(deform):
+    gui = deform
+    drag(gui)
+    assert gui.value("volumes()") == VOLUME
+    for keys, wanted in (("ctrl+z", False), ("ctrl+y", True), ("alt+r", False)):
+        gui.press(keys)
+        gui.until(f"bool(dragged(pending=True)) is {wanted}")
+        gui.run("simple.Render(view)")
+        assert (gui.value("volumes()") == VOLUME) is wanted, keys
+        gui.screenshot(keys)
+    drag(gui)
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    gui.press("ctrl+z")
+    gui.until("is_straight()")
+    gui.press("ctrl+y")
+    gui.until("is_bent()")
+    gui.run("simple.Render(view)")
+    assert gui.value("volumes() == own")
+
+    # Animation, with another handle's edit pending.
+    gui.run("drawn.clear()")
+    with gui.dragging((10, -10, 0), PULL):
+        gui.until("len(dragged(pending=True)) == 2 and drawn")
+    gui.run("""
+track = simple.GetAnimationTrack("Blend", proxy=deform)
+track.KeyFrames = [simple.CompositeKeyFrame(KeyTime=t, KeyValues=[t]) for t in (0.0, 1.0)]
+scene = simple.GetAnimationScene()
+scene.AnimationTime = 0.5 * (scene.StartTime + scene.EndTime)
+simple.Render(view)
+half = np.reshape(deform.RestPoints, (-1, 3))
+half = half + 0.5 * (pending() - half)""")
+    assert gui.value("volumes()") == VOLUME
+    assert gui.value("abs(drawn[1].deformed - half).max()") < 1e-9
+    gui.run("scene.Play(); simple.Delete(track); del track; simple.Render(view)")
+    assert gui.value("len(dragged(pending=True))") == 2
+
+    # A state has what is applied; saving it takes nothing away.
+    state = f"{gui.folder}/state.pvsm"
+    gui.run(f"simple.SaveState({state!r}); simple.Render(view)")
+    assert gui.value("volumes()") == VOLUME
+    gui.run(f"simple.LoadState({state!r})")
+    gui.run("""
+loaded = [each for each in simple.GetSources().values() if each.GetXMLName() == "MLSDeform"]
+loaded = next(each for each in loaded if each != deform)
+moved = np.array(loaded.DeformedPoints)
+simple.Render(view)""")
+    assert gui.value("np.array_equal(moved, deform.DeformedPoints)")
+    assert gui.value("volumes()") == VOLUME
+    gui.screenshot("state")
+
+
+@pytest.mark.matrix
+def test_deleting_while_it_is_dragged(deform):
+    gui = deform
+    gui.run("other = simple.CreateView('RenderView'); layout = simple.GetLayout(view)")
+    gui.run("layout.SplitVertical(0, 0.5); layout.AssignView(2, other); simple.Show(deform, other)")
+    gui.run("simple.GetDisplayProperties(deform, other).SetRepresentationType('Volume')")
+    gui.run("simple.ColorBy(simple.GetDisplayProperties(deform, other), ('POINTS', 'RTData'))")
+    gui.run("simple.SetActiveView(view); simple.SetActiveSource(deform); simple.Render(other)")
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True) and drawn")
+        gui.run("simple.Render(other)")
+        assert gui.value("volumes() + volumes(other)") == VOLUME + VOLUME
+        gui.run("simple.Delete(other); del other; simple.Render(view)")
+        assert gui.value("volumes()") == VOLUME
+        gui.run("simple.Delete(wavelet); del wavelet; simple.Render(view)")
+        gui.shake(0.5)
+        gui.run("simple.Delete(deform); del deform; simple.Render(view)")
+        gui.shake(0.5)
+    assert gui.value("volumes()") == []
