@@ -105,7 +105,10 @@ RIGHT = {
         "vtk_mls/filters/*": LAYOUT,
     },
     "lattices": {"vtk_mls/editor/*": LAYOUT},
-    "place": {"vtk_mls/engine/*": "in place, without a copy"},
+    "place": {
+        "vtk_mls/engine/*": "in place, without a copy",
+        "vtk_mls/editor/cut_widget.py": "a method of VTK",
+    },
 }
 
 
