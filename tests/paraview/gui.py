@@ -151,7 +151,7 @@ class Gui:
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
     def shake(self, seconds, rate=100):
-        """Move the mouse to and fro by a pixel or two, so many times a second."""
+        """Move the mouse to and fro by a pixel or two, so many times a second at most."""
         moves = [(2, 1), (-1, -2), (1, 2), (-2, -1)]
         steps = [moves[number % 4] for number in range(int(rate * seconds))]
         for part in (steps[at : at + rate // 2] for at in range(0, len(steps), rate // 2)):

@@ -57,6 +57,11 @@ def test_a_volume_follows_before_apply(gui):
         assert len(frames) > 5
         assert sum(frames) >= 0.9 * len(frames)  # show where the handle is
         assert uploads <= len(frames)
+        gui.run("frames.clear()")
+        gui.shake(1, rate=1000)
+        frames = gui.value("frames")
+        assert len(frames) > 0
+        assert sum(frames) >= 0.9 * len(frames)
         gui.screenshot("3_dragging")
         assert gui.value("len(dragged())") == 1
         assert gui.value("drawn[2]") == 64
