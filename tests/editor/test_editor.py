@@ -273,8 +273,9 @@ def test_keys_have_the_names_of_methods_and_lines_in_the_legend():
 
 
 @pytest.mark.parametrize("symbol", sorted(keys.actions()))
-def test_every_key_at_any_moment(symbol, mesh_hands):
+def test_every_key_at_any_moment(symbol, mesh_hands, tmp_path, monkeypatch):
     """At first, during a drag, with nothing left: the editor goes on, and says what is wrong."""
+    monkeypatch.chdir(tmp_path)  # for what is saved
     hands = mesh_hands
     *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
     keys_down = " ".join(modifiers) + " Shift" * (key == "Z")

@@ -89,6 +89,7 @@ def window(folder, *arguments):
     with open(read) as file:
         display = f":{file.readline().strip()}"
     environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
+    environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # which other tests draw into
     process = subprocess.Popen(
         [sys.executable, "-m", "vtk_mls", "view", *arguments],
         cwd=folder,
@@ -101,7 +102,8 @@ def window(folder, *arguments):
     finally:
         process.kill()
         server.terminate()
-        process.communicate()
+        process.wait()
+        process.stderr.close()
         server.wait()
 
 
