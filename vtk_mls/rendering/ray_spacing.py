@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_SECONDS = 0.1  # that a picture may take while it moves
+_SECONDS = 0.04  # that a picture may take while it moves
 _COARSEST = 4.0  # pixels
 _MOVING_RATE = 1.0  # pictures a second that are wanted from a window
 
@@ -26,7 +26,8 @@ class RaySpacing:
         mapper, pixels = self._mapper, 1.0
         if window.GetDesiredUpdateRate() >= _MOVING_RATE:
             full = mapper.GetTimeToDraw() * mapper.GetImageSampleDistance() ** 2
-            pixels = float(np.clip(np.sqrt(full / _SECONDS), 1, _COARSEST))
+            # in whole steps: with each change VTK makes its shader anew
+            pixels = float(np.clip(np.ceil(np.sqrt(full / _SECONDS)), 1, _COARSEST))
         mapper.SetImageSampleDistance(pixels)
 
 
