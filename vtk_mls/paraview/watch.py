@@ -15,35 +15,45 @@ from vtk_mls.paraview.handle_widget import HandleWidget
 from vtk_mls.paraview.server_manager import elements, proxies, proxies_of
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
-_watching = False
+_is_watching = False
+# What ends the watching of each session, by its id. What observes a proxy manager and holds it must
+# be held from here: Python's collector would take it for garbage, and ParaView call it still.
+_watched = {}
 
 
 def start():
     """Watch the pipelines of all sessions of ParaView's GUI, unless somebody does already."""
-    global _watching
-    if _watching or vtkSMProxyManager.GetProxyManager() is None:
+    global _is_watching
+    if _is_watching or vtkSMProxyManager.GetProxyManager() is None:
         return
-    _watching = True
+    _is_watching = True
     modules = vtkProcessModule.GetProcessModule()
     sessions = modules.NewSessionIterator()
     sessions.UnRegister(None)
     sessions.InitTraversal()
     while not sessions.IsDoneWithTraversal():
-        _watch(sessions.GetCurrentSession())
+        _watch(sessions.GetCurrentSessionId())
         sessions.GoToNextItem()
 
     # Plugins of PV_PLUGIN_PATH are loaded before there is a session.
     def connected(modules, event):
-        _watch(modules.GetSession(modules.GetEventCallDataSessionId()))
+        _watch(modules.GetEventCallDataSessionId())
+
+    def closed(modules, event):
+        end = _watched.pop(modules.GetEventCallDataSessionId(), None)
+        if end:
+            end()
 
     modules.AddObserver("ConnectionCreatedEvent", connected)
+    modules.AddObserver("ConnectionClosedEvent", closed)
 
 
-def _watch(session):
-    """Watch what a session's proxy manager registers, if this is ParaView's GUI."""
+def _watch(number):
+    """Watch what the proxy manager of a session registers, if this is ParaView's GUI."""
     if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
         return  # only the GUI has undo; pvpython's manager outlives Python and would call it still
     messages.start()
+    session = vtkProcessModule.GetProcessModule().GetSession(number)
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
@@ -84,8 +94,13 @@ def _watch(session):
                 displays.update(each.GetGlobalID() for each in proxies_of(shown))
                 shown.AddObserver("ModifiedEvent", displays_changed)
 
-    manager.AddObserver("RegisterEvent", changed)
-    manager.AddObserver("UnRegisterEvent", changed)
+    tags = [manager.AddObserver(each, changed) for each in ("RegisterEvent", "UnRegisterEvent")]
+
+    def end():
+        for tag in tags:
+            manager.RemoveObserver(tag)
+
+    _watched[number] = end
     changed(manager, None)
 
 
