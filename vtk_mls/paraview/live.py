@@ -18,7 +18,6 @@ from vtk_mls.paraview.live_mesh import LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
 from vtk_mls.paraview.pending_filter import PendingFilter, moves
 from vtk_mls.paraview.server_manager import find, proxies, proxies_of
-from vtk_mls.rendering import RenderingError
 
 SWITCH = "Live"
 _KINDS = (LiveVolume, LiveImage, LiveSlice, LiveMesh, LiveOutline)
@@ -60,8 +59,9 @@ class Live:
 
     def end(self):
         """Show what ParaView shows."""
-        for window, tag in self._hooks.values():
-            window.RemoveObserver(tag)
+        for window, tags in self._hooks.values():
+            for tag in tags:
+                window.RemoveObserver(tag)
         self._hooks = {}
         for drawn in self._drawn.values():
             drawn.end()
@@ -89,13 +89,17 @@ class Live:
                 return
             try:
                 self._draw(proxy, number)
-            except RenderingError:  # which was said
-                self.end()
-                _switch_off(proxy)
             except (ValueError, TypeError, RuntimeError, MemoryError) as error:
                 self._give_up(proxy, str(error) or "there is not enough memory")
 
-        self._hooks[number] = window, window.AddObserver("StartEvent", frame)
+        def drawn(window, event):
+            proxy = find(self._number)
+            if proxy and any(each.has_failed for each in self._drawn.values()):
+                self.end()
+                _switch_off(proxy)
+
+        observed = ("StartEvent", frame), ("EndEvent", drawn)
+        self._hooks[number] = window, [window.AddObserver(*each) for each in observed]
 
     def _draw(self, proxy, number):
         """Bring up to date what the view with this id shows."""

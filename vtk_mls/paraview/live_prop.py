@@ -24,6 +24,8 @@ class LiveProp:
         What will be drawn.
     """
 
+    has_failed = False  # whether the graphics card cannot draw it, which was said
+
     def __init__(self, display, data, renderer, prop):
         self._data, self._renderer, self._prop = data, renderer, prop
         self._display, self._hidden = display.GetGlobalID(), shown_prop(display)
@@ -54,11 +56,6 @@ class LiveProp:
         pending : PendingFilter
         is_held : bool
             Whether the mouse holds a handle: what is drawn may be coarser then.
-
-        Raises
-        ------
-        RenderingError
-            If the graphics card cannot.
         """
         self._hidden.SetVisibility(False)
         for name in _PLACEMENT:

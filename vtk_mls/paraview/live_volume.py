@@ -8,7 +8,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls.paraview import colors
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
-from vtk_mls.rendering import DeformedVolume, RenderingError
+from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
 _MOVING, _RESTING = 64, 128  # nodes of the map
@@ -61,12 +61,14 @@ class LiveVolume(LiveProp):
 
     def update(self, pending, is_held):
         """Draw the volume as pending edits have it."""
-        if self._drawn.failure is not None:
-            raise RenderingError(self._drawn.failure)
         # VTK draws volumes otherwise where they are peeled, and ParaView's is not
         self._renderer.SetUseDepthPeelingForVolumes(False)
         self._spacing.adjust(self._renderer.GetRenderWindow())
         super().update(pending, is_held)
+
+    @property
+    def has_failed(self):
+        return self._drawn.failure is not None
 
     def _show(self, pending, is_held):
         # fitted is large enough for all, in steps of a voxel
