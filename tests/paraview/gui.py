@@ -125,6 +125,24 @@ class Gui:
         self._xdotool("type", "--delay", 20, text)
         self._xdotool("key", "--delay", 100, "Return")
 
+    def enter(self, text, place):
+        """Type text and Return, until what `gui_places` finds is there.
+
+        A list of completions that opens late takes a Return for itself.
+        """
+        self.type(text)
+        last = [time.monotonic()]
+
+        def is_there():
+            if self._place(place):
+                return True
+            if time.monotonic() - last[0] > 5:
+                self._xdotool("key", "Return")
+                last[0] = time.monotonic()
+            return False
+
+        self._wait(is_there, place)
+
     @contextmanager
     def dragging(self, place, by, key=None):
         """Take hold of what is at a place in the world, and pull it by so many pixels.
