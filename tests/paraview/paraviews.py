@@ -61,8 +61,7 @@ class ParaView:
         assert (status, noise) == (0, []), f"{script} in {self.name}:\n{output}"
 
 
-def of_system():
-    """The system's ParaView, or why there is none."""
+def _system_paraview():
     if shutil.which("pvpython") is None:
         return "no pvpython on this system: tests/paraview/install.sh says why"
     debian12 = {"PYTHONPATH": str(PROJECT / "paraview_plugin" / "debian12")}
@@ -102,7 +101,7 @@ def _all_paraviews():
 
     Those in different roots, and so with settings of their own, can be tested at the same time.
     """
-    found = [("system", "/", of_system())]
+    found = [("system", "/", _system_paraview())]
     found += [(root.name, root, paraview) for root, paraview in _root_paraviews()]
     newest = max(found, key=lambda each: _version(each[1]))
     for name, _, each in found:
