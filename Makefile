@@ -7,6 +7,7 @@
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make pages    write docs/properties.md, docs/formats.md and the types of the filters from their tables
+# make docs     build the documentation site in docs/_build/html; runs its figures and gallery
 # make bench    measure against other programs (LARGE=1: also 256^3)
 # make lint     check style and types only
 # make types    check the types of the public API, and of a program that uses it
@@ -17,7 +18,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix mutation drivers fuzz accuracy pages bench lint types clean
+.PHONY: demo check test matrix mutation drivers fuzz accuracy pages docs bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -38,13 +39,14 @@ test: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh
 	$(PY) -m pytest --numprocesses auto -m "not matrix" --ignore $(ALONE)
-	$(PY) -m pytest -m "not matrix" $(ALONE)
+	$(PY) -m pytest --numprocesses 2 -m "not matrix" $(ALONE)
 
 matrix: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh trixie forky
+	@bash tests/web/install.sh
 	$(PY) -m pytest --numprocesses auto --ignore $(ALONE)
-	$(PY) -m pytest --numprocesses 2 --dist loadgroup $(ALONE)
+	$(PY) -m pytest --numprocesses 2 $(ALONE)
 
 lint: types
 	$(PY) -m ruff check .
@@ -69,11 +71,17 @@ pages: .venv/test-$(OPENCL).stamp
 	@$(PY) docs/properties_page.py
 	@$(PY) docs/formats_page.py
 
+docs: .venv/docs-$(OPENCL).stamp
+	@bash .ci/drivers
+	$(PY) -m sphinx -W --keep-going -q -d docs/_build/doctrees docs docs/_build/html
+	@echo "Open docs/_build/html/index.html"
+
 bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
-	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist
+	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
+	  docs/_build docs/gallery docs/reference/made
 
 # 3D Slicer's own readers, whose VTK must not meet ours
 .venv-slicer/made.stamp: .venv/made.stamp

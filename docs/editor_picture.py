@@ -31,9 +31,11 @@ low, high = editor.scene.bounds
 middle = (low + high) / 2
 camera = editor.scene.renderer.GetActiveCamera()
 camera.SetFocalPoint(middle)
-camera.SetPosition(middle + 2.6 * (high - low).max() * np.array((0.28, -0.72, 0.62)))
+camera.SetPosition(middle + 3.0 * (high - low).max() * np.array((0.28, -0.72, 0.62)))
 camera.SetViewUp(0, 0, 1)
-camera.SetWindowCenter(-0.25, 0)  # beside the legend
+editor.toggle_legend()
+editor.toggle_slices()
+editor.look_at(middle + (0, 8, 12))
 
 # what four keys and two drags would do
 cut = HalfPlane(middle + (1.5, 0, -0.1 * (high - low)[2]), (1, 0, 0), (0, 0, 1))

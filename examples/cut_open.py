@@ -1,4 +1,7 @@
-"""Cut a block of layers open from above and look into it, in a VTK pipeline.
+"""A cut, and its gradients
+========================
+
+Cut a block of layers open from above and look into it, in a VTK pipeline.
 
 You will see a slice of the block as text: layers, and the wedge where the cut was pulled open. The
 end checks that the face of the cut is smooth, and that the gradient followed the deformation.

@@ -1,4 +1,7 @@
-"""Bend and cut a tetrahedral mesh and an image of the same thing by the same handles.
+"""Image and mesh as one
+=====================
+
+Bend and cut a tetrahedral mesh and an image of the same thing by the same handles.
 
 A mesh moves by the exact inverse of the map that resamples images, so both stay together: at random
 places the script compares what either has there. It leaves mesh_and_image.png, a slice of the image

@@ -1,4 +1,7 @@
-"""Bend a straight bar of voxels by six control points, with numpy arrays only.
+"""numpy alone
+===========
+
+Bend a straight bar of voxels by six control points, with numpy arrays only.
 
 You will see two side views of the bar, as text: straight before, and bent after its ends were
 pulled down. The end checks that every control point arrived and that the bar kept its length.

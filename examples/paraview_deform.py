@@ -1,4 +1,7 @@
-"""Twist a volume in ParaView by eight control points.
+"""pvpython
+========
+
+Twist a volume in ParaView by eight control points.
 
 Run:  pvpython examples/paraview_deform.py [FOLDER]
 

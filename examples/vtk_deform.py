@@ -1,4 +1,7 @@
-"""Deform an image in a VTK pipeline, and once more with VTK's own filters and our displacement map.
+"""A VTK pipeline
+==============
+
+Deform an image in a VTK pipeline, and once more with VTK's own filters and our displacement map.
 
 You will see how far a ball came when the control point in it was dragged by 20 voxels: less,
 since six others hold the box around it. The end checks that `MLSDeform` agrees with

@@ -1,4 +1,7 @@
-"""Draw a volume and a mesh as they are opened along a cut, without resampling.
+"""Drawn while it moves
+====================
+
+Draw a volume and a mesh as they are opened along a cut, without resampling.
 
 Run: python examples/vtk_live.py [picture.png]
 """

@@ -223,7 +223,7 @@ inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
-inline real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2,
+HOT real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2,
                              integer *hides) {
   detours_t detours = {1, 0, 0};
   int number = 0;

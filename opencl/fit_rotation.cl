@@ -35,7 +35,7 @@ typedef struct {
 } sums_t;
 
 // A control point: q and u = p - q, relative to k.
-inline void add_pair(sums_t *sums, real w, vec q, vec u) {
+HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
   vec wq = vec_scale(w, q);
   sums->weight += w;
   sums->q = vec_add(sums->q, wq);
@@ -46,7 +46,7 @@ inline void add_pair(sums_t *sums, real w, vec q, vec u) {
 #endif
 }
 
-inline void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+HOT void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                        const view_t *view) {
   __global const control_point_t *at = map->control_points + i;
   vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};

@@ -16,7 +16,7 @@ KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
 #if CUTS
   store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);
 #endif
-  store_source_index(&map, &fit, &item, &source, index);
+  store_origin_of_fit(&map, &fit, &item, &source, index);
   const mat j = moved_jacobian(&map, &fit);
   for (int i = 0; i < 9; ++i)
     store_kept(index + (3 + i) * item.count, j.a[i] + (i % 4 == 0 ? 1.0f : 0.0f), &item);

@@ -5,6 +5,9 @@
 #if AT_REST
 #include "origin_nodes.cl"
 #endif
+#ifdef COARSE
+#include "coarse_map.cl"
+#endif
 
 // The void distance of the points of a launch (cuts.cl), local units times `scale`.
 //
@@ -26,15 +29,67 @@ typedef struct {
 #define RIVALS_OF_LAUNCH ((void_distance_t){0, 0})
 #endif
 
+// Whether the launch may not have all points of a work item.
+#if CUTS || defined(CELLS)
+#define MAY_BE_LEFT 1
+#else
+#define MAY_BE_LEFT 0
+#endif
+
 // The points of a work item.
 typedef struct {
   long at, count;  // the first of them, of how many in this launch
   int lanes;       // 0 where there is nothing to do
   vec index;       // in the whole grid
-#if CUTS
-  integer kept;    // whether the region of this launch has them
+#if MAY_BE_LEFT
+  integer kept;    // whether this launch has them
+#endif
+#ifdef CELLS
+  integer to;      // where each of them is in the launch
 #endif
 } item_t;
+
+#ifdef CELLS
+#define CELL_POINTS (COARSE_STEP * COARSE_STEP * COARSE_STEP)
+
+// Points of a cell, of which `cells` lists those of a launch.
+inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coarse,
+                      __global const int *cells) {
+  const long first = (long)get_global_id(0) * LANES, number = first / CELL_POINTS;
+  item_t item = {0, grid->stop - grid->first, 0};
+  if (number >= coarse->listed) return item;
+  const int cell = cells[coarse->first_listed + number], nx = coarse->cells[0];
+  const int x = (coarse->first_cell[0] + cell % nx) * COARSE_STEP - grid->start[0],
+            y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * COARSE_STEP,
+            z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * COARSE_STEP;
+  integer i, j, k;
+  for (int l = 0; l < LANES; ++l) {
+    const int point = (int)(first % CELL_POINTS) + l;
+    const int a = x + point % COARSE_STEP,
+              b = y - grid->start[1] + point / COARSE_STEP % COARSE_STEP,
+              c = z - grid->start[2] + point / COARSE_STEP / COARSE_STEP;
+    const long to = a + grid->nx * (b + (long)grid->ny * c) - grid->first;
+    LANE_INT(item.kept, l) =
+        a >= 0 && a < grid->nx && b >= 0 && b < grid->ny && c >= 0 && to >= 0 && to < item.count
+            ? -1 : 0;
+    LANE_INT(item.to, l) = (int)to;
+    LANE_INT(i, l) = a + grid->start[0];
+    LANE_INT(j, l) = b + grid->start[1];
+    LANE_INT(k, l) = c + grid->start[2];
+  }
+  item.index = (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
+#if CUTS
+  item.kept &= in_region(&map->cuts, item.index);
+#endif
+  item.lanes = ANY(item.kept) ? LANES : 0;
+  return item;
+}
+
+#define ITEM_PARAMETERS , const coarse_t coarse, __global const int *restrict cells
+#define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, &coarse, cells)
+#else
+#define ITEM_PARAMETERS
+#define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, RIVALS_OF_LAUNCH)
 
 inline item_t item_of(const map_t *map, const grid_t *grid, void_distance_t rivals) {
   item_t item;
@@ -53,10 +108,20 @@ inline item_t item_of(const map_t *map, const grid_t *grid, void_distance_t riva
 #endif
   return item;
 }
+#endif
+
+// Where in the launch lane l is.
+inline long position_of(const item_t *item, int l) {
+#ifdef CELLS
+  return LANE_INT(item->to, l);
+#else
+  return item->at + l;
+#endif
+}
 
 // Whether lane l belongs to this launch.
 inline int is_kept(const item_t *item, int l) {
-#if CUTS
+#if MAY_BE_LEFT
   return LANE_INT(item->kept, l);
 #else
   return 1;
@@ -65,13 +130,18 @@ inline int is_kept(const item_t *item, int l) {
 
 // Stores the lanes of a plane that belong to this launch.
 inline void store_kept(__global float *plane, real value, const item_t *item) {
-#if CUTS
-  if (!ALL(item->kept)) {
+#ifdef CELLS
+  const int scattered = 1;
+#elif CUTS
+  const int scattered = !ALL(item->kept);
+#else
+  const int scattered = 0;
+#endif
+  if (scattered) {
     for (int l = 0; l < item->lanes; ++l)
-      if (is_kept(item, l)) plane[item->at + l] = LANE(value, l);
+      if (is_kept(item, l)) plane[position_of(item, l)] = LANE(value, l);
     return;
   }
-#endif
   store_plane(plane, value, item->count, item->at);
 }
 
@@ -80,7 +150,7 @@ inline void store_kept(__global float *plane, real value, const item_t *item) {
 inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
                                 void_distance_t to) {
   real here = to.scale * void_distance_at(map, fit, moved(map, fit));
-#if RIVALS
+#if RIVALS && !defined(CELLS)
   if (map->cuts.numbers.is_rival)
     item->kept &= here > load_plane(to.at, item->count, item->at);
 #endif
@@ -102,7 +172,7 @@ inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit
 inline fit_t fit_on_grid(const map_t *map, const grid_t *grid, const item_t *item,
                          const nodes_t *nodes, __global const node_t *table) {
   vec v = transformed(grid->frame, item->index);
-  return fit_from(map, v, start_at(map, nodes, table, item->index, v), 0);
+  return fit_from(map, v, start_at(map, nodes, table, item->index, v));
 }
 #else
 #define NODE_PARAMETERS

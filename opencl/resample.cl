@@ -20,11 +20,7 @@ typedef OFFSET offset_t;
 typedef GLUE(OFFSET, LANES) offset_t;
 #endif
 
-#if TAPS == 2
 #define UNROLL _Pragma("unroll")
-#else
-#define UNROLL
-#endif
 
 // Weights of the taps along one axis at the fraction t: two for linear, four for Catmull-Rom.
 inline void tap_weights(real t, real w[TAPS]) {
@@ -42,7 +38,8 @@ inline void tap_weights(real t, real w[TAPS]) {
 }
 
 // Along one axis with n points, of which `count` from `first` on are there: taps and weights at x,
-// and whether x is inside and on a grid point.
+// and whether x is inside and on a grid point. A tap without weight is the nearest one instead: it
+// must not bring in a NaN or an infinity.
 typedef struct {
   integer tap[TAPS], nearest, inside, exact;
   real weight[TAPS];
@@ -57,10 +54,69 @@ inline axis_t axis_at(real x, int n, int first, int count) {
   axis.exact = t == 0;
   axis.nearest = clamp(TO_INTEGER(x + 0.5f), first, first + count - 1) - first;
   tap_weights(t, axis.weight);
-  for (int tap = 0; tap < TAPS; ++tap)
-    axis.tap[tap] = clamp(base + (tap - (TAPS - 1) / 2), first, first + count - 1) - first;
+  for (int tap = 0; tap < TAPS; ++tap) {
+    integer at = clamp(base + (tap - (TAPS - 1) / 2), first, first + count - 1) - first;
+    axis.tap[tap] = select(at, axis.nearest, axis.weight[tap] == 0);
+  }
   return axis;
 }
+
+// What lies between two values in memory: components, those of a row and of a slice.
+typedef struct { OFFSET x, y, z; } step_t;
+
+#if TAPS == 2
+// Interpolated values, of those from `values` on.
+inline sum_t interpolated(const axis_t *x, const axis_t *y, const axis_t *z, step_t step,
+                          __global const VALUE *values) {
+  sum_t sum = 0;
+  UNROLL for (int kk = 0; kk < TAPS; ++kk)
+    UNROLL for (int jj = 0; jj < TAPS; ++jj) {
+      offset_t row = TO_OFFSET(z->tap[kk]) * step.z + TO_OFFSET(y->tap[jj]) * step.y;
+      real wyz = y->weight[jj] * z->weight[kk];
+      UNROLL for (int ii = 0; ii < TAPS; ++ii) {
+        offset_t from = row + TO_OFFSET(x->tap[ii]) * step.x;
+        sum_t tap;
+        UNROLL for (int l = 0; l < LANES; ++l) LANE_SUM(tap, l) = (SUM)values[((OFFSET *)&from)[l]];
+        sum += TO_SUM(x->weight[ii] * wyz) * tap;
+      }
+    }
+  return sum;
+}
+#elif TAPS == 4
+typedef GLUE(SUM, 4) row_t;
+
+// The same with a vector for each row of taps, which is one load where they are neighbours.
+inline sum_t interpolated(const axis_t *x, const axis_t *y, const axis_t *z, step_t step,
+                          __global const VALUE *values) {
+  sum_t result;
+  for (int l = 0; l < LANES; ++l) {
+    OFFSET from[4];
+    row_t wx, sum = 0;
+    UNROLL for (int tap = 0; tap < 4; ++tap) {
+      from[tap] = LANE_INT(x->tap[tap], l) * step.x;
+      LANE_SUM(wx, tap) = LANE(x->weight[tap], l);
+    }
+    const bool in_a_row = from[3] - from[0] == 3;
+    UNROLL for (int kk = 0; kk < 4; ++kk) {
+      __global const VALUE *layer = values + LANE_INT(z->tap[kk], l) * step.z;
+      row_t rows = 0;
+      UNROLL for (int jj = 0; jj < 4; ++jj) {
+        __global const VALUE *row = layer + LANE_INT(y->tap[jj], l) * step.y;
+        row_t taps;
+        if (in_a_row)
+          taps = GLUE(GLUE(convert_, SUM), 4)(vload4(0, row + from[0]));
+        else
+          for (int tap = 0; tap < 4; ++tap) LANE_SUM(taps, tap) = row[from[tap]];
+        rows = fma((row_t)(LANE(y->weight[jj], l)), taps, rows);
+      }
+      sum = fma((row_t)(LANE(z->weight[kk], l)), rows, sum);
+    }
+    sum *= wx;
+    LANE_SUM(result, l) = (sum.x + sum.y) + (sum.z + sum.w);
+  }
+  return result;
+}
+#endif
 
 // `index` holds three planes of `count` indices.
 KERNEL void resample(const long count, __global const float *restrict index, const array_t array,
@@ -76,33 +132,12 @@ KERNEL void resample(const long count, __global const float *restrict index, con
   integer inside = x.inside & y.inside & z.inside;
   integer exact = x.exact & y.exact & z.exact;
   const int components = array.components;
-  OFFSET line = (OFFSET)array.there[0] * components;
+  const OFFSET line = (OFFSET)array.there[0] * components;
+  const step_t step = {components, line, line * array.there[1]};
   __global VALUE *to = result + first * components;
-  offset_t ox[TAPS], oy[TAPS], oz[TAPS];
-  for (int tap = 0; tap < TAPS; ++tap) {
-    ox[tap] = TO_OFFSET(x.tap[tap]) * components;
-    oy[tap] = TO_OFFSET(y.tap[tap]) * line;
-    oz[tap] = TO_OFFSET(z.tap[tap]) * (line * array.there[1]);
-  }
   for (int c = 0; c < components; ++c) {
-    sum_t sum = 0;
 #if TAPS > 1
-    UNROLL for (int kk = 0; kk < TAPS; ++kk)
-      UNROLL for (int jj = 0; jj < TAPS; ++jj) {
-        offset_t row = oz[kk] + oy[jj] + c;
-        real wyz = y.weight[jj] * z.weight[kk];
-        UNROLL for (int ii = 0; ii < TAPS; ++ii) {
-          offset_t from = row + ox[ii];
-          sum_t tap;
-          UNROLL for (int l = 0; l < LANES; ++l) LANE_SUM(tap, l) = (SUM)values[((OFFSET *)&from)[l]];
-          real w = x.weight[ii] * wyz;
-          // a tap without weight must not bring in its NaN or infinity
-          sum_t weighted = TO_SUM(w) * tap;
-          sum += TO_SUM(w) == 0 ? (sum_t)(0) : weighted;
-        }
-      }
-#endif
-#if TAPS > 1
+    sum_t sum = interpolated(&x, &y, &z, step, values + c);
     for (int l = 0; l < lanes; ++l) to[l * components + c] = CAST(LANE_SUM(sum, l));
     if (!ANY(exact | !inside)) continue;
 #endif
@@ -110,8 +145,9 @@ KERNEL void resample(const long count, __global const float *restrict index, con
       if (!LANE_INT(inside, l)) {
         to[l * components + c] = background;
       } else if (TAPS == 1 || LANE_INT(exact, l)) {  // to the bit
-        OFFSET row = (OFFSET)LANE_INT(z.nearest, l) * array.there[1] + LANE_INT(y.nearest, l);
-        to[l * components + c] = values[row * line + LANE_INT(x.nearest, l) * components + c];
+        to[l * components + c] = values[LANE_INT(z.nearest, l) * step.z +
+                                        LANE_INT(y.nearest, l) * step.y +
+                                        LANE_INT(x.nearest, l) * step.x + c];
       }
     }
   }

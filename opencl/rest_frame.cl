@@ -85,55 +85,79 @@ inline void begin(search_t *search, vec x, integer passed, integer anew) {
   search->stepped &= !anew;
 }
 
-// The fit at v, for the place that a search from `start` finds. If it fails, and a second one, too,
-// the better of them goes on to its end; with `stays` there is no other side, and no second one.
-inline fit_t fit_from(const map_t *map, vec v, start_t start, int stays) {
+// Up to two searches at v, of which one is under way, and where the first has led if it has failed.
+typedef struct {
+  vec v;
+  real slope;  // where they began, as of start_t
+  search_t search;
+  vec first;
+  real first_depth;
+  integer first_passed;
+  integer second, last;  // whether there has been a second one, and whether there will be none
+} searches_t;
+
+// Searches at v from `start` where `anew`; with `stays` there is no other side, and no second one.
+inline void search_from(searches_t *searches, vec v, start_t start, int stays, integer anew) {
+  searches->v = vec_select(searches->v, v, anew);
+  searches->slope = select(searches->slope, start.slope, anew);
+  begin(&searches->search, start.x, (integer)(0), anew);
+  searches->second &= !anew;
+  searches->last = select(searches->last, (integer)(stays ? -1 : 0), anew);
+}
+
+// Evaluates the map once for searches that are `going`; those that end have their fit then. If one
+// fails, and a second one, too, the better of them goes on to its end.
+inline integer ends_here(const map_t *map, searches_t *searches, fit_t *fit, integer going) {
   const cuts_t *cuts = &map->cuts;
-  fit_t fit;
-  const integer none = 0;
-  search_t search = {start.x, v, v, none, none, none};
-  vec first = v;  // where the first search has led, behind which cuts, by how much
-  const integer all = (real)(0) == 0;
-  integer first_passed = none, going = all, second = none, last = stays ? all : none;
-  real first_depth = 0;
-  for (int i = 0; i <= 3 * ROUNDS; ++i) {
-    look(cuts, &fit.view, v, search.x);
-    fit.view.passed = search.passed;
-    fit_view(map, &fit);
-    vec y = origin_of(cuts, v, moved(map, &fit));
-    if (i == 0 && !ANY(fit.view.hides)) {  // then perhaps nothing is hidden in the end
-      look(cuts, &fit.view, v, y);
-      if (!ANY(hides(map, &fit.view))) break;
-    }
-    integer ended = is_settled(&search, y) | (search.rounds >= ROUNDS - 1);
-    if (i == 0) ended |= is_foreseen(&start, y);
-    integer retries = none, returns = none, behind = going & !last & (search.passed != 0);
-    if (ANY(behind)) {
-      real depth = -void_distance_of(cuts, y, y, search.passed);
-      behind &= ended | is_lost(&search, y, depth);
-      retries = behind & !second;
-      last |= behind & second;
-      returns = behind & second & (first_depth < depth);
-      first_depth = select(first_depth, depth, retries);
-    }
-    going &= !(ended | retries | returns);
-    if (ANY(going)) advance(cuts, &search, y, going);
-    search.rounds += 1;
-    if (ANY(retries | returns)) {
-      begin(&search, first, first_passed, returns);
-      first = vec_select(first, y, retries);
-      first_passed = select(first_passed, search.passed, retries);
-      begin(&search, y, none, retries);
-      second |= retries;
-      going |= retries | returns;
-    }
-    if (!ANY(going)) break;
+  search_t *search = &searches->search;
+  const integer none = 0, begins = (search->rounds == 0) & !searches->second;
+  look(cuts, &fit->view, searches->v, search->x);
+  fit->view.passed = search->passed;
+  fit_view(map, fit);
+  vec y = origin_of(cuts, searches->v, moved(map, fit));
+  integer ended = is_settled(search, y) | (search->rounds >= ROUNDS - 1);
+  const start_t start = {search->x, searches->slope};
+  ended |= begins & is_foreseen(&start, y);
+  integer clear = begins & !ended & !fit->view.hides;
+  if (ANY(going & clear)) {  // then perhaps nothing is hidden in the end
+    view_t view;
+    look(cuts, &view, searches->v, y);
+    ended |= clear & !hides(map, &view);
   }
+  integer retries = none, returns = none, behind = going & !searches->last & (search->passed != 0);
+  if (ANY(behind)) {
+    real depth = -void_distance_of(cuts, y, y, search->passed);
+    behind &= ended | is_lost(search, y, depth);
+    retries = behind & !searches->second;
+    searches->last |= behind & searches->second;
+    returns = behind & searches->second & (searches->first_depth < depth);
+    searches->first_depth = select(searches->first_depth, depth, retries);
+  }
+  going &= !(ended | retries | returns);
+  if (ANY(going)) advance(cuts, search, y, going);
+  search->rounds += 1;
+  if (ANY(retries | returns)) {
+    begin(search, searches->first, searches->first_passed, returns);
+    searches->first = vec_select(searches->first, y, retries);
+    searches->first_passed = select(searches->first_passed, search->passed, retries);
+    begin(search, y, none, retries);
+    searches->second |= retries;
+  }
+  return ended & !(retries | returns);
+}
+
+// The fit at v, for the place that searches from `start` find.
+inline fit_t fit_from(const map_t *map, vec v, start_t start) {
+  integer going = (real)(0) == 0;
+  searches_t searches = {v};
+  search_from(&searches, v, start, 0, going);
+  fit_t fit;
+  while (ANY(going)) going &= !ends_here(map, &searches, &fit, going);
   return fit;
 }
 
 inline fit_t fit_at(const map_t *map, vec v) {
-  return fit_from(map, v, affine_start(map, v), 0);
+  return fit_from(map, v, affine_start(map, v));
 }
 
 // d(G - v)/dv from both parts of it: the place x from which cuts are seen moves, too.

@@ -6,6 +6,9 @@
 #error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
 #endif
 
+#define GLUE_(a, b) a##b
+#define GLUE(a, b) GLUE_(a, b)
+
 #if LANES == 1
 typedef float real;
 typedef int integer;
@@ -16,12 +19,10 @@ typedef int integer;
 #define LOAD(from) (*(from))
 #define STORE(value, to) (*(to) = (value))
 #else
-#define GLUE_(a, b) a##b
-#define GLUE(a, b) GLUE_(a, b)
 typedef GLUE(float, LANES) real;
 typedef GLUE(int, LANES) integer;
-#define ANY(condition) any(condition)
-#define ALL(condition) all(condition)
+#define ANY(condition) (GLUE(union, LANES)(condition) != 0)
+#define ALL(condition) (!ANY(!(condition)))
 #define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
 #define TO_REAL(i) GLUE(convert_float, LANES)(i)
 #define AS_INTEGER(x) GLUE(as_int, LANES)(x)
@@ -30,9 +31,21 @@ typedef GLUE(int, LANES) integer;
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
 
+#if LANES > 1
+// Whether any lane is set, of lanes that are 0 or -1. For the built-in any(), PoCL compiles a branch
+// for each two lanes, which no processor foresees.
+inline int union2(int2 lanes) { return lanes.x | lanes.y; }
+inline int union4(int4 lanes) { return union2(lanes.lo | lanes.hi); }
+inline int union8(int8 lanes) { return union4(lanes.lo | lanes.hi); }
+inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
+#endif
+
 // A kernel that needs no vectors of a compiler's own. Intel's would take ours apart for them, or fill
 // them with work items, whose results then depend in the last bit on those beside them.
 #define KERNEL __kernel __attribute__((vec_type_hint(float16)))
+
+// A function of the innermost loops: a call would pass vectors through memory.
+#define HOT inline __attribute__((always_inline))
 
 // Lane l of a vector, to read or to write.
 #define LANE(vector, l) (((float *)&(vector))[l])

@@ -83,7 +83,7 @@ inline vec seen_point(const map_t *map, __global const control_point_t *at) {
 }
 #endif
 
-inline real control_point_distance2(const map_t *map, int i, const view_t *view, integer *hides) {
+HOT real control_point_distance2(const map_t *map, int i, const view_t *view, integer *hides) {
   __global const control_point_t *at = map->control_points + i;
   real d2 = straight_distance2(at, view->v);
 #if CUTS
@@ -133,7 +133,7 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
 }
 
 // Weight of a control point next to the others but k.
-inline real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
+HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
                                  const view_t *view) {
   integer hides = 0;
 #if KNOWN

@@ -105,7 +105,7 @@ class Deformation:
         The maps that are fitted around each point: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
         rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26).
     alpha : float, > 0
-        Weights are 1 / |q_i - v|^(2 alpha): a larger alpha makes control points more local. At
+        Weights are ``1 / |q_i - v|^(2 alpha)``: a larger alpha makes control points more local. At
         alpha <= 1/2 the map has a kink at each control point.
     degree : {1, 2, 3}
         Degree of the polynomial kind.
@@ -122,6 +122,11 @@ class Deformation:
         them along; what acts on material is decided by its own place and the rest positions of
         the control points. "deformed": in the deformed space, where they stay, as the paper has it;
         material that comes to a cut is gone.
+    map_tolerance : float, >= 0
+        How far displacements on grids may be off, in spacings of the grid; 0 for each point's own.
+        Above, `displacement_field`, `resample` and `source_bounds` interpolate them between nodes,
+        every fourth point, in all cells where a check finds that close enough: not so near control
+        points and cuts, and on grids of few or flat layers. Void distances there keep their sign.
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable
@@ -155,6 +160,7 @@ class Deformation:
     cuts: tuple[Cut, ...] = ()
     nu: float = 2.0
     cut_frame: str = "rest"
+    map_tolerance: float = 0.0
     device: str | None = None
     regions: tuple[Region, ...] = field(init=False)
 
@@ -172,6 +178,7 @@ class Deformation:
             cuts: Cut | Iterable[Cut] | None = ...,
             nu: float = ...,
             cut_frame: str = ...,
+            map_tolerance: float = ...,
             device: str | None = ...,
         ) -> None: ...
 
@@ -198,6 +205,11 @@ class Deformation:
         if not (np.isfinite(nu) and nu > 1):
             raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
         arguments.choice("cut_frame", self.cut_frame, CUT_FRAMES)
+        map_tolerance = arguments.number("map_tolerance", self.map_tolerance)
+        if not (np.isfinite(map_tolerance) and map_tolerance >= 0):
+            raise ValueError(
+                f"`map_tolerance` must be a number from 0 on, got {shown(self.map_tolerance)}"
+            )
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
         seen = rest if self.cut_frame == "rest" else deformed
         kind = kinds.named(self.kind, degree)
@@ -211,6 +223,7 @@ class Deformation:
             "weights": weights,
             "cuts": cuts,
             "nu": nu,
+            "map_tolerance": map_tolerance,
             "regions": divided(planes, seen, (rest, deformed, weights), kind),
         }.items():
             object.__setattr__(self, name, value)

@@ -13,6 +13,7 @@ FARTHEST = 1e10
 # outside of their box by more than so many times its size.
 _SOME, _MOST, _MARGIN = 1 << 12, (0.05, 0.95), 4
 _LARGEST = np.finfo(float).max / 8  # of coordinates whose differences are finite
+_PAIRS = 1 << 22  # of points and control points that are looked at together
 
 
 def cubic_grid(box, nodes) -> Grid:
@@ -58,3 +59,24 @@ def joined(*boxes):
 def padded(box, share):
     """`box` with a margin of a `share` of its largest side."""
     return box + share * np.ptp(box, axis=0).max() * np.array([[-1], [1]])
+
+
+def motions(rest, deformed, points):
+    """Displacements v - x that material beside a cut may have, for x of `points` (m, 3).
+
+    A control point that is dragged along a cut takes with it what is near to it on its own side,
+    and leaves the rest: the map with p and q exchanged is between the two, where nothing may be.
+
+    Yields
+    ------
+    (m, 3) float64, units of the control points `rest` and `deformed` (n, 3)
+        The mean of all control points' displacements, then that of the nearest one.
+    """
+    displacements = deformed - rest
+    yield np.tile(displacements.mean(axis=0), (len(points), 1))
+    step = max(1, _PAIRS // len(rest))
+    nearest = [
+        np.square(part[:, None] - rest).sum(axis=2).argmin(axis=1)
+        for part in np.split(points, range(step, len(points), step))
+    ]
+    yield displacements[np.concatenate(nearest)]

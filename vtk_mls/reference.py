@@ -83,23 +83,34 @@ def forward(deformation, points, progress=SILENT):
 def _inverse(deformation, region, x, box):
     """v with G(v) = x for x (m, 3); the residuals |G(v) - x| (m,), in world units.
 
-    Newton's method starts from the map with p and q exchanged, and if that fails, from the samples
-    of the map in the `box` (2, 3) whose images are nearest to x.
+    Newton's method starts from the map with p and q exchanged, and if that fails, where the cuts
+    belong to the material from other `motions`, then from the samples of the map in the `box`
+    (2, 3) whose images are nearest to x.
     """
-    close = _FOUND * _size_of(region.control_points, x)
+    control_points = region.control_points
+    close = _FOUND * _size_of(control_points, x)
     exchanged = _Fit(deformation.exchanged_frame, region.exchanged.control_points, x)
     v, residual = _newton(deformation, region, x, x + exchanged.displacement())
+
+    def lost():
+        return np.flatnonzero(residual > close)
+
+    def restart(rows, start):
+        again, remaining = _newton(deformation, region, x[rows], start)
+        better = remaining < residual[rows]
+        v[rows[better]], residual[rows[better]] = again[better], remaining[better]
+        return remaining <= close[rows]
+
+    if deformation.in_rest_frame and len(rows := lost()) > 0:
+        for motion in guesses.motions(control_points.rest, control_points.deformed, x[rows]):
+            restart(rows, x[rows] + motion)
     tried, samples = np.full(len(x), -1.0), None
     for _ in range(_STARTS):
-        (lost,) = np.nonzero(residual > close)
-        if len(lost) == 0:
+        if len(rows := lost()) == 0:
             break
         samples = samples or _samples(deformation, region, box)
-        start, tried[lost] = _nearest_sample(deformation, samples, x[lost], tried[lost])
-        again, remaining = _newton(deformation, region, x[lost], start)
-        better = remaining < residual[lost]
-        v[lost[better]], residual[lost[better]] = again[better], remaining[better]
-        if (remaining <= close[lost]).mean() < _WORTH:
+        start, tried[rows] = _nearest_sample(deformation, samples, x[rows], tried[rows])
+        if restart(rows, start).mean() < _WORTH:
             break
     return v, residual
 

@@ -132,15 +132,18 @@ def _voxel(grid):
 
 def _slope(values, axis):
     """Derivative along an axis, per index."""
-    n = values.shape[axis]
+    values = np.moveaxis(values, axis, 0)
+    n = len(values)
     if n == 1:
-        return np.zeros_like(values)
-    slope = np.gradient(values, axis=axis, edge_order=2 if n > 2 else 1)
-    if n > 4:
-        inner = [slice(None)] * 3
-        inner[axis] = slice(2, -2)
-        near, far = np.roll(values, -1, axis), np.roll(values, -2, axis)
-        near -= np.roll(values, 1, axis)
-        far -= np.roll(values, 2, axis)
-        slope[tuple(inner)] = ((8 * near - far) / 12)[tuple(inner)]
-    return slope
+        slope = np.zeros_like(values)
+    elif n <= 4:
+        slope = np.gradient(values, axis=0, edge_order=2 if n > 2 else 1)
+    else:
+        slope = np.empty_like(values)
+        slope[:2] = np.gradient(values[:4], axis=0, edge_order=2)[:2]
+        slope[-2:] = np.gradient(values[-4:], axis=0, edge_order=2)[-2:]
+        inner = np.subtract(values[3:-1], values[1:-3], out=slope[2:-2])
+        inner *= 8
+        inner -= values[4:] - values[:-4]
+        inner /= 12
+    return np.moveaxis(slope, 0, axis)

@@ -177,6 +177,18 @@ def test_what_is_pulled_apart_loses_nothing(shape, motion, device, rng):
     assert lost(d, x).mean() <= 1e-4
 
 
+def test_what_is_near_a_handle_on_the_cut_is_found(device):
+    for seed in (38, 64, 137):
+        rng = np.random.default_rng(seed)
+        rest = rng.uniform(*BOX, (15, 3))
+        deformed = rest + rng.normal(0, 0.05, rest.shape)
+        rest[0] = 2 - 1e-3 * (seed % 2), 1 + 0.2 * rng.normal(), rng.uniform(0.5, 0.8)
+        deformed[0] = rest[0] + [rng.uniform(-0.5, 0.5), *(0.05 * rng.normal(size=2))]
+        d = rest_frame(rest, deformed, cuts=[HALF_PLANE], device=device)
+        x = rest[0] + 0.03 * rng.normal(size=(300, 3))
+        assert np.isfinite(d.forward(x)).all()
+
+
 @pytest.mark.parametrize("motion", ["all moved", "all turned", "both sides"])
 def test_the_deformed_frame_loses_what_comes_to_the_cut(motion, rng):
     x = rng.uniform(*BOX, (1000, 3))
@@ -342,6 +354,19 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
         whole = getattr(field, name)
         np.testing.assert_array_equal(getattr(slabs, name), whole)
         np.testing.assert_array_equal(getattr(part, name), whole[here])
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", ["half-plane", "crossing half-planes", "polygon"])
+def test_neighbours_in_a_search_change_nothing(key, shape, rng):
+    """The origin of a point is the same to the bit, whichever points are searched for beside it."""
+    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
+    v = rng.uniform(*BOX, (3001, 3))
+    x, order = d.backward(v), rng.permutation(len(v))
+    np.testing.assert_array_equal(d.backward(v[order]), x[order])
+    some = slice(1, 300, 13)
+    np.testing.assert_array_equal(d.backward(v[some]), x[some])
+    np.testing.assert_array_equal(d.void_distance(v[some]), d.void_distance(v)[some])
 
 
 @pytest.mark.parametrize("key", DEVICES)

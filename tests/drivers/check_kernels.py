@@ -23,6 +23,7 @@ from vtk_mls.engine.engine import Engine
 EXTENT = 40.0
 BOUND = 1e-4
 GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
+FINE_GRID = Grid((24, 24, 24), spacing=(1.7, 1.7, 1.7))
 CUTS = {
     "no cut": [],
     "plane": [Plane((20, 20, 20), (0.2, 1, 0.1))],
@@ -93,6 +94,12 @@ def steps(engine):
         yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
         yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
         yield f"{name}: inverse", lambda d=d: inverse(d)
+    gentle = deformed + 0.02 * (rest - deformed)
+    d = Deformation(gentle[:2], deformed[:2], map_tolerance=0.005, device="reference")
+    yield (
+        "rigid, between nodes",
+        lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
+    )
     d = over("rigid", "half-plane")
     for method in ("nearest", "linear", "cubic"):
         question = images, Sampling(GRID, interpolation=method, background=-1.0)

@@ -11,7 +11,7 @@ from vtk_mls import HalfPlane, Plane, Surface
 MIDDLE = (SIZE - 1) / 2
 
 
-@pytest.fixture(params=["volume", "mesh"])
+@pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
 def hands(request):
     return Hands(ball_image() if request.param == "volume" else ball_mesh())
 
@@ -94,6 +94,51 @@ def test_a_line_on_the_surface_becomes_a_cut(hands):
     np.testing.assert_allclose(seen, np.tile([(95, 122), (120, 122), (145, 122)], (3, 1)), atol=2)
     hands.press("z")
     assert hands.editor.state.cuts == ()
+
+
+def test_a_closed_line_cuts_straight_into_the_depth(hands):
+    corners = [(100, 105), (140, 105), (145, 140), (105, 145)]
+    hands.press("p")
+    for corner in corners:
+        hands.click(corner)
+    hands.click((101, 107))  # where it began
+    assert "closed" in hands.editor.message
+    hands.click((160, 160))  # which is not drawn any more
+    hands.press("p")
+    (cut,) = hands.editor.state.cuts
+    out, line, deep = cut.points.reshape(3, 4, 3)
+    seen = hands.editor.projection.pixels(line)[:, :2]
+    np.testing.assert_allclose(seen, corners, atol=2)
+    np.testing.assert_allclose(np.linalg.norm(line - MIDDLE, axis=1), SIZE / 3, atol=1)
+    # all walls go the same direction, to the middle of the ball
+    into = deep - line
+    np.testing.assert_allclose(into, into[:1] + np.zeros((4, 3)), atol=1e-9)
+    towards = MIDDLE - line.mean(axis=0)
+    assert into[0] @ towards > 0.97 * np.linalg.norm(into[0]) * np.linalg.norm(towards)
+    # around it there is no gap: from inside to outside, the cut is always between
+    middle = line.mean(axis=0)
+    outside = middle + 3 * (line - middle) - 0.5 * (out - line)
+    assert cut.blocks(np.tile(middle + 0.3 * into[0], (4, 1)), outside).all()
+
+
+def test_what_a_closed_line_cuts_out_can_be_pulled_out():
+    hands = Hands(ball_mesh())
+    hands.press("p")
+    for corner in [(100, 100), (140, 100), (140, 140), (100, 140), (100, 100)]:
+        hands.click(corner)
+    hands.press("p")
+    hands.move((120, 120))
+    hands.press("a")
+    row = len(hands.editor.state) - 1
+    hands.drag(hands.pixel_of(row), (0, 30), "Shift")
+    state = hands.editor.state
+    step = (state.deformed - state.rest)[row]
+    moved = state.deformation().forward(state.rest[[row]] * 0.9 + MIDDLE * 0.1) - MIDDLE
+    assert np.linalg.norm(step) > 1
+    beside = hands.editor.surfaces().hit(hands.editor.projection, (88, 120))
+    stays = state.deformation().backward([beside])[0] - beside
+    assert np.linalg.norm(stays) < 0.3 * np.linalg.norm(step)
+    assert np.linalg.norm(moved) > SIZE / 3
 
 
 def test_a_line_without_points_is_no_cut(hands):

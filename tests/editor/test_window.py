@@ -18,9 +18,30 @@ from vtk_mls import io
 from vtk_mls.files import control_point_files
 
 _PATIENCE = 60  # seconds
-pytestmark = pytest.mark.skipif(
-    not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="there is no Xvfb or xdotool"
-)
+# What a window manager sends for the button: WM_DELETE_WINDOW, from a client message.
+_CLOSE = """
+import ctypes
+class Message(ctypes.Structure):
+    _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send", ctypes.c_int),
+        ("display", ctypes.c_void_p), ("window", ctypes.c_ulong), ("kind", ctypes.c_ulong),
+        ("format", ctypes.c_int), ("data", ctypes.c_long * 5), ("rest", ctypes.c_long * 24)]
+x = ctypes.CDLL("libX11.so.6")
+x.XOpenDisplay.restype = ctypes.c_void_p
+x.XInternAtom.restype = ctypes.c_ulong
+display = ctypes.c_void_p(x.XOpenDisplay(None))
+kind, what = (x.XInternAtom(display, n, 0) for n in (b"WM_PROTOCOLS", b"WM_DELETE_WINDOW"))
+message = Message(33, 0, 1, display, {0}, kind, 32, (ctypes.c_long * 5)(what))
+x.XSendEvent(display, ctypes.c_ulong({0}), 0, 0, ctypes.byref(message))
+x.XCloseDisplay(display)
+"""
+
+
+@pytest.fixture(autouse=True)
+def _screen():
+    missing = [tool for tool in ("Xvfb", "xdotool") if not shutil.which(tool)]
+    if missing:
+        said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
+        said(f"no {', '.join(missing)} on this system: tests/paraview/install.sh brings them")
 
 
 class Window:
@@ -58,6 +79,14 @@ class Window:
     def end(self):
         """Press Q; (exit status, stderr)."""
         self.press("q")
+        _, stderr = self._process.communicate(timeout=_PATIENCE)
+        return self._process.returncode, stderr
+
+    def close(self):
+        """Have the window closed as by its button; (exit status, stderr)."""
+        [number, *_] = self._search()
+        code = _CLOSE.format(number)
+        subprocess.run([sys.executable, "-c", code], env=self._environment, check=True)
         _, stderr = self._process.communicate(timeout=_PATIENCE)
         return self._process.returncode, stderr
 
@@ -140,13 +169,16 @@ def test_drag_undo_add_save_and_quit(name, folder):
     assert made.read_bytes() == before
 
 
-def test_what_a_killed_window_had_is_offered(folder, monkeypatch):
+@pytest.mark.parametrize("ended_by", ["killed", pytest.param("closed", marks=pytest.mark.matrix)])
+def test_what_an_ended_window_had_is_offered(ended_by, folder, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "caches"))
     monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # nothing to prove for new caches
     with window(folder, "ball.vtp", "handles.csv") as shown:
         shown.drag((600, 425), (80, -60))
         shown.wait_for(folder / "caches" / "vtk_mls" / "unsaved")
         time.sleep(0.5)
+        if ended_by == "closed":
+            assert shown.close() == (0, "")
     with window(folder, "ball.vtp") as shown:
         shown.press("Return", "s")
         shown.wait_for(folder / "ball-edited" / "deform.py")

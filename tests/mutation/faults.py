@@ -44,6 +44,7 @@ FAULTS = []
 ENGINE, PROPERTIES = "tests/engine/test_engine.py", "tests/core/test_properties.py"
 FUNCTIONS, CUTS = "tests/engine/test_kernel_functions.py", "tests/core/test_cuts.py"
 REST_FRAME = "tests/core/test_rest_frame.py"
+TOLERANCE = "tests/core/test_map_tolerance.py"
 FORWARD, RESAMPLE = "tests/core/test_forward.py", "tests/core/test_resample.py"
 PARTS, DEVICE = "tests/core/test_parts.py", "tests/engine/test_device.py"
 DEFORMATION, PROOF = "tests/core/test_deformation.py", "tests/engine/test_proof.py"
@@ -73,6 +74,62 @@ add(
     "weights: lanes do not look up a nearest control point of their own",
     "LANE(pivot.u.y, l) = nearest->u[1];",
     "",
+)
+
+add = _in("opencl/coarse_map.cl", TOLERANCE)
+add(
+    "map tolerance: the layer is of the first points of the cells",
+    "STORE(between(corner + a * along + p * plane + n * LANES, deep, k)",
+    "STORE(between(corner + a * along + p * plane + n * LANES, deep, 0)",
+)
+add(
+    "map tolerance: slabs begin a point late",
+    "max(max((long)0, -begin), (long)x - grid->start[0])",
+    "max(max((long)0, 1 - begin), (long)x - grid->start[0])",
+)
+add(
+    "map tolerance: cells that a plane goes through are left out",
+    "inside &= side * plane_height(plane, index) + reach >= 0;",
+    "inside &= side * plane_height(plane, index) >= 0;",
+)
+add = _in("opencl/coarse_check.cl", TOLERANCE)
+add(
+    "map tolerance: nothing is off",
+    "select((integer)(OFF), (integer)(0), dot3(off, off) <= check.limit2)",
+    "(integer)(0)",
+)
+add(
+    "map tolerance: cells with a cut are interpolated",
+    "found = select(found, (integer)(OFF), parted);",
+    "",
+)
+add = _in("opencl/coarse_displacement.cl", TOLERANCE)
+add(
+    "map tolerance: other regions' points are overwritten",
+    "if (!LANE_INT(kept[i], l)) continue;",
+    "",
+)
+add = _in("vtk_mls/engine/coarse_map.py", TOLERANCE)
+add(
+    "map tolerance: cells beside those that are off",
+    "far = _beside(off) |",
+    "far = off[1:-1, 1:-1, 1:-1] |",
+)
+add(
+    "map tolerance: parts do not look at cells beside theirs",
+    "np.maximum(first - 1, 0), np.minimum(first + cells + 1, most)",
+    "first, first + cells",
+)
+add = _in("opencl/searches.cl", REST_FRAME)
+add(
+    "searches: a lane keeps the point that has ended",
+    "LANE_INT(at, l) = min(next++, stop - 1);",
+    "LANE_INT(at, l) = min(next, stop - 1);",
+)
+add(
+    "searches: void distances are stored as displacements",
+    "to[3 * count] = LANE(nothing, l);",
+    "to[2 * count] = LANE(nothing, l);",
 )
 
 add = _in("opencl/powers.cl", FUNCTIONS, ENGINE)
@@ -201,8 +258,8 @@ add(
 add = _in("opencl/rest_frame.cl", REST_FRAME)
 add(
     "rest frame: a search that ends behind a cut is not begun anew",
-    "retries = behind & !second;",
-    "retries = behind & second;",
+    "retries = behind & !searches->second;",
+    "retries = behind & searches->second;",
 )
 add(
     "rest frame: a step through a cut sees it from the other side at once",
@@ -216,8 +273,8 @@ add(
 )
 add(
     "rest frame: of two places behind cuts the deeper counts",
-    "(first_depth < depth)",
-    "(first_depth > depth)",
+    "(searches->first_depth < depth)",
+    "(searches->first_depth > depth)",
 )
 add(
     "rest frame: the Jacobian of material that stays the same",
@@ -294,10 +351,11 @@ add("resample: the half voxel at the border", "(x <= n - 0.5f)", "(x <= n - 1)")
 add("resample: nearest", "TO_INTEGER(x + 0.5f)", "TO_INTEGER(x + 0.4f)")
 add("resample: linear", "w[1] = t;", "w[1] = 0.999f * t;")
 add("resample: cubic", "fma((real)(3), t, (real)(-5))", "fma((real)(3.1f), t, (real)(-5.1f))")
+add("resample: taps that are not neighbours", "from[3] - from[0] == 3", "true")
 add(
     "resample: NaN of a tap without weight",
-    "sum += TO_SUM(w) == 0 ? (sum_t)(0) : weighted;",
-    "sum += weighted;",
+    "select(at, axis.nearest, axis.weight[tap] == 0)",
+    "at",
 )
 add(
     "resample: lanes of the last work item",
@@ -552,10 +610,23 @@ add(
 add = _in("vtk_mls/paraview/property_xml.py", SCRIPTS)
 add("ParaView: lists never get shorter", 'set_number_command=f"SetNumberOf{each.name}",', "")
 
+# The page, and PyVista
+
+_in("vtk_mls/web/preparation.py", "tests/web/test_preparation.py")(
+    "page: kernels of other kinds are built first",
+    "for each in (kind, *others):",
+    "for each in (*others, kind):",
+)
+_in("vtk_mls/pyvista/readers.py", "tests/pyvista/test_pyvista_datasets.py")(
+    "PyVista: all tables are read as control points",
+    'ENDINGS = (".fcsv",)',
+    'ENDINGS = (".fcsv", ".csv")',
+)
+
 # Command line
 
 add = _in("vtk_mls/commands/map_options.py", "tests/commands/test_points.py", CLI)
-add("command line: the exponent of damping", "        nu=options.nu,\n", "")
+add("command line: the exponent of damping", '        "nu": options.nu,\n', "")
 add("command line: too few numbers for a cut", "if len(values) != 3 * count:", "if not values:")
 add = _in("vtk_mls/commands/supervision.py", "tests/commands/test_supervision.py")
 add("command line: a crash after the work counts", "    if status >= 0 and", "    if")

@@ -36,6 +36,7 @@ defaults = {
     "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
+    "MapTolerance": 0.0,
 }
 of_deform = {
     "Interpolation": "linear",

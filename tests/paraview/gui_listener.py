@@ -40,6 +40,7 @@ def listen(interactor, event):
 
 if "PARAVIEW_GUI_SERVER" in os.environ:  # its port
     simple.Connect("localhost", int(os.environ["PARAVIEW_GUI_SERVER"]))
+names["listen"] = listen  # for those who close the view
 names["view"] = simple.GetActiveViewOrCreate("RenderView")
 names["interactor"] = names["view"].GetInteractor()
 names["interactor"].AddObserver("TimerEvent", listen)

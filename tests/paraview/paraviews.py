@@ -99,15 +99,13 @@ def _version(root):
 def _all_paraviews():
     """This system's and those in roots. All but the newest are for `make matrix`.
 
-    Those in different roots, and so with settings of their own, can be tested at the same time.
+    A test has a display and settings of its own, so any two can run at the same time.
     """
     found = [("system", "/", _system_paraview())]
     found += [(root.name, root, paraview) for root, paraview in _root_paraviews()]
     newest = max(found, key=lambda each: _version(each[1]))
     for name, _, each in found:
-        marks = [pytest.mark.xdist_group(name)]
-        if name != newest[0]:
-            marks.append(pytest.mark.matrix)
+        marks = [] if name == newest[0] else [pytest.mark.matrix]
         yield pytest.param(each, id=name, marks=marks)
 
 

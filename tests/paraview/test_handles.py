@@ -132,6 +132,53 @@ simple.Render(view)
             assert 0 < gui.value("held()[2]") < 9.9
 
 
+MANY = """
+places = np.array(np.meshgrid(*[np.linspace(-10, 10, 6)] * 3)).reshape(3, -1).T
+for name in ("RestPoints", "DeformedPoints"):
+    setattr(deform, name, places.ravel().tolist())
+deform.UpdatePipeline()
+simple.Render(view)
+pushes, told = [], deform.SMProxy.GetProperty("DeformedPoints")
+told.AddObserver("UncheckedPropertyModifiedEvent", lambda *_: pushes.append(1), -1.0)
+
+def widget():  # what ParaView knows of the handles
+    shown = view.SMProxy.GetProperty("HiddenRepresentations")
+    shown = [shown.GetProxy(i) for i in range(shown.GetNumberOfProxies())]
+    lists = [each.GetProperty("HandlePositions") for each in shown
+             if each.GetXMLName() == "PolyLineWidgetRepresentation"]
+    return [[each.GetElement(i) for i in range(each.GetNumberOfElements())] for each in lists]
+
+def unchecked():
+    return [told.GetUncheckedElement(i) for i in range(told.GetNumberOfUncheckedElements())]
+"""
+
+
+@pytest.mark.matrix
+def test_many_handles_are_told_to_paraview_once_a_drag(gui):
+    """As it sets each of them by itself, a move of one of 500 took it seconds."""
+    gui.run(MARKS)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    gui.run(MANY)
+    with gui.dragging((10, 10, 10), PULL):
+        gui.until("dragged(pending=True)")
+        gui.shake(0.5)
+        assert gui.value("len(pushes)") == 0
+        assert gui.value("len(looks()[0])") == 1
+        gui.screenshot("1_dragging")
+    gui.until("pushes")
+    assert gui.value("len(dragged(pending=True))") == 1
+    assert gui.value("unchecked() in widget()")
+    gui.press("ctrl+z")
+    gui.until("dragged(pending=True) == []")
+    assert gui.value("unchecked() in widget()")
+    gui.press("ctrl+y", "alt+a")
+    gui.until("len(dragged()) == 1")
+    gui.until("is_bent()")
+
+
 @pytest.mark.matrix
 def test_an_announcement_is_no_error(gui):
     gui.run("""

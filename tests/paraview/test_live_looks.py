@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
 from gui_fixtures import SETUP, display, gui, noise, paraview, start  # noqa: F401
+from test_live import LIVE
 
 LOOKS = """
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
@@ -75,6 +77,49 @@ def test_images_follow_whatever_they_are_shown_as(gui):
     assert gui.value("compare()[1]") > 5
 
 
+@pytest.mark.matrix
+def test_cells_edges_and_boxes_of_images_follow(gui):
+    gui.run("cells = simple.PointDatatoCellData(Input=wavelet)")
+    gui.run("simple.Hide(wavelet, view); simple.Show(cells, view)")
+    begin(gui, "cells", ("CELLS", "RTData"))
+    check(gui, "Surface", "Slice", "Feature Edges", name="cells_")
+    for number in (0, 20):
+        gui.run(f"display.Slice = {number}; display.SliceMode = 'YZ Plane'")
+        check(gui, "Slice", name=f"cells_{number}_")
+    gui.run("deform.OutputGrid = 'fitted'; simple.Hide(cells, view)")
+    gui.run("simple.HideInteractiveWidgets(proxy=deform)")  # just what is deformed is seen
+    check(gui, "Outline", "Surface", "Slice", name="fitted_")
+
+
+@pytest.mark.matrix
+def test_a_volume_steps_unseen_from_drag_to_apply(gui):
+    """A map of 64 nodes while it is dragged, of 128 when it is let go, then the filter's result."""
+    gui.run("wavelet.WholeExtent = [-32, 31, -32, 31, -32, 31]; wavelet.UpdatePipeline()")
+    gui.run("volume = rtdata(wavelet).copy()")
+    gui.run(LIVE)
+    begin(gui, "wavelet", ("POINTS", "RTData"))
+    gui.run("display.SetRepresentationType('Volume'); pictures = [seen()]")
+    with gui.dragging((31, 31, -0.5), (160, 120)):
+        gui.until("dragged(pending=True) and drawn and drawn[2] == 64")
+        gui.run("pictures.append(seen())")
+    gui.until("drawn[2] == 128")
+    gui.run("pictures.append(seen())")
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    gui.run("pictures.append(seen())")
+    gui.screenshot("applied")
+    changes = gui.run("""
+changes = [abs(a - b) for a, b in zip(pictures, pictures[1:])]
+answer = [[float(each.mean()), float(np.percentile(each, 99))] for each in changes]""")
+    print(*(f"mean {mean:.2f}, p99 {most:.0f} of 255" for mean, most in changes), sep="; ")
+    edited, let_go, applied = changes
+    assert edited[0] > 1
+    for mean, most in (let_go, applied):
+        assert mean < edited[0] / 2
+        assert mean <= 1
+        assert most <= 8
+
+
 def test_blocks_and_outlines_of_meshes_follow(gui):
     gui.run("parts = [simple.Sphere(Radius=5), simple.Box(Center=[9, 0, 0], YLength=5)]")
     gui.run(
@@ -82,7 +127,7 @@ def test_blocks_and_outlines_of_meshes_follow(gui):
     )
     gui.run("simple.Hide(wavelet, view); blocks.HighPoint = [12, 0, 0]; simple.Show(blocks, view)")
     begin(gui, "blocks", ("POINTS", "Elevation"))
-    check(gui, "Surface", "Wireframe", "Outline")
+    check(gui, "Surface", "Wireframe", "Outline", "Feature Edges")
     gui.run("simple.ColorBy(display, ('FIELD', 'vtkBlockColors'))")
     check(gui, "Surface", name="by_block_")
 
@@ -92,4 +137,4 @@ def test_a_structured_mesh_follows(gui):
     gui.run("grid = simple.Transform(Input=wavelet); simple.Hide(wavelet, view)")
     gui.run("grid.UpdatePipeline(); simple.Show(grid, view)")
     begin(gui, "grid", ("POINTS", "RTData"))
-    check(gui, "Surface", "Outline")
+    check(gui, "Surface", "Outline", "Feature Edges")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import HANDLE, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
+from gui_fixtures import HANDLE, HAS_QT, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
 from test_live import LIVE
 
 VOLUME = ["vtkVolume"]  # ours; ParaView's is of another class
@@ -78,6 +78,57 @@ simple.Render(view)""")
     assert gui.value("np.array_equal(moved, deform.DeformedPoints)")
     assert gui.value("volumes()") == VOLUME
     gui.screenshot("state")
+
+
+@pytest.mark.matrix
+def test_a_track_of_a_coordinate(deform):
+    """ParaView drops an edit of a list when it sets another element: then nothing is live."""
+    gui = deform
+    drag(gui)
+    gui.run("""
+track = simple.GetAnimationTrack("DeformedPoints", index=0, proxy=deform)
+track.KeyFrames = [simple.CompositeKeyFrame(KeyTime=t, KeyValues=[-10 - 4 * t]) for t in (0., 1.)]
+scene = simple.GetAnimationScene()
+scene.AnimationTime = 0.5 * (scene.StartTime + scene.EndTime)
+simple.Render(view)
+moved = np.reshape(deform.DeformedPoints, (-1, 3))
+is_live = not np.array_equal(pending(), moved)""")
+    assert gui.value("moved[0].tolist()") == [-12, -10, -10]
+    assert gui.value("(volumes() == ['vtkVolume']) is is_live")
+    gui.screenshot("1_half")
+    gui.run("scene.Play(); simple.Delete(track); del track; simple.Render(view)")
+    drag(gui)
+    assert gui.value("volumes()") == VOLUME
+    gui.press("alt+a")
+    gui.until("len(dragged()) == 2")
+    gui.run("simple.Render(view)")
+    assert gui.value("volumes() == own")
+
+
+@pytest.mark.matrix
+def test_reset_session(deform):
+    gui = deform
+    if not gui.run(HAS_QT):
+        pytest.skip("no PyQt of ParaView's version")
+    drag(gui)
+    gui.run("""
+import gui_places
+timer = gui_places.import_module(f"PyQt{gui_places._version}.QtCore").QTimer()
+timer.timeout.connect(lambda: listen(None, None))
+timer.start(20)
+interactor.DestroyTimer()
+del view, deform, wavelet, interactor""")
+    gui.click("menu_item('Edit')")
+    gui.click("menu_item('Reset Session')")
+    gui.click("button('Yes')")
+    gui.until("not simple.GetSources()")
+    gui.run("view = simple.GetActiveViewOrCreate('RenderView'); interactor = view.GetInteractor()")
+    gui.run(SETUP[SETUP.index("wavelet = ") :] + LIVE[: LIVE.index("from")] + "drawn.clear()")
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    drag(gui)
+    assert gui.value("volumes(view)") == VOLUME
+    gui.screenshot("again")
 
 
 @pytest.mark.matrix

@@ -25,12 +25,21 @@ ROOMS = {
         *{"core", "kinds", "cuts", "engine", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "vtkmodules"},
     },
+    "pyvista": {
+        *{"core", "arrays", "files", "filters", "io", "editor"},
+        *{"numpy", "vtkmodules"},
+    },
+    "web": {
+        *{"core", "kinds", "cuts", "arrays", "files", "io", "rendering", "editor"},
+        *{"aiohttp", "numpy", "trame", "trame_client", "vtkmodules"},
+    },
     "paraview": {
         *{"core", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "paraview", "vtkmodules"},
     },
     "commands": {
         *{"core", "engine", "arrays", "files", "filters", "io", "demo", "paraview", "editor"},
+        "web",
         *{"numpy", "vtkmodules"},
     },
 }

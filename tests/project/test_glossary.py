@@ -84,6 +84,8 @@ RIGHT = {
     "handle": {
         "vtk_mls/paraview/*": MOUSE,
         "vtk_mls/editor/*": MOUSE,
+        "vtk_mls/pyvista/plotters.py": MOUSE,
+        "vtk_mls/web/*": MOUSE,
         "paraview_plugin/*": MOUSE,
         "vtk_mls/filters/handle_*.py": MOUSE,
         "vtk_mls/filters/control_points.py": "the name of a module",
@@ -93,6 +95,8 @@ RIGHT = {
     "handles": {
         "vtk_mls/paraview/*": MOUSE,
         "vtk_mls/editor/*": MOUSE,
+        "vtk_mls/pyvista/plotters.py": MOUSE,
+        "vtk_mls/web/*": MOUSE,
         "paraview_plugin/*": MOUSE,
         "vtk_mls/commands/*": PUBLIC,
         "vtk_mls/filters/handle_*.py": MOUSE,
@@ -101,6 +105,8 @@ RIGHT = {
     "lattice": {
         "vtk_mls/paraview/*": LAYOUT,
         "vtk_mls/editor/*": LAYOUT,
+        "vtk_mls/pyvista/plotters.py": LAYOUT,
+        "vtk_mls/web/*": LAYOUT,
         "paraview_plugin/*": LAYOUT,
         "vtk_mls/filters/*": LAYOUT,
     },

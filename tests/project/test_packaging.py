@@ -19,6 +19,7 @@ from vtk_mls.resources import resource
 
 PROJECT = Path(__file__).resolve().parents[2]
 FOLDERS = ("opencl", "paraview_plugin")
+MADE = {"__pycache__", "_build", "gallery", "made"}  # by Python and `make docs`
 
 # Run by the interpreter of a fresh environment: no checkout, no vtk, no OpenCL.
 INSTALLED = """
@@ -41,7 +42,7 @@ def _files(folder):
     return {
         path.relative_to(PROJECT).as_posix()
         for path in (PROJECT / folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+        if path.is_file() and not MADE & {*path.parts}
     }
 
 
@@ -75,7 +76,7 @@ def test_sdist_is_complete(distributions):
         names = {name.partition("/")[2] for name in archive.getnames()}
     expected = {"CHANGELOG.md", "LICENSE", "Makefile", "README.md", "pyproject.toml", ".ci/run"}
     expected |= {"CITATION.cff", "CONTRIBUTING.md", ".editorconfig", ".pre-commit-config.yaml"}
-    for folder in (*FOLDERS, ".github", "docs", "examples", "tests", "vtk_mls"):
+    for folder in (*FOLDERS, ".github", "conda", "docs", "examples", "tests", "vtk_mls"):
         expected |= _files(folder)
     assert expected - names == set()
 
@@ -100,6 +101,8 @@ def platform_version():
 def test_versions_agree():
     citation = (PROJECT / "CITATION.cff").read_text()
     assert f"\nversion: {vtk_mls.__version__}\n" in citation
+    recipe = (PROJECT / "conda" / "recipe.yaml").read_text()
+    assert f'\n  version: "{vtk_mls.__version__}"\n' in recipe
     hooks = (PROJECT / ".pre-commit-config.yaml").read_text()
     ruff = re.search(r'"ruff==([\d.]+)\*"', (PROJECT / "pyproject.toml").read_text())[1]
     assert f"rev: v{ruff}" in hooks

@@ -29,7 +29,7 @@ def recipe(title):
 @pytest.fixture
 def copy(tmp_path):
     for folder in FOLDERS:
-        ignored = shutil.ignore_patterns("__pycache__", "*.png")
+        ignored = shutil.ignore_patterns("__pycache__", "*.png", "_build", "gallery", "made")
         shutil.copytree(PROJECT / folder, tmp_path / folder, ignore=ignored)
     shutil.copy(PROJECT / "pyproject.toml", tmp_path)
     return tmp_path

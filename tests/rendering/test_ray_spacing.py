@@ -43,6 +43,14 @@ def test_a_picture_that_moves_has_fewer_rays_and_the_same_looks(monkeypatch):
     np.testing.assert_array_equal(scene.picture(), resting)
 
 
+def test_the_first_picture_has_few_rays_if_it_moves():
+    volume = volume_of(image_of(phantom()))
+    scene = Scene(volume)
+    scene.window.SetDesiredUpdateRate(15)
+    RaySpacing(volume.GetMapper()).adjust(scene.window)
+    assert volume.GetMapper().GetImageSampleDistance() == 4
+
+
 @pytest.mark.parametrize("size", [30, 120])
 def test_steps_are_those_of_the_smart_mapper(size):
     image = image_of(phantom(size))

@@ -63,6 +63,7 @@ def add(parser, has_progress=True):
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
     property_options.add(parser, "CutFrame")
+    property_options.add(parser, "MapTolerance")
     property_options.add(parser, "Device")
     if has_progress:
         text = "show a progress bar although not on a terminal"
@@ -114,6 +115,7 @@ def map_arguments(options):
         "cuts": _cuts(options),
         "nu": options.nu,
         "cut_frame": options.cut_frame,
+        "map_tolerance": options.map_tolerance,
         "device": options.device or None,
     }
 

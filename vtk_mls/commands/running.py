@@ -52,27 +52,16 @@ def draw_bar(done):
 
 
 def _update(algorithm, has_bar, done, total):
-    """Run a filter; its error, or that of a block of its input, becomes an exception."""
-    from vtkmodules.util.misc import calldata_type
-    from vtkmodules.vtkCommonCore import VTK_STRING
+    """Run a filter, and show its progress."""
+    from vtk_mls.filters.updating import update as run
 
-    errors = []
-
-    @calldata_type(VTK_STRING)
-    def heard(caller, event, text):
-        errors.append(text.partition(": ")[2])
-
-    tags = [algorithm.AddObserver("ErrorEvent", heard)]
-    if has_bar:
-
-        def moved(caller, event):
-            draw_bar((done + caller.GetProgress()) / total)
-
-        tags.append(algorithm.AddObserver("ProgressEvent", moved))
-    updated = algorithm.GetExecutive().Update()
-    for tag in tags:
-        algorithm.RemoveObserver(tag)
-    if has_bar and (done + 1 == total or errors or not updated):
-        print(file=sys.stderr)
-    if errors or not updated:
-        raise ValueError(errors[0] if errors else "the deformation failed")
+    if not has_bar:
+        return run(algorithm)
+    try:
+        run(algorithm, lambda share: draw_bar((done + share) / total))
+    except ValueError:
+        done = total - 1  # the bar ends here
+        raise
+    finally:
+        if done + 1 == total:
+            print(file=sys.stderr)

@@ -6,6 +6,8 @@ from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read
 from vtk_mls.commands.supervision import step
 
+_OF_WEB = "aiohttp", "trame", "trame_client", "trame_vuetify"  # packages of the extra `web`
+
 
 def add(commands):
     """Add the command to its parent's parsers."""
@@ -34,6 +36,17 @@ def add(commands):
         metavar="FOLDER",
         help="where the key S saves; a new folder named after the input if not given",
     )
+    view.add_argument(
+        "--web",
+        action="store_true",
+        help="on a page for a browser instead of a window; drawn here, also without a display",
+    )
+    view.add_argument(
+        "--host",
+        default="127.0.0.1",
+        help="the address that the page is served at; by default only this machine can reach it",
+    )
+    view.add_argument("--port", type=int, help="and its port; 8080 if not given, or a free one")
     map_options.add(view, has_progress=False)
     view.set_defaults(run=run)
 
@@ -41,7 +54,6 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls import io
-    from vtk_mls.editor import window
 
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` needs handles, which it says where they have moved to")
@@ -51,8 +63,37 @@ def run(options):
             raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
     state = _state(options)
     with step("show", options.input):
-        window.show(datasets, state, (options.input, *options.others), options.output)
+        _show(options, datasets, state)
     return 0
+
+
+def _show(options, datasets, state):
+    paths = options.input, *options.others
+    if options.web:
+        _web_server().serve(datasets, state, paths, options.output, (options.host, options.port))
+    else:
+        from vtk_mls.editor import window
+
+        window.show(datasets, state, paths, options.output)
+
+
+def _web_server():
+    """The module that serves pages.
+
+    Raises
+    ------
+    OSError
+        If a package that it needs is missing.
+    """
+    try:
+        from vtk_mls.web import server
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in _OF_WEB:
+            raise
+        raise OSError(
+            "`--web` needs trame, which is not installed: pip install 'vtk-mls[web]'"
+        ) from (error)
+    return server
 
 
 def _state(options):

@@ -45,7 +45,7 @@ class CutWidget:
         self._edge.VisibilityOff()
         renderer.AddActor(self._edge)
         self._widget.SetInteractor(interactor)
-        self._widget.SetCurrentRenderer(renderer)
+        self._renderer = renderer
         self._widget.SetRepresentation(self._plane)
         self._widget.KeyPressActivationOff()
         for event, told in (("InteractionEvent", moved), ("EndInteractionEvent", ended)):
@@ -55,7 +55,7 @@ class CutWidget:
         """Show a Plane or a HalfPlane, or nothing for None."""
         self._cut = cut
         if (cut is not None) != bool(self._widget.GetEnabled()):
-            self._widget.SetEnabled(cut is not None)
+            self._enable(cut is not None)
         self._edge.SetVisibility(isinstance(cut, HalfPlane))
         if cut is not None:
             self._plane.SetOrigin(cut.point)
@@ -64,7 +64,7 @@ class CutWidget:
 
     def set_visible(self, is_visible):
         """Hide it, or show it again if there is a cut."""
-        self._widget.SetEnabled(is_visible and self._cut is not None)
+        self._enable(is_visible and self._cut is not None)
         self._edge.SetVisibility(is_visible and isinstance(self._cut, HalfPlane))
 
     def first(self, camera):
@@ -86,6 +86,11 @@ class CutWidget:
         """Leave the view."""
         self._widget.SetEnabled(False)
         self._widget.SetInteractor(None)
+
+    def _enable(self, is_enabled):
+        # it forgets its renderer, and would take the one under the mouse
+        self._widget.SetCurrentRenderer(self._renderer)
+        self._widget.SetEnabled(is_enabled)
 
     def _read(self):
         """The cut where the widget is now."""

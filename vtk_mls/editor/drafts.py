@@ -18,7 +18,7 @@ from vtk_mls.files.replacing import replacing
 
 _FOLDER = "vtk_mls", "unsaved"
 _CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}
-_PLAIN = ("kind", "alpha", "degree", "nu", "cut_frame", "blend", "device")
+_PLAIN = ("kind", "alpha", "degree", "nu", "cut_frame", "map_tolerance", "blend", "device")
 
 
 class Drafts:
@@ -118,5 +118,5 @@ def _state(text):
         values["labels"],
         values["anchored"],
         cuts=[_CUTS[name](*numbers) for name, numbers in values["cuts"]],
-        **{name: values[name] for name in _PLAIN},
+        **{name: values[name] for name in _PLAIN if name in values},  # some are newer
     )

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
-from vtk_mls import HalfPlane, Plane, kinds
-from vtk_mls.editor import keys
-from vtk_mls.editor.cut_widget import CutWidget, next_half
+from vtk_mls.editor.cutting import Cutting
 from vtk_mls.editor.history import History
-from vtk_mls.editor.incision import Incision
+from vtk_mls.editor.keyboard import Keyboard
 from vtk_mls.editor.mouse import PRIORITY, Mouse
-from vtk_mls.editor.overlay import Overlay
-from vtk_mls.editor.pace import Pace
 from vtk_mls.editor.saving import Saver
-from vtk_mls.editor.scene import Scene
+from vtk_mls.editor.slice_mouse import SliceMouse
 from vtk_mls.editor.state import State
+from vtk_mls.editor.unsaved import Unsaved
+from vtk_mls.editor.view import View
 from vtk_mls.filters.control_points import lattice
 
 _TICK = 15  # milliseconds
-_SETTLED = 0.25  # seconds without a move, after which the picture is drawn as fine as it can be
 _LATTICES = 3, 4, 5, 2  # handles along each axis
 _NOTHING = np.zeros(0, int)
 # What a deformation that cannot be had is told by, in the window.
@@ -53,6 +48,7 @@ class Editor:
     hovered, grabbed : int or None
         The handle under the mouse, and the one it holds.
     scene : Scene
+    slices : Slices
     saver : Saver
 
     Raises
@@ -67,48 +63,28 @@ class Editor:
     """
 
     def __init__(self, interactor, datasets, state=None, paths=(), drafts=None):
-        self._interactor, self._drafts, self._offered = interactor, drafts, None
+        self._interactor = interactor
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
-        self.scene = Scene(interactor.GetRenderWindow(), datasets)
+        self._view = View(interactor, datasets)
+        self.scene, self.slices = self._view.scene, self._view.slices
         self.saver = Saver(datasets, paths)
-        self._overlay = Overlay(self.scene.overlay, keys.legend())
-        self._pace, self._looks, self._lattices = Pace(), 0, 0
         self.selected, self.hovered, self.grabbed = _NOTHING, None, None
-        self._held, self._is_wanted, self._moved_at = _NOTHING, False, None
-        self._ticks, self._shows_times, self._hides = False, False, False
-        state = state or State([], [])
+        self._held, self._is_wanted, self._lattices = _NOTHING, False, 0
+        state = State([], []) if state is None else state  # one without handles is falsy
         if len(state) == 0:
             state = state.with_handles_at(self._lattice(_LATTICES[0]))
         self._history = History(state)
-        self.state = self._saved = self._history.state
-        self._mouse, self._line = Mouse(interactor, self), None
-        self._widget = CutWidget(
-            interactor, self.scene.renderer, self.scene.bounds, self._cut_moved, self._cut_ended
-        )
-        self._actions = keys.actions()
-        self._tags = [
-            interactor.AddObserver(event, what, PRIORITY)
-            for event, what in (
-                ("KeyPressEvent", self._key),
-                ("CharEvent", self._swallow),
-                ("TimerEvent", self._tick),
-            )
-        ]
-        style = interactor.GetInteractorStyle()
-        self._style_tags = [
-            (style, style.AddObserver(event, what))
-            for event, what in (
-                ("StartInteractionEvent", self._start_moving),
-                ("EndInteractionEvent", self._stop_moving),
-            )
-        ]
-        window = self.scene.window
-        self._style_tags.append((window, window.AddObserver("StartEvent", self._lay_out)))
+        self.state = self._history.state
+        self._unsaved = Unsaved(drafts, self.state)
+        self._mouse, self._cutting = Mouse(interactor, self), Cutting(self, interactor)
+        self._slice_mouse = SliceMouse(interactor, self, self.slices)
+        self._keyboard = Keyboard(interactor, self)
+        self._tick_tag = interactor.AddObserver("TimerEvent", self._tick, PRIORITY)
         if not interactor.GetInitialized():
             interactor.Initialize()
         self._timer = interactor.CreateRepeatingTimer(_TICK)
         self._show(is_final=True)
-        self._offer()
+        self.say(self._unsaved.offer())
         self._draw()  # as fine as the first picture has shown to be possible
 
     # what the mouse does
@@ -124,7 +100,7 @@ class Editor:
 
     def hover(self, row):
         """Show that the mouse is over a handle, or over none for None."""
-        if row != self.hovered and not self._hides:
+        if row != self.hovered and not self._view.hides_handles:
             self.hovered = row
             self._draw(is_moving=True)
 
@@ -142,25 +118,44 @@ class Editor:
 
     def drag_to(self, positions):
         """Move what is held; the newest positions are shown at the next tick."""
-        self.state = self._history.state.moved(self._held, positions)
-        self._is_wanted = True
-        if not self._ticks:
-            self._follow()
+        self.preview(self.settled.moved(self._held, positions))
 
     def let_go(self):
         """End the drag: what it has moved is an edit."""
-        self._held, self.grabbed, self._is_wanted = _NOTHING, None, False
-        state = self.state
-        self.state = self._history.state
-        if (state.deformed != self.state.deformed).any():
-            self.change(state)
-        else:
+        self._held, self.grabbed = _NOTHING, None
+        if (self.state.deformed == self.settled.deformed).all():
+            self.state, self._is_wanted = self.settled, False
             self._draw(is_moving=True)
+        self.settle()
 
     def show_band(self, corners):
         """Show the rubber band between two pixels, or none for None."""
-        self._overlay.set_band(corners)
+        self._view.set_band(corners)
         self._draw(is_moving=True)
+
+    def preview(self, state):
+        """Show a state that is no edit yet; the newest one at the next tick."""
+        self.state, self._is_wanted = state, True
+        if not self._view.ticks:
+            self._follow()
+
+    def settle(self):
+        """Make an edit of what is previewed."""
+        self._is_wanted = False
+        state, self.state = self.state, self.settled
+        if state is not self.settled:
+            self.change(state)
+
+    def finish(self):
+        """Let go of what the mouse holds: it is an edit."""
+        self._mouse.finish()
+        self._slice_mouse.finish()
+        self.settle()
+
+    @property
+    def settled(self):
+        """The state without what is only previewed."""
+        return self._history.state
 
     # edits
 
@@ -191,6 +186,10 @@ class Editor:
 
     def add_under_mouse(self):
         """Add a handle on the surface under the mouse."""
+        pane = self.slices.pane_at(self._mouse.pixel)
+        if pane is not None:
+            self.add(pane.point_at(self._mouse.pixel))
+            return
         point = self.surfaces().hit(self.projection, self._mouse.pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
@@ -223,9 +222,7 @@ class Editor:
 
     def deselect(self):
         """Select none, and draw no line on."""
-        if self._line is not None:
-            self._line.remove()
-            self._line = None
+        self._cutting.drop_line()
         self.select(_NOTHING)
 
     def reset(self):
@@ -242,64 +239,34 @@ class Editor:
 
     def change_kind(self):
         """Fit maps of the next kind."""
-        names = list(kinds.KINDS)
-        self.change(self.state.changed(kind=names[(names.index(self.state.kind) + 1) % len(names)]))
+        self.change(self.state.with_next_kind())
 
     def change_alpha(self, factor):
         """Let handles act more or less locally."""
-        alpha = float(np.clip(self.state.alpha * factor, 0.1, 10))
-        self.change(self.state.changed(alpha=round(alpha, 3)))
+        self.change(self.state.with_alpha_times(factor))
 
     def change_nu(self, factor):
         """Let influence fade more or less with the detour around cuts."""
-        nu = float(np.clip(1 + (self.state.nu - 1) * factor, 1.05, 20))
-        self.change(self.state.changed(nu=round(nu, 3)))
+        self.change(self.state.with_nu_times(factor))
 
     def change_cut(self):
         """Cut by a plane, by a half-plane, or not at all, in this order."""
-        camera, cut = self.scene.renderer.GetActiveCamera(), _flat_cut(self.state)
-        if cut is None:
-            cut = self._widget.first(camera)
-        else:
-            cut = self._widget.half(cut, camera) if isinstance(cut, Plane) else None
-        if self.change(_with_flat_cut(self.state, cut)) and cut is not None:
-            self.say("Drag handles away from the cut to open it; the mouse moves the plane, too.")
+        self._cutting.change_shape()
 
     def change_half(self):
         """Cut by another half of the plane."""
-        cut = _flat_cut(self.state)
-        if isinstance(cut, HalfPlane):
-            self.change(_with_flat_cut(self.state, next_half(cut)))
-        else:
-            self.say("There is no half-plane; C makes one.")
+        self._cutting.change_half()
 
     def incise(self):
         """Begin a line on the surface, or cut along it."""
-        line, self._line = self._line, None
-        if line is None:
-            self._line = Incision(self.scene.overlay)
-            self.say("Click on the surface along the cut; P cuts, Esc does not.")
-            return
-        line.remove()
-        if len(line.points) < 2:
-            self.say("A cut needs at least two points on the surface.")
-            return
-        eye = np.array(self.scene.renderer.GetActiveCamera().GetPosition())
-        size = np.ptp(self.scene.bounds, axis=0).max()
-        in_rest = self.state.cut_frame == "rest"
-        cut = line.cut(eye, size, self.state.deformation() if in_rest else None)
-        cuts = self.state.cuts
-        self.change(self.state.changed(cuts=(cut, *cuts)))
+        self._cutting.incise()
 
     def draw_line_to(self, pixel):
         """Go on with a line on the surface; whether one is being drawn."""
-        if self._line is None:
-            return False
-        point = self.surfaces().hit(self.projection, pixel)
-        if point is not None:
-            self._line.add(point)
-        self._draw(is_moving=True)
-        return True
+        is_drawn = self._cutting.draw_line_to(pixel)
+        if is_drawn:
+            self._draw(is_moving=True)
+        return is_drawn
 
     def compare(self):
         """Show the data as they were, or deformed again."""
@@ -309,27 +276,33 @@ class Editor:
 
     def change_look(self):
         """Draw the data by their next look."""
-        self._looks += 1
-        self.say(self.scene.set_look(self._looks))
+        self.say(self._view.change_look())
         self._draw()
+
+    def toggle_slices(self):
+        """Show slices beside the 3-D view, or not."""
+        self.slices.toggle()
+        self._draw()
+
+    def look_at(self, point, is_moving=False):
+        """Lay the slices through a point (3,)."""
+        self.slices.move_to(point, not is_moving)
+        self._draw(is_moving)
 
     def hide_handles(self):
         """Hide handles and texts, or show them again."""
-        self._hides = not self._hides
-        self.scene.glyphs.set_visible(not self._hides)
-        self._widget.set_visible(not self._hides)
-        self._overlay.set_visible(not self._hides)
-        self._overlay.set_keys_visible(False)
+        self._view.hide_handles()
+        self._cutting.set_visible(not self._view.hides_handles)
         self._draw()
 
     def toggle_legend(self):
         """Hide or show the legend of keys."""
-        self._overlay.set_keys_visible(not self._overlay.shows_keys)
+        self._view.toggle_legend()
         self._draw()
 
     def time(self):
         """Show how long maps and pictures take, or no more."""
-        self._shows_times = not self._shows_times
+        self._view.toggle_times()
         self._draw()
 
     def reset_camera(self):
@@ -345,27 +318,26 @@ class Editor:
         bool
             Whether all are saved.
         """
-        self._mouse.finish()
+        self.finish()
         self.say("Saving ...")
         self._draw(is_moving=True)
-        self._overlay.set_visible(False)
-        self._draw_for_file()
+        self._cutting.set_visible(False)
+        self._view.draw_for_file(self.state)
+        self._cutting.set_visible(not self._view.hides_handles)
         try:
             sentence = self.saver.save(self.state, self.scene.window)
         except (OSError, *_FAILURES) as error:
             sentence, is_saved = _sentence(error), False
         else:
-            is_saved, self._saved = True, self.state
-            if self._drafts is not None:
-                self._drafts.forget_all()
-        self._overlay.set_visible(not self._hides)
+            is_saved = True
+            self._unsaved.note_saved(self.state)
         self.say(sentence)
         self._draw()
         return is_saved
 
     def accept(self):
         """Take what is offered."""
-        state, self._offered = self._offered, None
+        state = self._unsaved.accepted()
         if state is None:
             self.say("Nothing is offered.")
         elif self.change(state):
@@ -374,77 +346,50 @@ class Editor:
 
     def say(self, sentence):
         """Show a sentence in the window."""
-        self._overlay.say(sentence)
+        self._view.say(sentence)
 
     @property
     def message(self):
         """What the window says."""
-        return self._overlay.message.replace("\n", " ")
+        return self._view.message
+
+    @property
+    def status(self):
+        """How it is, as the window has it in its corner."""
+        return self._view.status
 
     def quit(self):
         """End the interactor's loop; what is dragged is let go."""
-        self._mouse.finish()
+        self.finish()
         self._interactor.ExitCallback()
 
     def detach(self):
         """Leave window and interactor to themselves."""
+        self.finish()
         self._mouse.detach()
-        self._widget.detach()
+        self._slice_mouse.detach()
+        self._cutting.detach()
         self._interactor.DestroyTimer(self._timer)
-        for tag in self._tags:
-            self._interactor.RemoveObserver(tag)
-        for observed, tag in self._style_tags:
-            observed.RemoveObserver(tag)
-        self.scene.detach()
+        self._interactor.RemoveObserver(self._tick_tag)
+        self._keyboard.detach()
+        self._view.detach()
 
     # events
 
-    def _key(self, interactor, event):
-        action = self._actions.get(keys.name_of(interactor))
-        if action is None:
-            return
-        self._mouse.finish()
-        interactor.GetCommand(self._tags[0]).SetAbortFlag(True)
-        name, value = action
+    def do(self, name, value=None):
+        """Do what a key is for: one of the methods, with its argument or None."""
+        self.finish()
         self.say("")
         getattr(self, name)(*(() if value is None else (value,)))
         if self.message:
             self._draw()
 
-    def _swallow(self, interactor, event):
-        """Keep the keys from interactor styles, which have their own meanings for them."""
-        interactor.GetCommand(self._tags[1]).SetAbortFlag(True)
-
     def _tick(self, interactor, event):
-        self._ticks = True
+        self._view.ticks = True
         if self._is_wanted:
             self._follow()
-        elif self._moved_at is not None and time.monotonic() - self._moved_at > _SETTLED:
+        elif self._view.is_finer_due:
             self._draw()
-
-    def _cut_moved(self, cut):
-        """Show where the mouse has the cut; the newest one at the next tick."""
-        self.state = _with_flat_cut(self._history.state, cut)
-        self._is_wanted = True
-        if not self._ticks:
-            self._follow()
-
-    def _cut_ended(self, cut):
-        self._is_wanted = False
-        state, self.state = _with_flat_cut(self._history.state, cut), self._history.state
-        self.change(state)
-
-    def _start_moving(self, caller, event):
-        self.scene.set_coarseness(self._pace.pixels_while_moving())
-        self._moved_at = None
-
-    def _stop_moving(self, caller, event):
-        self._moved_at = time.monotonic()
-        if not self._ticks:
-            self._draw()
-
-    def _lay_out(self, window, event):
-        self._overlay.lay_out()
 
     # drawing
 
@@ -455,87 +400,35 @@ class Editor:
 
     def _show(self, is_final, is_quiet=False):
         """Draw the state as it is; whether there is a map for it."""
-        started, pace = time.perf_counter(), self._pace
-        nodes = pace.nodes_at_rest() if is_final else pace.nodes_while_moving()
         try:
-            deformation = self.state.deformation()
-            self.scene.show(deformation, nodes, is_final)
+            self._view.show(self.state, is_final)
         except _FAILURES as error:
             if not is_quiet:
                 self.say(_sentence(error))
             self._draw(is_moving=True)
             return False
-        if deformation is not None:
-            pace.note_map(nodes, time.perf_counter() - started)
         self._draw(is_moving=not is_final)
         return True
 
     def _draw(self, is_moving=False):
-        """Make a picture; a coarse one while something moves, if a timer will make a finer one."""
-        is_moving, pace = is_moving and self._ticks, self._pace
-        pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
-        self.scene.set_coarseness(pixels)
-        self.scene.glyphs.show(self.state, self.selected, self.hovered, self._held)
-        if not self._hides:
-            self._widget.show(_flat_cut(self.state))
-        self._overlay.set_status(self._status())
-        started = time.perf_counter()
-        self.scene.renderer.ResetCameraClippingRange()
-        self.scene.window.Render()
-        pace.note_picture(pixels, time.perf_counter() - started)
-        self._moved_at = time.monotonic() if is_moving and pixels > 1 else None
-
-    def _draw_for_file(self):
-        """Make a picture as fine as it can be, without texts."""
-        has_keys = self._overlay.shows_keys
-        self._overlay.set_keys_visible(False)
-        self.scene.set_coarseness(self._pace.pixels_for_file())
-        self.scene.glyphs.show(self.state, _NOTHING, None, _NOTHING)
-        self._widget.set_visible(False)
-        self.scene.window.Render()
-        self._widget.set_visible(not self._hides)
-        self._overlay.set_keys_visible(has_keys)
-
-    def _status(self):
-        state, pace = self.state, self._pace
-        parts = [f"{len(state)} handles", state.kind, f"alpha {state.alpha:g}"]
-        parts += [f"{len(self.selected)} selected"] * (len(self.selected) > 0)
-        parts += [f"{int(state.anchored.sum())} fixed"] * bool(state.anchored.any())
-        parts += ["shown as it was before; B"] * (state.blend == 0)
-        if self._shows_times:
-            parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
-            parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
-        return "   ".join(parts)
+        """Make a picture; a coarse one while something moves."""
+        self._cutting.show(self.state)
+        self._view.draw(self.state, self.selected, self.hovered, self._held, is_moving)
 
     def _step(self, has_stepped, otherwise):
         if not has_stepped:
             self.say(otherwise)
             return
-        self.state = self._history.state
+        self.state = self.settled
         self.selected = self.selected[self.selected < len(self.state)]
         self.hovered = None
         self._show(is_final=True)
         self._keep()
 
-    def _offer(self):
-        """Offer what an earlier session has not saved."""
-        found = self._drafts and self._drafts.found()
-        if found:
-            self._offered, when = found
-            text = time.strftime("%d %B, %H:%M", time.localtime(when))
-            self.say(
-                f"{len(self._offered)} handles of {text} were not saved: Return brings them back."
-            )
-
     def _keep(self):
         """Keep the state as it is now, unless it is saved."""
-        if self._drafts is None:
-            return
         try:
-            if self.state is self._saved:
-                self._drafts.forget()
-            else:
-                self._drafts.keep(self.state)
+            self._unsaved.keep(self.state)
         except OSError as error:
             self.say(_sentence(error))
             self._draw()
@@ -551,20 +444,6 @@ class Editor:
 
     def _lattice(self, count):
         return lattice((count,) * 3, self.scene.bounds.T.ravel())
-
-
-def _flat_cut(state):
-    """The cut that the widget moves: the last one that is flat; None without."""
-    flat = [cut for cut in state.cuts if isinstance(cut, (Plane, HalfPlane))]
-    return flat[-1] if flat else None
-
-
-def _with_flat_cut(state, cut):
-    """The state with another such cut, or without it for None."""
-    cuts, old = list(state.cuts), _flat_cut(state)
-    if old is not None:
-        cuts.remove(old)
-    return state.changed(cuts=(*cuts, *([] if cut is None else [cut])))
 
 
 def _sentence(error):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -15,6 +17,33 @@ RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
 SELECTED, HELD = (70, 230, 120), (255, 70, 110)
 _HIDDEN = 0.3  # opacity of what is behind or within the data
 _RADIUS, _RESTING_RADIUS, _MORE = 6.5, 5.0, 3.0  # pixels; and of the one under the mouse
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Handles of a `State`, and rows of those that are to be seen as such.
+
+    Attributes
+    ----------
+    state : State
+    selected, held : (m,) ints
+    hovered : int or None
+    are_visible : bool
+    """
+
+    state: object
+    selected: np.ndarray
+    hovered: int | None
+    held: np.ndarray
+    are_visible: bool = True
+
+    def colours(self):
+        """(n, 3), 0 to 255."""
+        colours = np.where(self.state.is_resting[:, None], RESTING, MOVED)
+        colours[self.state.anchored] = ANCHORED
+        colours[self.selected] = SELECTED
+        colours[self.held] = HELD
+        return colours
 
 
 class HandleGlyphs:
@@ -41,18 +70,15 @@ class HandleGlyphs:
         for actor in self._actors:
             actor.SetVisibility(is_visible)
 
-    def show(self, state, selected, hovered, held):
-        """Draw the handles of a `State`; rows of some are to be seen as such, `hovered` or None."""
+    def show(self, marks):
+        """Draw handles as `Marks` say."""
+        state, hovered = marks.state, marks.hovered
         count, resting = len(state), state.is_resting
-        colours = np.where(resting[:, None], RESTING, MOVED)
-        colours[state.anchored] = ANCHORED
-        colours[selected] = SELECTED
-        colours[held] = HELD
         self._pixels = np.where(resting, _RESTING_RADIUS, _RADIUS)
         self._pixels[[] if hovered is None else [hovered]] += _MORE
         data = self._balls.GetPointData()
         self._balls.SetPoints(_points(state.deformed))
-        data.AddArray(_named("colour", colours.astype(np.uint8), VTK_UNSIGNED_CHAR))
+        data.AddArray(_named("colour", marks.colours().astype(np.uint8), VTK_UNSIGNED_CHAR))
         data.AddArray(_named("radius", np.ones(count), VTK_DOUBLE))
         moved = np.flatnonzero(~resting)
         ends = np.stack([state.rest[moved], state.deformed[moved]], axis=1).reshape(-1, 3)

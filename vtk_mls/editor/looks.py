@@ -8,6 +8,7 @@ import numpy as np
 
 _SAMPLED = 1 << 20  # values that are looked at
 _MOST_LABELS = 512
+_DARKER = 0.4  # of the range of a look, below which slices are black
 _AIR, _BONE = -400, 300  # Hounsfield units that images of computed tomography reach
 
 
@@ -106,6 +107,23 @@ def opacity(look, values):
     at, opacities = np.transpose(look.opacities)
     with np.errstate(invalid="ignore"):
         return np.nan_to_num(np.interp(values, at, opacities))
+
+
+def slice_colours(look, values):
+    """Colours (n, 3), 0 to 255, of values (n,) in a slice: grey over the look's range, or labels'.
+
+    Below the values that the look shows there is room for darker ones, which slices show, too.
+    """
+    at = np.array([value for value, *_ in look.colours])
+    with np.errstate(invalid="ignore"):
+        if look.is_nearest:
+            hues = np.array([colour for _, *colour in look.colours])
+            shown = hues[np.clip(np.searchsorted(at, values), 0, len(at) - 1)]
+            shown = shown * (opacity(look, values) > 0)[:, None]
+        else:
+            low, high = at[0] - _DARKER * (at[-1] - at[0]), at[-1]
+            shown = np.clip((values - low) / max(high - low, 1e-30), 0, 1)[:, None] * np.ones(3)
+    return np.rint(255 * np.nan_to_num(shown)).astype(np.uint8)
 
 
 def _over(name, colours, opacities, low, high):

@@ -7,7 +7,7 @@ import numpy as np
 from vtk_mls.editor.dragging import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets
-_NEAR = 9  # pixels from a handle's middle
+NEAR = 9  # pixels from a handle's middle
 _STILL = 3  # pixels that a click may move
 
 
@@ -119,7 +119,7 @@ class Mouse:
 
     def _near(self):
         editor = self._editor
-        return editor.projection.nearest(editor.state.deformed, self.pixel, _NEAR)
+        return editor.projection.nearest(editor.state.deformed, self.pixel, NEAR)
 
     def _abort(self, event):
         """Keep the event from the camera."""

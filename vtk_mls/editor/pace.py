@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.rendering.ray_spacing import pixels_per_ray
+
 _MOVING, _RESTING = 0.06, 0.7  # seconds that a map may take
 _FEW, _MANY, _MOST = 24, 64, 96  # nodes along the longest side
 _MOVING_PICTURE, _RESTING_PICTURE = 0.06, 2.0  # seconds that a picture may take
@@ -24,7 +26,7 @@ class Pace:
 
     def __init__(self):
         self.map_seconds, self.picture_seconds, self.nodes = 0.0, 0.0, _MANY
-        self._per_node = self._full_picture = None
+        self._per_node, self._full_picture = None, np.inf
 
     def note_map(self, nodes, seconds):
         """Tell how long a map took."""
@@ -46,20 +48,15 @@ class Pace:
 
     def pixels_while_moving(self):
         """Pixels for a ray along both axes."""
-        return self._pixels(_MOVING_PICTURE, _COARSEST)
+        return pixels_per_ray(self._full_picture, _MOVING_PICTURE, _COARSEST)
 
     def pixels_at_rest(self):
         """Likewise, of a picture that stays: above 1 only where graphics are slow."""
-        return self._pixels(_RESTING_PICTURE, _COARSEST_AT_REST)
+        return pixels_per_ray(self._full_picture, _RESTING_PICTURE, _COARSEST_AT_REST)
 
     def pixels_for_file(self):
         """Likewise, of a picture that is saved."""
-        return self._pixels(_SAVED_PICTURE, _COARSEST_AT_REST)
-
-    def _pixels(self, seconds, coarsest):
-        if self._full_picture is None:
-            return _COARSEST_AT_REST
-        return float(np.clip(np.sqrt(self._full_picture / seconds), 1, coarsest))
+        return pixels_per_ray(self._full_picture, _SAVED_PICTURE, _COARSEST_AT_REST)
 
     def _nodes(self, seconds, fewest, most):
         if self._per_node is None:

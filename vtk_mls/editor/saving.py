@@ -16,6 +16,7 @@ from vtk_mls.editor import script
 from vtk_mls.files import control_point_files
 from vtk_mls.files.replacing import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters.updating import update
 
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
@@ -32,11 +33,17 @@ class Saver:
         Where they came from. Those of none are saved, too.
     folder : path, optional
         One that is named after the first path, in the current folder and new, if not given.
+
+    Attributes
+    ----------
+    progress : callable or None
+        Called with the fraction that is done while it saves.
     """
 
     def __init__(self, datasets, paths=(), folder=None):
         self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
         self.folder = None if folder is None else Path(folder)
+        self.progress, self._done = None, 0
 
     def save(self, state, window):
         """Save all of a `State`, and the picture that a vtkRenderWindow shows.
@@ -57,15 +64,24 @@ class Saver:
         self._write_handles(state, folder)
         surfaces = self._write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
+        self._done = 0
         for algorithm in (deform, field):
             _apply(algorithm, state, folder, surfaces)
         targets = [self._write_deformed(deform, number, folder) for number in self._numbers]
         field.SetInputData(0, self._datasets[0])
-        _update(field)
+        self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
         files = list(zip((self._source(number, folder) for number in self._numbers), targets))
         _write_text(folder / SCRIPT, script.script(state, HANDLES, surfaces, files))
         return f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
+
+    def _update(self, algorithm):
+        update(algorithm, self._note_progress)
+        self._done += 1
+
+    def _note_progress(self, share):
+        if self.progress is not None:
+            self.progress((self._done + share) / (len(self._datasets) + 1))
 
     @property
     def _numbers(self):
@@ -115,7 +131,7 @@ class Saver:
         """The name of the file."""
         stem, ending = self._name(number)
         deform.SetInputData(0, self._datasets[number])
-        _update(deform)
+        self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, f"{stem}-deformed", ending)
 
 
@@ -131,24 +147,6 @@ def _apply(algorithm, state, folder, surfaces):
     for name in surfaces:
         for cut in io.read_cuts(folder / name):
             algorithm.AddCut(cut)
-
-
-def _update(algorithm):
-    """Run a filter, whose error becomes an exception."""
-    from vtkmodules.util.misc import calldata_type
-    from vtkmodules.vtkCommonCore import VTK_STRING
-
-    errors = []
-
-    @calldata_type(VTK_STRING)
-    def heard(caller, event, text):
-        errors.append(text.partition(": ")[2])
-
-    tag = algorithm.AddObserver("ErrorEvent", heard)
-    updated = algorithm.GetExecutive().Update()
-    algorithm.RemoveObserver(tag)
-    if errors or not updated:
-        raise ValueError(errors[0] if errors else "the deformation failed")
 
 
 def _write_dataset(dataset, folder, stem, ending):

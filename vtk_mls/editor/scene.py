@@ -14,7 +14,7 @@ from vtk_mls.editor.shown_mesh import ShownMesh
 from vtk_mls.editor.shown_volume import ShownVolume
 from vtk_mls.linear_algebra import unit
 
-_TOP, _BOTTOM = (0.16, 0.19, 0.25), (0.05, 0.06, 0.09)
+TOP, BOTTOM = (0.16, 0.19, 0.25), (0.05, 0.06, 0.09)
 _FROM = np.array((0.55, -1.0, 0.45))  # where the eye is at first: to the left, in front, above
 
 
@@ -39,8 +39,8 @@ class Scene:
         if self.renderer is None:
             self.renderer = vtkRenderer()
             self.renderer.GradientBackgroundOn()
-            self.renderer.SetBackground(_BOTTOM)
-            self.renderer.SetBackground2(_TOP)
+            self.renderer.SetBackground(BOTTOM)
+            self.renderer.SetBackground2(TOP)
             window.AddRenderer(self.renderer)
         self.overlay = vtkRenderer()
         self.overlay.SetLayer(window.GetNumberOfLayers())

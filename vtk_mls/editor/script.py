@@ -38,6 +38,7 @@ _PROPERTIES = (
     ("Nu", "--nu", "nu"),
     ("Blend", "--blend", "blend"),
     ("CutFrame", "--cut-frame", "cut_frame"),
+    ("MapTolerance", "--map-tolerance", "map_tolerance"),
     ("Device", "--device", "device"),
 )
 _DEFAULTS = State([], [])

@@ -68,10 +68,17 @@ class ShownMesh:
     def set_coarseness(self, pixels):
         """Meshes are drawn for every pixel."""
 
+    def colours_at(self, points):
+        """None: in slices meshes are lines."""
+
+    def mesh(self):
+        """What is drawn of it now."""
+        self._mapper.Update()
+        return self._mapper.GetInput()
+
     def surface(self):
         """What is drawn of it now, as a `MeshSurface`."""
-        self._mapper.Update()
-        return MeshSurface(self._mapper.GetInput())
+        return MeshSurface(self.mesh())
 
 
 def _mapper_of(mesh):

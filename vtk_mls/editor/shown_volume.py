@@ -98,6 +98,18 @@ class ShownVolume:
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
 
+    def colours_at(self, points):
+        """Which points (n, 3) of the deformed space it has material at, and colours (n, 3)."""
+        is_there, values = self._samples.at(points)
+        return is_there, looks.slice_colours(self._look, values)
+
+    def mesh(self):
+        """None: in slices it is an image."""
+
+    @property
+    def _samples(self):
+        return VolumeSurface(self._grid, self._values, self._look, self._deformation)
+
     def surface(self):
         """What one sees of it now, as a `VolumeSurface`."""
-        return VolumeSurface(self._grid, self._values, self._look, self._deformation)
+        return self._samples

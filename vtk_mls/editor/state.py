@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, kinds
 
 # What a State hands on to a Deformation as it is.
-OF_THE_MAP = ("kind", "alpha", "degree", "nu", "cuts", "cut_frame", "device")
+OF_THE_MAP = ("kind", "alpha", "degree", "nu", "cuts", "cut_frame", "map_tolerance", "device")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class State:
     labels : tuple of n str
     anchored : (n,) bool
         Handles that the mouse does not move.
-    kind, alpha, degree, nu, cuts, cut_frame, device
+    kind, alpha, degree, nu, cuts, cut_frame, map_tolerance, device
         As of `Deformation`.
     blend : float
         Fraction of q - p that is applied.
@@ -41,6 +41,7 @@ class State:
     nu: float = Deformation.nu
     cuts: tuple = ()
     cut_frame: str = Deformation.cut_frame
+    map_tolerance: float = Deformation.map_tolerance
     blend: float = 1.0
     device: str | None = None
 
@@ -85,6 +86,20 @@ class State:
     def changed(self, **values):
         """The same but for some attributes."""
         return replace(self, **values)
+
+    def with_next_kind(self):
+        """The same with maps of the next kind."""
+        names = list(kinds.KINDS)
+        return replace(self, kind=names[(names.index(self.kind) + 1) % len(names)])
+
+    def with_alpha_times(self, factor):
+        """The same with handles that act more or less locally."""
+        return replace(self, alpha=round(float(np.clip(self.alpha * factor, 0.1, 10)), 3))
+
+    def with_nu_times(self, factor):
+        """The same with influence that fades more or less with the detour around cuts."""
+        nu = np.clip(1 + (self.nu - 1) * factor, 1.05, 20)
+        return replace(self, nu=round(float(nu), 3))
 
     def moved(self, rows, positions):
         """The same with some handles at other positions (m, 3); anchored ones stay."""

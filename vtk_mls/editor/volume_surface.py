@@ -7,8 +7,9 @@ import numpy as np
 from vtk_mls.editor import looks
 from vtk_mls.interpolation import sample
 from vtk_mls.linear_algebra import unit
+from vtk_mls.rendering.volume_ray import light_along
 
-_STEPS = 1000  # along a ray, at most
+_STEP = 0.5  # along a ray, of the smallest spacing
 _SEEN = 0.5  # opacity that rays have met at the surface that one sees
 _LEAST = 0.05  # or, of less, the half of it
 
@@ -30,21 +31,16 @@ class VolumeSurface:
 
     def hit(self, near, far):
         """Where the ray from `near` to `far` (3,) meets it: (fraction, point), or None."""
-        low, high = self._box()
-        first, last = _within(near, far, low, high)
-        if first >= last:
+        spacing = np.abs(self._grid.spacing)
+        ends, step = np.stack([near, far]), _STEP * spacing.min()
+        found = light_along(self._opacity_at, ends, self._box(), step, spacing.mean())
+        if found is None:
             return None
-        voxel = float(np.abs(self._grid.spacing).min())
-        length = np.linalg.norm(far - near)
-        count = int(np.clip(2 * (last - first) * length / voxel, 2, _STEPS))
-        shares = np.linspace(first, last, count)
-        thickness = (last - first) * length / count / float(np.abs(self._grid.spacing).mean())
-        met = self._opacity_at(near + shares[:, None] * (far - near))
-        total = 1 - np.cumprod((1 - met) ** thickness)
-        if total[-1] < _LEAST:
+        t, met = found[0], 1 - found[1]
+        if met[-1] < _LEAST:
             return None
-        at = int(np.argmax(total >= min(_SEEN, total[-1] / 2)))
-        return shares[at], near + shares[at] * (far - near)
+        share = np.interp(min(_SEEN, met[-1] / 2), met, t)
+        return share, near + share * (far - near)
 
     def normal(self, point):
         """The unit normal (3,) outwards of what is seen at a point; None where there is none."""
@@ -55,16 +51,16 @@ class VolumeSurface:
         return unit(slope) if slope.any() else None
 
     def _box(self):
-        """Corners of a box that holds the deformed volume."""
+        """Corners (2, 3) of a box that holds the deformed volume."""
         corners = self._grid.corners()
         if self._deformation is not None:
             size = np.ptp(corners, axis=0).max()
             moved = self._deformation.deformed
             corners = np.vstack([corners, moved - 0.2 * size, moved + 0.2 * size])
-        return corners.min(axis=0), corners.max(axis=0)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
-    def _opacity_at(self, points):
-        """Opacities of deformed space (n,)."""
+    def at(self, points):
+        """Which points (n, 3) of deformed space have material, and values (n,) there."""
         origins, is_void = points, False
         if self._deformation is not None:
             origins = self._deformation.backward(points)
@@ -72,12 +68,9 @@ class VolumeSurface:
         index = self._grid.index_of(origins)
         method = "nearest" if self._look.is_nearest else "linear"
         values = sample(self._values, index, method, 0, self._grid)
-        return np.where(self._grid.covers(index) & ~is_void, looks.opacity(self._look, values), 0)
+        return self._grid.covers(index) & ~np.asarray(is_void), values
 
-
-def _within(near, far, low, high):
-    """Between which fractions of the segment from `near` to `far` it is in a box."""
-    with np.errstate(all="ignore"):
-        ends = np.array([(low - near), (high - near)]) / (far - near)
-    ends = np.where(np.isfinite(ends), ends, [[-np.inf], [np.inf]])
-    return max(0.0, ends.min(axis=0).max()), min(1.0, ends.max(axis=0).min())
+    def _opacity_at(self, points):
+        """Opacities of deformed space (n,)."""
+        is_there, values = self.at(points)
+        return np.where(is_there, looks.opacity(self._look, values), 0)

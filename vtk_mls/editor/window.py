@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from vtk_mls.editor.drafts import Drafts
 from vtk_mls.editor.editor import Editor
 
 _SIZE = 1200, 850
+_DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY"
 _HIDDEN = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # what VTK makes without a display
 
 
@@ -52,6 +54,8 @@ def show(datasets, state, paths, folder=None):
 
 def _window():
     """A window on the display."""
+    if sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
+        raise _no_display()  # VTK before 9.4 crashes
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
@@ -59,8 +63,12 @@ def _window():
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
     if window.GetClassName() in _HIDDEN:
-        raise OSError(
-            "there is no display to open a window on; set DISPLAY, or work where there is one"
-            + " (over ssh: ssh -X)" * (sys.platform != "win32")
-        )
+        raise _no_display()
     return window
+
+
+def _no_display():
+    return OSError(
+        "there is no display to open a window on; set DISPLAY, or work where there is one"
+        + " (over ssh: ssh -X)" * (sys.platform != "win32")
+    )

@@ -137,7 +137,9 @@ class Engine:
                     outputs = [kernel_arguments.world(map_.control_points), out]
                     outputs += map_.void_outputs(distance)
                     map_.launch_on_grid(
-                        "grid_displacement", grid, part, *outputs, is_rival=is_rival
+                        *("grid_displacement", grid, part, *outputs),
+                        is_rival=is_rival,
+                        coarsely=True,
                     )
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), void_distance
@@ -255,7 +257,9 @@ class Engine:
             for map_, is_rival in launches:
                 outputs = [index, *map_.void_outputs(rivals)]
                 map_.launch_from_source(
-                    "grid_source_index", sampling, part, *outputs, is_rival=is_rival
+                    *("grid_source_index", sampling, part, *outputs),
+                    is_rival=is_rival,
+                    coarsely=True,
                 )
             yield part, index
 

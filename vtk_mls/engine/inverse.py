@@ -26,8 +26,9 @@ class InverseSearch:
     Unknowns are displacements v - x, in local units, where x is less the mean displacement. With
     many points, Broyden's method starts from first guesses interpolated on a grid over all of them.
     The points for which it does not converge, and all if they are few, are solved for by Newton's
-    method with backtracking: from the map with p and q exchanged, and if that fails, from the
-    samples of the map whose images are nearest to x.
+    method with backtracking: from the map with p and q exchanged, and if that fails, where the cuts
+    belong to the material from other `motions`, then from the samples of the map whose images are
+    nearest to x.
     """
 
     def __init__(self, launcher, deformation, region, points, progress):
@@ -97,22 +98,39 @@ class InverseSearch:
     def _newton_restarted(self, local):
         """Displacements (3, m) for x `local` (3, m), from several starts; the residuals (m,)."""
         displacement, residual = self._newton(local, self._exchanged_displacement(local))
+
+        def lost():
+            return np.flatnonzero(residual > _FOUND)
+
+        def restart(rows, points, start):
+            again, remaining = self._newton(points, start)
+            better = remaining < residual[rows]
+            displacement[:, rows[better]] = again[:, better]
+            residual[rows[better]] = remaining[better]
+            return remaining <= _FOUND
+
+        if self.deformation.in_rest_frame and len(rows := lost()) > 0:
+            points = np.ascontiguousarray(local[:, rows])
+            for motion in self._motions(points):
+                restart(rows, points, motion)
         tried = np.full(len(residual), -1, np.float32)
         for _ in range(_STARTS):
-            lost = np.flatnonzero(residual > _FOUND)
-            if len(lost) == 0 or self._samples is None:
+            if len(rows := lost()) == 0 or self._samples is None:
                 break
-            points, distance = np.ascontiguousarray(local[:, lost]), tried[lost]
+            points, distance = np.ascontiguousarray(local[:, rows]), tried[rows]
             start = np.empty_like(points)
             self.map.launch_at("nearest_sample", points, self._samples, [distance], [start])
-            tried[lost] = distance
-            again, remaining = self._newton(points, start)
-            better = remaining < residual[lost]
-            displacement[:, lost[better]] = again[:, better]
-            residual[lost[better]] = remaining[better]
-            if (remaining <= _FOUND).mean() < _WORTH:
+            tried[rows] = distance
+            if restart(rows, points, start).mean() < _WORTH:
                 break
         return displacement, residual
+
+    def _motions(self, local):
+        """The `motions` (3, m) of x `local` (3, m), one after the other."""
+        control_points = self.map.control_points
+        rest = control_points.local(control_points.rest - control_points.mean_displacement)
+        deformed = control_points.local(control_points.deformed)
+        return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method, from those that are given; the residuals."""

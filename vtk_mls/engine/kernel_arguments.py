@@ -40,6 +40,15 @@ SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
 # From node to node so many points of the grid; 16 floats at each node.
 NODE_STEP, NODE_BYTES = 4, 64
+# Cells of a grid between nodes: those of a launch, the nodes around them, and a part of a list.
+COARSE = _struct(
+    [
+        *[("first_listed", "i8"), ("listed", "i8"), ("first_cell", "i4", 3), ("cells", "i4", 3)],
+        *[("first_node", "i4", 3), ("nodes", "i4", 3)],
+    ]
+)
+# How far off cells may be: a transform of displacements to indices, and the square of a limit.
+CHECK = _struct([("to_index", *_TRANSFORM), ("limit2", "f4")])
 # An array of samples in space: points of the whole source along the axes, the first that is there
 # and how many are; numbers at each.
 ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])

@@ -9,6 +9,7 @@ import numpy as np
 
 from vtk_mls.engine import device as devices
 from vtk_mls.engine import kernel_arguments
+from vtk_mls.engine.coarse_map import CoarseMap
 from vtk_mls.engine.cut_tables import cut_tables
 from vtk_mls.engine.memory import Memory
 from vtk_mls.engine.origin_nodes import OriginNodes
@@ -131,6 +132,7 @@ class RegionMap:
         self._described = {}
         searches = deformation.in_rest_frame and deformation.obstacles
         self._nodes = OriginNodes(self) if searches else None
+        self._coarse = CoarseMap(self) if deformation.map_tolerance > 0 else None
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
@@ -208,22 +210,30 @@ class RegionMap:
         """Kernel arguments for void distances in a buffer; none without one."""
         return [] if buffer is None else [buffer, np.float32(self.control_points.scale)]
 
-    def launch_on_grid(self, name, grid, part, *arguments, is_rival=False):
+    def launch_on_grid(self, name, grid, part, *arguments, is_rival=False, coarsely=False):
         """Launch a kernel for the points `part` of a grid.
 
-        A rival has those of other regions that are void.
+        A rival has those of other regions that are void. Coarsely, displacements may be those
+        between nodes, as far as the deformation's `map_tolerance` lets them.
         """
-        points = [kernel_arguments.grid_points(grid, part, self.control_points)]
-        if self._nodes:
-            points += self._nodes.around(grid, part)
-        self.launch(name, (grid.whole, is_rival), part.stop - part.start, *points, *arguments)
 
-    def launch_from_source(self, name, sampling, part, *outputs, is_rival=False):
+        def nodes():
+            return self._nodes.around(grid, part) if self._nodes else []
+
+        if coarsely and not is_rival and self._coarse and self._coarse.is_worth_it(grid):
+            return self._coarse.launch(name, grid, part, nodes, *arguments)
+        points = kernel_arguments.grid_points(grid, part, self.control_points)
+        count = part.stop - part.start
+        self.launch(name, (grid.whole, is_rival), count, points, *nodes(), *arguments)
+
+    def launch_from_source(self, name, sampling, part, *outputs, is_rival=False, coarsely=False):
         """Launch a kernel that finds the origins of the points `part` of the target."""
         source = kernel_arguments.to_source(
             sampling.source, sampling.target, self.control_points, sampling.continues
         )
-        self.launch_on_grid(name, sampling.target, part, source, *outputs, is_rival=is_rival)
+        self.launch_on_grid(
+            name, sampling.target, part, source, *outputs, is_rival=is_rival, coarsely=coarsely
+        )
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
@@ -262,9 +272,9 @@ class RegionMap:
             )
         return local
 
-    def launch(self, name, described, count, *arguments):
+    def launch(self, name, described, count, *arguments, constants=()):
         if described not in self._described:
             shared = self.launcher.map(self.deformation, self.region, *described)
             self._described[described] = shared
-        constants, shared = self._described[described]
-        self.launcher.launch(name, constants, count, *shared, *arguments)
+        of_map, shared = self._described[described]
+        self.launcher.launch(name, (*of_map, *constants), count, *shared, *arguments)

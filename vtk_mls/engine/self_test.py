@@ -22,6 +22,7 @@ from vtk_mls.engine.proof import MARK, MEASURE, described
 EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
 _GRID = Grid((19, 7, 5), spacing=(2.1, 5.7, 8.0))
+_FINE_GRID = Grid((45, 42, 40), spacing=(1.0, 0.9, 1.1))
 _SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
@@ -73,6 +74,7 @@ def checks(engine):
     rest = deformed + rng.normal(0, 1.5, (12, 3))
     points = np.concatenate([rng.uniform(0, EXTENT, (45, 3)), deformed[:4]])
     affine = Deformation(rest, deformed, "affine", device="reference")
+    coarse = dataclasses.replace(affine, map_tolerance=0.1)
     polynomial, rigid = (
         Deformation(
             rest, deformed, kind, alpha=alpha, cuts=[_CUT], cut_frame="rest", device="reference"
@@ -93,8 +95,8 @@ def checks(engine):
     def at_points(d):
         return np.abs(engine.backward(d, points) - d.backward(points)).max() / EXTENT
 
-    def on_grid(d):
-        pairs = zip(engine.displacement_field(d, _GRID), reference.displacement_field(d, _GRID))
+    def on_grid(d, grid=_GRID):
+        pairs = zip(engine.displacement_field(d, grid), reference.displacement_field(d, grid))
         return max(_most(np.abs(a - b)) for a, b in pairs if a is not None) / EXTENT
 
     def of_slopes():
@@ -115,6 +117,7 @@ def checks(engine):
 
     yield "affine map at points", lambda: (at_points(affine), 1e-5)
     yield "polynomial map on a grid, cut", lambda: (on_grid(polynomial), 1e-4)
+    yield "affine map between nodes", lambda: (on_grid(coarse, _FINE_GRID), 0.1 / EXTENT)
     yield "rigid Jacobian, cut", lambda: (of_slopes(), 1e-3)
     yield "images, rigid, cut", lambda: (of_images(), 1e-3)
     yield "rigid inverse, cut", lambda: (of_the_inverse(rigid), 1e-4)

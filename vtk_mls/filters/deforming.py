@@ -159,7 +159,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         cut_frame = property_tables.CUT_FRAME.checked(self)
         data = _stamps(control_points)
         state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
-        state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree(), self.GetDevice())
+        state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree())
+        state += (self.GetMapTolerance(), self.GetDevice())
 
         def make():
             if control_points:
@@ -176,6 +177,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 cuts=cuts,
                 nu=self.GetNu(),
                 cut_frame=cut_frame,
+                map_tolerance=self.GetMapTolerance(),
                 device=self.GetDevice() or None,
             )
 

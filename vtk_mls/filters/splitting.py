@@ -44,7 +44,6 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkFiltersCore import (
     vtkAppendFilter,
-    vtkExtractCells,
     vtkImplicitPolyDataDistance,
     vtkPolyDataNormals,
     vtkStaticCleanUnstructuredGrid,
@@ -56,11 +55,17 @@ from vtk_mls import arrays
 from vtk_mls.filters.orientation import TETRAHEDRA
 from vtk_mls.progress import SILENT
 
+try:
+    from vtkmodules.vtkFiltersCore import vtkExtractCells
+except ImportError:  # where the releases of VTK 9.2 have it
+    from vtkmodules.vtkFiltersExtraction import vtkExtractCells
+
 _MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
 _ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
 
 _POINT, _HEIGHT, _FOOT, _SIDE, _POSITION = "_Point", "_Height", "_Foot", "_Side", "_Position"
 _CELL = "_Cell"
+_NUMBERS = "vtkOriginalCellIds"  # of vtkExtractCells
 
 # Types of which the pieces get the right cell data from VTK's clipping: those with straight edges.
 _STRAIGHT = (*range(VTK_VERTEX, VTK_HEXAGONAL_PRISM + 1), VTK_CONVEX_POINT_SET, VTK_POLYHEDRON)
@@ -449,8 +454,12 @@ def _extracted(grid, cells):
     extract.SetInputData(grid)
     numbers = np.flatnonzero(cells)
     extract.SetCellIds(numbers, len(numbers))
-    extract.SetPassThroughCellIds(False)
+    always_numbered = not hasattr(extract, "SetPassThroughCellIds")  # in the releases of VTK 9.2
+    if not always_numbered:
+        extract.SetPassThroughCellIds(False)
     extract.Update()
+    if always_numbered and not grid.GetCellData().HasArray(_NUMBERS):
+        extract.GetOutput().GetCellData().RemoveArray(_NUMBERS)
     return extract.GetOutput()
 
 

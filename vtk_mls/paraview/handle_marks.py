@@ -27,6 +27,7 @@ from vtk_mls.paraview.beside_widget import BesideWidget
 
 _DRAGGED = (1.0, 0.67, 0.0)
 _PIXELS, _SELECTED_PIXELS = 10, 16  # diameters
+_MANY = 100
 _DIAMETER, _NUMBER = "Diameter", "Number"
 
 
@@ -105,8 +106,7 @@ class _Handles:
 
     def _spheres(self):
         sphere, mapper, actor = vtkSphereSource(), vtkGlyph3DMapper(), vtkActor()
-        sphere.SetThetaResolution(16)
-        sphere.SetPhiResolution(16)
+        self._sphere = sphere
         mapper.SetInputData(self._points)
         mapper.SetSourceConnection(sphere.GetOutputPort())
         mapper.SetScaleArray(_DIAMETER)
@@ -133,6 +133,9 @@ class _Handles:
         if 0 <= selected < len(positions):
             colors[selected] = representation.GetSelectedHandleProperty().GetColor()
             pixels[selected] = _SELECTED_PIXELS
+        corners = 16 if len(positions) < _MANY else 8  # 500 round ones take long without a GPU
+        self._sphere.SetThetaResolution(corners)
+        self._sphere.SetPhiResolution(corners)
         points, values = vtkPoints(), self._points.GetPointData()
         points.SetData(from_numpy(positions.copy(), VTK_DOUBLE))
         self._points.SetPoints(points)

@@ -14,6 +14,7 @@ import numpy as np
 
 from vtk_mls.paraview import handle_rows, live, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
+from vtk_mls.paraview.many_handles import ManyHandles
 from vtk_mls.paraview.server_manager import find, is_pending, proxies
 from vtk_mls.paraview.surface_drag import SurfaceDrag
 
@@ -39,9 +40,14 @@ class HandleWidget:
         self._deformed = handle_rows.pending(proxy.GetProperty("DeformedPoints"))
         self._rest = handle_rows.pending(proxy.GetProperty("RestPoints"))
         self._settled = handle_rows.lists(proxy)
+        dragged = {
+            "DeformedPoints": self._answer(self._deformed_edited),
+            "RestPoints": self._answer(self._rest_edited),
+        }
+        self._many = ManyHandles(proxy, dragged)
+        for name, answer in dragged.items():
+            proxy.GetProperty(name).AddObserver(_EDITED, answer)
         for name, answer in (
-            ("DeformedPoints", self._deformed_edited),
-            ("RestPoints", self._rest_edited),
             ("Weights", lambda weights, proxy: None),
             (_NUMBERS, self._numbers_edited),
             *((name, self._laid) for name in handle_rows.LAYING),
@@ -84,6 +90,7 @@ class HandleWidget:
         forget_line(widget)
         if not widget.GetSession().IsA("vtkSMSessionClient"):  # the server draws
             SurfaceDrag(widget, self._marks.follow(widget))
+            self._many.take(widget)
             self._mark(find(self._number))
         self._listen(widget)
 

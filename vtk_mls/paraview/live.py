@@ -13,14 +13,14 @@ from contextlib import suppress
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
-from vtk_mls.paraview.live_image import LiveImage, LiveSlice
-from vtk_mls.paraview.live_mesh import LiveMesh, LiveOutline
+from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
+from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
 from vtk_mls.paraview.pending_filter import PendingFilter, moves
 from vtk_mls.paraview.server_manager import find, proxies, proxies_of
 
 SWITCH = "Live"
-_KINDS = (LiveVolume, LiveImage, LiveSlice, LiveMesh, LiveOutline)
+_KINDS = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
 
 
 class Live:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from paraview.modules.vtkPVVTKExtensionsFiltersRendering import vtkPVGeometryFilter
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
 from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
@@ -13,6 +14,7 @@ from vtk_mls.rendering import DeformedMesh
 from vtk_mls.rendering.moved_mesh import MovedMesh
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
+EDGES = "Feature Edges"
 
 
 class LiveMesh(LiveProp):
@@ -81,6 +83,40 @@ class LiveOutline(LiveProp):
 
     def _show(self, pending, is_held):
         self._moved.show(pending.deformation, exact=not is_held)
+
+
+class LiveEdges(LiveProp):
+    """The feature edges of a mesh: they are others when it is bent."""
+
+    def __init__(self, display, mesh, renderer, index=0):
+        self._moved, mapper, actor = MovedMesh(), vtkPolyDataMapper(), vtkActor()
+        self._moved.SetInputDataObject(mesh)
+        edges = edges_of(self._moved)
+        mapper.SetInputConnection(edges.GetOutputPort())
+        colors.apply(mapper, display)
+        actor.SetMapper(mapper)
+        super().__init__(display, mesh, renderer, actor)
+
+    @staticmethod
+    def can_draw(display, mesh):
+        """Whether a display shows the mesh so."""
+        return is_mesh(mesh) and shown_as(display) == EDGES and has_actor(display)
+
+    @staticmethod
+    def look(display):
+        return colors.look(display), shown_as(display)
+
+    def _show(self, pending, is_held):
+        self._moved.show(pending.deformation, exact=not is_held)
+
+
+def edges_of(surface):
+    """The filter for the feature edges of what another makes, as ParaView has them."""
+    edges = vtkPVGeometryFilter()
+    edges.SetUseOutline(False)
+    edges.SetGenerateFeatureEdges(True)
+    edges.SetInputConnection(surface.GetOutputPort())
+    return edges
 
 
 def is_mesh(data):

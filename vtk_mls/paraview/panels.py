@@ -68,7 +68,9 @@ _CUT = [
 _LIVE = check_box(
     "Live",
     """Whether what is shown follows while a handle or the cut is dragged, before Apply. It is off
-    where the data are on another machine: there Apply shows the result.""",
+    where the data are on another machine: there Apply shows the result. If only that machine has
+    the plugin it stays on, but nothing follows. Point Gaussian, 3D Glyphs and Surface LIC follow
+    at Apply.""",
     default=1,
     command="",
 )
@@ -98,7 +100,7 @@ DEFORM = [
     *HANDLES,
     *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
     *elements((*tables.VECTORS, *tables.JACOBIAN)),
-    element(tables.DEVICE),
+    *elements(tables.COMPUTING),
 ]
 
 DISPLACEMENT_FIELD = [
@@ -119,7 +121,7 @@ DISPLACEMENT_FIELD = [
     *_CUT,
     *HANDLES,
     *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, tables.OVERLAP, *tables.JACOBIAN)),
-    element(tables.DEVICE),
+    *elements(tables.COMPUTING),
 ]
 
 _DEFORMED, _REST = tables.LISTS

@@ -54,7 +54,8 @@ class DeformedVolume:
 
     Notes
     -----
-    Until the first `update` the volume is drawn as it is.
+    Until the first `update` the volume is drawn as it is. Keep this object as long as it draws: VTK
+    does not hold it.
     """
 
     def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:

@@ -25,10 +25,30 @@ class RaySpacing:
         """Before a picture: a ray for each pixel when the window rests, fewer while it moves."""
         mapper, pixels = self._mapper, 1.0
         if window.GetDesiredUpdateRate() >= _MOVING_RATE:
-            full = mapper.GetTimeToDraw() * mapper.GetImageSampleDistance() ** 2
-            # in whole steps: with each change VTK makes its shader anew
-            pixels = float(np.clip(np.ceil(np.sqrt(full / _SECONDS)), 1, _COARSEST))
+            # the first picture, of which nothing is known, may take a minute
+            seconds = mapper.GetTimeToDraw() or np.inf
+            full = seconds * mapper.GetImageSampleDistance() ** 2
+            pixels = pixels_per_ray(full, _SECONDS, _COARSEST)
         mapper.SetImageSampleDistance(pixels)
+
+
+def pixels_per_ray(seconds, limit, coarsest):
+    """Pixels for a ray along both axes, of a picture that may not take longer than a limit.
+
+    Parameters
+    ----------
+    seconds : float
+        That a picture with a ray for each pixel takes; inf if nobody knows.
+    limit : float
+        Seconds.
+    coarsest : float
+
+    Returns
+    -------
+    float
+        A whole number: with each change VTK makes its shader anew.
+    """
+    return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, coarsest))
 
 
 def usual_step(image):

@@ -41,18 +41,54 @@ def opaque_at(volume, start, end):
     values, grid = found
     to_data = np.linalg.inv(_matrix(volume))
     ends = np.stack([start, end]) @ to_data[:3, :3].T + to_data[:3, 3]
+    property_ = volume.GetProperty()
+    found = light_along(
+        lambda points: _opacity(property_, points, values, grid, deformation),
+        ends,
+        _corners(grid, deformation),
+        _STEP * min(grid.spacing),
+        property_.GetScalarOpacityUnitDistance(0),
+    )
+    if found is None:
+        return None
+    t, light = found
+    return np.interp(_HIDES, 1 - light, t) if light[-1] <= 1 - _HIDES else None
+
+
+def light_along(opacity_at, ends, corners, step, unit):
+    """How much light has passed along a ray.
+
+    Parameters
+    ----------
+    opacity_at : callable
+        Opacity of points (m, 3), per `unit` of distance: (m,).
+    ends : (2, 3) float64
+        Of the ray.
+    corners : (2, 3) float64
+        Lowest and highest, of a box beyond which there is nothing.
+    step : float
+        From sample to sample, unless they are too many.
+    unit : float
+
+    Returns
+    -------
+    t : (n,) float64
+        Fractions of the ray, rising from where it enters the box.
+    light : (n,) float64
+        What has passed all up to there, falling from 1.
+    None
+        If the ray does not meet the box.
+    """
+    near, far = _passage(ends, corners)
     length = np.linalg.norm(ends[1] - ends[0])
-    near, far = _passage(ends, grid, deformation)
-    count = int(np.clip((far - near) * length / (_STEP * min(grid.spacing)), 0, _MOST_STEPS))
+    count = int(np.clip((far - near) * length / step, 0, _MOST_STEPS))
     if count == 0:
         return None
-    t = near + (far - near) * (np.arange(count) + 0.5) / count
-    points = ends[0] + t[:, None] * (ends[1] - ends[0])
-    opacity = _opacity(volume.GetProperty(), points, values, grid, deformation)
-    step = (far - near) * length / count / volume.GetProperty().GetScalarOpacityUnitDistance(0)
-    passed = np.cumprod((1 - np.clip(opacity, 0, 1)) ** step)
-    hidden = np.flatnonzero(passed <= 1 - _HIDES)
-    return t[hidden[0]] if len(hidden) else None
+    t = np.linspace(near, far, count + 1)
+    middles = (t[1:] + t[:-1]) / 2
+    opacity = opacity_at(ends[0] + middles[:, None] * (ends[1] - ends[0]))
+    passed = (1 - np.clip(opacity, 0, 1)) ** ((far - near) * length / count / unit)
+    return t, np.cumprod([1, *passed])
 
 
 def _drawn(volume):
@@ -87,16 +123,20 @@ def _matrix(volume):
     return np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
 
 
-def _passage(ends, grid, deformation):
-    """From which to which fraction a ray may meet the material."""
+def _corners(grid, deformation):
+    """Of a box that holds what is deformed, (2, 3)."""
     corners = grid.corners()
-    if deformation is not None:
-        corners = np.concatenate([corners, deformation.deformed])
+    if deformation is None:
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+    corners = np.concatenate([corners, deformation.deformed])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    if deformation is not None:
-        low, high = low - (high - low), high + (high - low)
+    return np.stack([low - (high - low), high + (high - low)])
+
+
+def _passage(ends, corners):
+    """From which to which fraction a ray is in a box."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (np.stack([low, high]) - ends[0]) / (ends[1] - ends[0])
+        t = (corners - ends[0]) / (ends[1] - ends[0])
     near, far = np.nanmax(t.min(axis=0)), np.nanmin(t.max(axis=0))
     return max(near, 0.0), max(min(far, 1.0), max(near, 0.0))
 

@@ -1,0 +1,67 @@
+"""Writes docs/reference/made/command.md from the parsers of the command; the build calls it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+HEAD = """# The command vtk-mls
+
+What `vtk-mls COMMAND --help` says; made from the same parsers.
+"""
+
+
+def write(docs):
+    """Write the page into the folder of the documentation."""
+    folder = docs / "reference" / "made"
+    folder.mkdir(exist_ok=True)
+    (folder / "command.md").write_text(page(), encoding="utf-8")
+
+
+def page():
+    """The text of the page."""
+    from vtk_mls import cli
+
+    os.environ["COLUMNS"] = "78"
+    commands = next(
+        each for each in cli._parser()._actions if isinstance(each, argparse._SubParsersAction)
+    )
+    helps = {each.dest: each.help for each in commands._choices_actions}
+    seen, parts = [], [HEAD]
+    for name, parser in commands.choices.items():
+        if parser not in seen:  # an alias has its parser
+            seen.append(parser)
+            parts.append(_command(name, parser, helps))
+    return "\n".join(parts)
+
+
+def _command(name, parser, helps):
+    usage = parser.format_usage().removeprefix("usage: ")
+    about = _sentence(parser.description or helps.get(name, ""))
+    parts = [f"## vtk-mls {name}\n\n{about}\n\n```text\n{usage}```\n"]
+    for group in parser._action_groups:
+        actions = [each for each in group._group_actions if each.help != argparse.SUPPRESS]
+        if actions:
+            parts.append(f"*{group.title.capitalize()}*\n")
+            parts += [_action(each, parser) for each in actions]
+    if parser.epilog:
+        parts.append(f"```text\n{parser.epilog}\n```\n")
+    return "\n".join(parts)
+
+
+def _action(action, parser):
+    formatter = parser._get_formatter()
+    if action.option_strings:
+        name = formatter._format_action_invocation(action)
+    else:
+        name = action.metavar or action.dest
+    said = formatter._expand_help(action) if action.help else ""
+    return f"`` {name} ``\n: {_sentence(said)}\n"
+
+
+def _sentence(text):
+    """Text as Markdown: what has a meaning there is escaped."""
+    text = " ".join(text.split())
+    for mark in "\\*_<>[]":
+        text = text.replace(mark, f"\\{mark}")
+    return text or "-"

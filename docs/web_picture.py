@@ -1,0 +1,61 @@
+"""Draws docs/web.png: `vtk-mls view brain.nii.gz --web` in headless Chromium, by its mouse.
+
+Run: python docs/web_picture.py [FOLDER FOR A PICTURE OF EACH STEP]
+Needs: pip install 'vtk-mls[web,opencl]' nilearn playwright, and /usr/bin/chromium.
+"""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import nilearn
+from playwright.sync_api import sync_playwright
+
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "web"))
+from page_mouse import drag
+
+STEPS = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+BRAIN = (
+    Path(nilearn.__file__).parent / "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
+)
+# Handles in the picture at first, and how far they are dragged, in pixels.
+DRAGS = ((325, 285), (-55, -25)), ((534, 318), (95, -20)), ((466, 224), (60, -30))
+
+
+def step(name):
+    """Let the picture become fine, and keep it."""
+    time.sleep(8)
+    if STEPS:
+        page.screenshot(path=STEPS / f"{name}.png")
+
+
+command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--web", "--port", "0"]
+server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+try:
+    address = server.stdout.readline().split()[-1]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path="/usr/bin/chromium", args=["--no-sandbox"]
+        )
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(address)
+        page.wait_for_selector("canvas[data-frames]", timeout=60_000)
+        step("1-opened")
+        page.get_by_role("button", name="Half-plane").click()
+        step("2-cut")
+        for number, each in enumerate(DRAGS, 3):
+            drag(page.mouse, *each, steps=10, rest=1)
+            step(f"{number}-dragged")
+        page.screenshot(path=Path(__file__).with_name("web.png"))
+        page.get_by_role("button", name="Save").click()
+        link = page.get_by_role("link", name="picture.png")
+        link.wait_for(timeout=240_000)
+        step("6-saved")
+        with page.expect_download() as download:
+            link.click()
+        if STEPS:
+            download.value.save_as(STEPS / "7-picture.png")
+        browser.close()
+finally:
+    server.terminate()

@@ -1,0 +1,153 @@
+// The map of a grid between nodes, every COARSE_STEP-th point of the whole grid along each axis: in
+// a cell the polynomial of degree 5 through the six nodes around along each axis. What comes out
+// depends on the index of a point alone: parts are computed like the whole. Which cells are close to
+// the map the host decides (vtk_mls/engine/coarse_map.py).
+
+#if !defined(COARSE) || !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS)
+#error "COARSE, COARSE_STEP or COARSE_WEIGHTS is missing: members, points from node to node, weights"
+#endif
+
+// The cells `first_cell` to `first_cell` + `cells` of the launch; `nodes` along the axes, of which
+// the first is that of the cell `first_node`; `listed` cells from `first_listed` in a list.
+typedef struct { COARSE } coarse_t;
+
+#define TAPS 6
+#define BEFORE 2  // of the nodes around a cell are before it
+
+// Planes of nodes: a displacement, with cuts a void distance.
+#if CUTS
+#define PLANES 4
+#else
+#define PLANES 3
+#endif
+
+// Vectors of a row of nodes that are around LANES cells.
+#define VECTORS_AROUND ((LANES + TAPS - 1 + LANES - 1) / LANES)
+
+// Of the nodes around a cell, for points k / COARSE_STEP behind its first.
+__constant float tap_weight[COARSE_STEP][TAPS] = COARSE_WEIGHTS;
+
+#define UNROLL_TAPS _Pragma("unroll")
+
+// LANES cells along x: the index of the first in all cells of the whole grid.
+typedef struct { int x, y, z; } strip_t;
+
+inline long strips_along(const coarse_t *coarse) { return (coarse->cells[0] + LANES - 1) / LANES; }
+
+// The strip of a work item; false where there is none.
+inline int strip_of(const coarse_t *coarse, strip_t *strip) {
+  const long across = strips_along(coarse), item = get_global_id(0), row = item / across;
+  if (row >= (long)coarse->cells[1] * coarse->cells[2]) return 0;
+  strip->x = coarse->first_cell[0] + (int)(item % across) * LANES;
+  strip->y = coarse->first_cell[1] + (int)(row % coarse->cells[1]);
+  strip->z = coarse->first_cell[2] + (int)(row / coarse->cells[1]);
+  return 1;
+}
+
+// The first corners of its cells, as indices of the whole grid.
+inline vec corners_of(const strip_t *strip) {
+  real x = 0;
+  for (int l = 0; l < LANES; ++l) LANE(x, l) = (strip->x + l) * COARSE_STEP;
+  return (vec){x, (real)(strip->y * COARSE_STEP), (real)(strip->z * COARSE_STEP)};
+}
+
+#if CUTS
+// Whether cells have points on this launch's side of all planes, or within a point of it: what rounds
+// must not lose any.
+inline integer in_reach(const cuts_t *cuts, vec index) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->numbers.plane_count; ++i) {
+    const float4 plane = vload4(0, cuts->planes[i].index_plane);
+    const float side = cuts->planes[i].side;
+    const float reach = fabs(plane.x) + fabs(plane.y) + fabs(plane.z) +
+                        COARSE_STEP * (fmax(side * plane.x, 0) + fmax(side * plane.y, 0) +
+                                       fmax(side * plane.z, 0));
+    inside &= side * plane_height(plane, index) + reach >= 0;
+  }
+  return inside;
+}
+#endif
+
+inline long node_count(const coarse_t *coarse) {
+  return (long)coarse->nodes[0] * coarse->nodes[1] * coarse->nodes[2];
+}
+
+// The node that begins the first cell of a strip, in a plane.
+inline long node_of(const coarse_t *coarse, const strip_t *strip) {
+  const int *first = coarse->first_node;
+  return strip->x - first[0] + BEFORE +
+         coarse->nodes[0] * (strip->y - first[1] + BEFORE +
+                             (long)coarse->nodes[1] * (strip->z - first[2] + BEFORE));
+}
+
+#define ROW_LENGTH (VECTORS_AROUND * LANES)
+
+// Points of a strip, interpolated along z and x: rows of them, one behind the other along y at nodes.
+typedef struct { real at[TAPS][PLANES][COARSE_STEP]; } layer_t;
+
+// What is k / COARSE_STEP behind the first of vectors that are `apart`.
+HOT real between(__global const float *from, long apart, int k) {
+  if (k == 0) return LOAD(from + BEFORE * apart);
+  real sum = tap_weight[k][0] * LOAD(from);
+  UNROLL_TAPS for (int b = 1; b < TAPS; ++b)
+    sum = fma((real)(tap_weight[k][b]), LOAD(from + b * apart), sum);
+  return sum;
+}
+
+// The layer that is k / COARSE_STEP behind the first nodes of a strip.
+HOT void layer_between(layer_t *layer, const coarse_t *coarse, __global const float *nodes,
+                          const strip_t *strip, int k) {
+  const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
+  __global const float *corner = nodes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
+  float rows[TAPS][PLANES][ROW_LENGTH];
+  for (int a = 0; a < TAPS; ++a)
+    for (int p = 0; p < PLANES; ++p)
+      for (int n = 0; n < VECTORS_AROUND; ++n)
+        STORE(between(corner + a * along + p * plane + n * LANES, deep, k), rows[a][p] + n * LANES);
+  for (int a = 0; a < TAPS; ++a)
+    for (int p = 0; p < PLANES; ++p) {
+      real tap[TAPS];
+      UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(rows[a][p] + c);
+      layer->at[a][p][0] = tap[BEFORE];
+      UNROLL_TAPS for (int i = 1; i < COARSE_STEP; ++i) {
+        real sum = tap_weight[i][0] * tap[0];
+        UNROLL_TAPS for (int c = 1; c < TAPS; ++c) sum = fma((real)(tap_weight[i][c]), tap[c], sum);
+        layer->at[a][p][i] = sum;
+      }
+    }
+}
+
+// The points of a row j / COARSE_STEP behind the first nodes of a layer; those i / COARSE_STEP behind
+// the first nodes of the cells.
+HOT real points_between(const layer_t *layer, int p, int i, int j) {
+  if (j == 0) return layer->at[BEFORE][p][i];
+  real sum = tap_weight[j][0] * layer->at[0][p][i];
+  UNROLL_TAPS for (int a = 1; a < TAPS; ++a)
+    sum = fma((real)(tap_weight[j][a]), layer->at[a][p][i], sum);
+  return sum;
+}
+
+// A row of points of a strip, of which those from `low` to `high` (not included) are in the launch;
+// `at` is where the first would be in the launch.
+typedef struct {
+  int low, high;
+  long at;
+  vec index;  // in the whole grid, of the first points of the cells
+} points_t;
+
+// The row j, k of a strip; false where the launch has none of it.
+inline int points_of(points_t *points, const grid_t *grid, const strip_t *strip, int j, int k) {
+  const int x = strip->x * COARSE_STEP, y = strip->y * COARSE_STEP + j,
+            z = strip->z * COARSE_STEP + k;
+  const int row = y - grid->start[1];
+  if (row < 0 || row >= grid->ny || z < grid->start[2]) return 0;
+  const long begin = grid->nx * (row + (long)grid->ny * (z - grid->start[2])) - grid->first;
+  points->at = begin + x - grid->start[0];
+  const long low = max(max((long)0, -begin), (long)x - grid->start[0]),
+             high = min(min((long)grid->nx, grid->stop - grid->first - begin),
+                        (long)x - grid->start[0] + LANES * COARSE_STEP);
+  points->low = (int)(low - (x - grid->start[0]));
+  points->high = (int)(high - (x - grid->start[0]));
+  points->index = vec_add(corners_of(strip), (vec){(real)(0), (real)(j), (real)(k)});
+  return points->low < points->high;
+}

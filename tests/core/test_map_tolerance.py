@@ -1,0 +1,186 @@
+"""Between nodes the map of a grid stays within the tolerance, and is the same in all parts."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+
+from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.engine.launcher import Launcher
+
+SETS = [name for name in HARD_SETS if name not in ("at 5e5", "at 1e-9", "ten thousand")]
+GRID = Grid((49, 46, 50), (-8.0, -5.0, 3.0), (5.5, 5.9, 5.1))
+TOLERANCE = 0.02
+
+
+def distance(grid, displacement, expected):
+    """The largest distance between displacements, in spacings of the grid."""
+    difference = (displacement - expected) @ np.linalg.inv(grid.index_to_world).T
+    return np.linalg.norm(difference, axis=-1).max()
+
+
+def half_a_voxel_apart(rng):
+    rest, deformed = random_handles(rng, 20)
+    deformed[1::2] = deformed[::2] + 0.5 * GRID.spacing * random_rotation(rng)[0]
+    return rest, deformed
+
+
+def uneven(rng):
+    rest, deformed = random_handles(rng, 30)
+    return rest, deformed, np.exp(rng.normal(0, 2, 30))
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("name", SETS)
+def test_it_keeps_to_the_tolerance_on_hard_sets(device, name, kind_and_degree, rng):
+    rest, deformed = HARD_SETS[name](rng)
+    exact = deformation(rest, deformed, kind_and_degree, device)
+    coarse = deformation(rest, deformed, kind_and_degree, device, map_tolerance=TOLERANCE)
+    found = coarse.displacement_field(GRID).displacement
+    assert distance(GRID, found, exact.displacement_field(GRID).displacement) <= TOLERANCE
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("alpha", [0.5, 0.75, 1, 2, 3])
+@pytest.mark.parametrize("handles", [half_a_voxel_apart, uneven])
+def test_peaks_between_nodes_are_not_missed(device, alpha, handles, kind_and_degree, rng):
+    rest, deformed, *weights = handles(rng)
+    options = {"alpha": alpha, "weights": weights[0] if weights else None}
+    exact = deformation(rest, deformed, kind_and_degree, device, **options)
+    for tolerance in (0.005, 0.1):
+        coarse = deformation(
+            rest, deformed, kind_and_degree, device, map_tolerance=tolerance, **options
+        )
+        found = coarse.displacement_field(GRID).displacement
+        assert distance(GRID, found, exact.displacement_field(GRID).displacement) <= tolerance
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_the_reference_is_as_near(device, rng):
+    rest, deformed = random_handles(rng, 15)
+    grid = Grid((48, 44, 40), (-3, 4, 5), (5, -5.5, 6), random_rotation(rng))
+    coarse = Deformation(rest, deformed, map_tolerance=TOLERANCE, device=device)
+    expected = Deformation(rest, deformed, device="reference").displacement_field(grid)
+    assert distance(grid, coarse.displacement_field(grid).displacement, expected.displacement) <= (
+        TOLERANCE
+    )
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_parts_are_those_of_the_whole(device, rng):
+    rest, deformed = random_handles(rng, 15)
+    coarse = Deformation(rest, deformed, map_tolerance=TOLERANCE, device=device)
+    whole = coarse.displacement_field(GRID).displacement
+    parts = [((0, 0, 0), (49, 46, 17)), ((0, 0, 17), (49, 46, 33)), ((5, 3, 2), (11, 18, 23))]
+    for first, size in [*parts, ((48, 45, 49), (1, 1, 1)), ((7, 0, 31), (42, 1, 1))]:
+        found = coarse.displacement_field(GRID.part(first, size)).displacement
+        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
+        np.testing.assert_array_equal(found, whole[k, j, i])
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_images_follow_it(device, rng):
+    rest, deformed = random_handles(rng, 15)
+    target = Grid((61, 43, 47), (-20, -8, 0), (4.7, 6.1, 5.6))
+    sampling = Sampling(GRID, target, background=-1)
+    smooth = np.sin(GRID.points() @ [0.02, 0.03, 0.01]).astype(np.float32).reshape(GRID.shape)
+    coarse = Deformation(rest, deformed, map_tolerance=TOLERANCE, device=device)
+    exact = Deformation(rest, deformed, device=device)
+    (found,), (expected,) = (d.resample([smooth], sampling) for d in (coarse, exact))
+    inside = (found != -1) & (expected != -1)
+    assert inside.mean() > 0.5
+    assert ((found == -1) == (expected == -1)).mean() > 0.999
+    # by at most 0.04 per world unit
+    assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * target.spacing.max()
+    for found, expected in zip(coarse.source_bounds(sampling), exact.source_bounds(sampling)):
+        assert np.abs(found - expected).max() <= 2 * TOLERANCE
+
+
+def test_most_points_are_not_evaluated(monkeypatch, rng):
+    rest, deformed = random_handles(rng, 5)
+    points = []
+
+    def noted(self, name, constants, count, *arguments):
+        if name in ("node_displacement", "grid_displacement"):
+            points.append(count)
+        launch(self, name, constants, count, *arguments)
+
+    launch = Launcher.launch
+    monkeypatch.setattr(Launcher, "launch", noted)
+    coarse = Deformation(rest, deformed, map_tolerance=TOLERANCE)
+    grid = Grid((128, 128, 128), spacing=(2, 2, 2))
+    coarse.displacement_field(grid)
+    assert 0 < sum(points) < 0.1 * grid.size
+
+
+def test_slices_are_exact(rng):
+    rest, deformed = random_handles(rng, 15)
+    coarse, exact = (
+        Deformation(rest, deformed, map_tolerance=t).displacement_field(Grid((200, 200, 1)))
+        for t in (0.1, 0)
+    )
+    np.testing.assert_array_equal(coarse.displacement, exact.displacement)
+
+
+CUT_GRID = Grid((60, 57, 63), (-4.0, -8.0, -2.0), (4.4, 4.6, 4.1))
+PENTAGON = [(128, 128, 128), (128, 220, 140), (120, 190, 215), (131, 70, 200), (125, 50, 90)]
+CUTS = {
+    "plane": [Plane((128, 120, 131), (1, 0.2, 0.1))],
+    "two planes": [Plane((128, 120, 131), (1, 0.2, 0.1)), Plane((100, 128, 90), (0, 1, -0.3))],
+    "half-plane": [HalfPlane((128, 130, 120), (1, 0.1, 0.2), (0, 1, 0.1))],
+    "polygon": [Surface(PENTAGON, [(0, 1, 2), (0, 2, 3), (0, 3, 4)])],
+    "plane and half-plane": [
+        Plane((60, 120, 131), (1, 0.2, 0.1)),
+        HalfPlane((158, 130, 120), (1, 0.1, 0.2), (0, 1, 0.1)),
+    ],
+}
+
+
+def cut_fields(cuts, frame, kind_and_degree, tolerances, rng):
+    rest, deformed = random_handles(rng, 12)
+    options = {"cuts": CUTS[cuts], "cut_frame": frame, "device": DEVICES[0]}
+    for tolerance in tolerances:
+        yield deformation(rest, deformed, kind_and_degree, map_tolerance=tolerance, **options)
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("cuts", CUTS)
+def test_cuts_and_voids_stay_what_they_are(cuts, frame, rng):
+    exact, coarse = cut_fields(cuts, frame, ("rigid", 2), (0, TOLERANCE), rng)
+    expected, found = exact.displacement_field(CUT_GRID), coarse.displacement_field(CUT_GRID)
+    assert distance(CUT_GRID, found.displacement, expected.displacement) <= TOLERANCE
+    assert not np.array_equal(found.displacement, expected.displacement)
+    np.testing.assert_array_equal(found.void, expected.void)
+    assert found.void.mean() < 0.5
+    assert found.void.any() or cuts == "polygon"  # which these control points do not open
+    error = np.abs(found.void_distance - expected.void_distance)
+    assert (error <= 0.5 * np.abs(expected.void_distance)).all()
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("cuts", ["two planes", "half-plane", "polygon"])
+def test_parts_of_cut_volumes_are_those_of_the_whole(cuts, frame, rng):
+    (coarse,) = cut_fields(cuts, frame, ("rigid", 2), (TOLERANCE,), rng)
+    whole = coarse.displacement_field(CUT_GRID)
+    for first, size in (((0, 0, 0), (60, 57, 22)), ((31, 9, 22), (29, 41, 37))):
+        found = coarse.displacement_field(CUT_GRID.part(first, size))
+        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
+        np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
+        np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+
+
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("cuts", CUTS)
+def test_images_that_are_cut_follow_it(cuts, frame, rng):
+    exact, coarse = cut_fields(cuts, frame, ("rigid", 2), (0, TOLERANCE), rng)
+    smooth = np.sin(CUT_GRID.points() @ [0.02, 0.03, 0.01]).astype("f4").reshape(CUT_GRID.shape)
+    sampling = Sampling(CUT_GRID, background=-9)
+    (found,), (expected,) = (d.resample([smooth], sampling) for d in (coarse, exact))
+    inside = (found != -9) & (expected != -9)
+    assert ((found == -9) == (expected == -9)).mean() > 0.999
+    assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * CUT_GRID.spacing.max()
+
+
+@pytest.mark.parametrize("tolerance", [-0.1, np.nan, np.inf])
+def test_it_must_be_a_distance(tolerance):
+    with pytest.raises(ValueError, match="`map_tolerance` must be a number from 0 on, got"):
+        Deformation([(0, 0, 0)], [(1, 0, 0)], map_tolerance=tolerance)

@@ -1,0 +1,117 @@
+"""What goes wrong around an editor loses nothing, and is said in one sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import Surface, arrays
+from vtk_mls.editor import State, keys
+from vtk_mls.editor.drafts import Drafts
+
+
+def closed(hands):
+    """The window manager closes the window; then what `vtk-mls view` does at the end."""
+    hands.send("ExitEvent")
+    hands.editor.detach()
+
+
+def name_and_modifiers(symbol):
+    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
+    return key, " ".join(modifiers)
+
+
+def test_a_window_closed_during_a_drag_keeps_it(tmp_path):
+    hands = Hands(ball_mesh(), paths=["ball.vtp"], drafts=Drafts("ball.vtp", tmp_path))
+    hands.drag(hands.pixel_of(13), (20, 10), released=False)
+    closed(hands)
+    state, _ = Drafts("ball.vtp", tmp_path).found()
+    assert not state.is_resting[13]
+
+
+def test_a_window_closed_while_the_cut_is_moved_keeps_it(tmp_path):
+    hands = Hands(ball_mesh(), paths=["ball.vtp"], drafts=Drafts("ball.vtp", tmp_path))
+    hands.press("c")
+    (cut,) = hands.editor.state.cuts
+    moved = type(cut)(cut.point + 1, cut.normal)
+    hands.editor.preview(hands.editor.settled.changed(cuts=(moved,)))
+    closed(hands)
+    state, _ = Drafts("ball.vtp", tmp_path).found()
+    np.testing.assert_allclose(state.cuts[0].point, cut.point + 1)
+
+
+@pytest.mark.parametrize("symbol", sorted(set(keys.actions()) - {"p", "Escape"}))
+def test_a_key_while_a_line_is_drawn_keeps_the_line(symbol, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_mesh())
+    hands.press("p")
+    hands.click((100, 125))
+    hands.press(*name_and_modifiers(symbol))
+    hands.press("a", "Ctrl")
+    hands.click((140, 125))
+    hands.press("p")
+    assert any(isinstance(cut, Surface) for cut in hands.editor.state.cuts)
+
+
+def test_a_driver_that_fails_is_told_and_the_next_edit_goes_on(monkeypatch):
+    hands = Hands(ball_mesh())
+    show = hands.editor.scene.show
+
+    def broken(*arguments):
+        raise RuntimeError("the device is lost: CL_DEVICE_NOT_AVAILABLE")
+
+    monkeypatch.setattr(hands.editor.scene, "show", broken)
+    hands.drag(hands.pixel_of(13), (20, 10))
+    assert "The device is lost" in hands.editor.message
+    assert hands.editor.state.is_resting.all()
+    monkeypatch.setattr(hands.editor.scene, "show", show)
+    hands.drag(hands.pixel_of(13), (20, 10))
+    assert not hands.editor.state.is_resting[13]
+
+
+def test_a_lost_context_is_made_anew():
+    """As when a driver starts again, or a window moves to another screen."""
+    hands = Hands(ball_image())
+    hands.drag(hands.pixel_of(13), (25, 10))
+    before = hands.picture()
+    hands.editor.scene.window.Finalize()
+    hands.editor.scene.window.Render()
+    np.testing.assert_allclose(hands.picture(), before, atol=12)
+    hands.drag(hands.pixel_of(13), (10, 10))
+    assert np.abs(hands.picture() - before).mean() > 0.1
+
+
+def test_500_handles_are_edited(rng):
+    rest = rng.uniform(2, SIZE - 2, (500, 3))
+    hands = Hands(ball_mesh(), State(rest, rest))
+    row = int(hands.editor.projection.pixels(rest)[:, 2].argmin())
+    hands.drag(hands.pixel_of(row), (15, 5))
+    assert np.flatnonzero(~hands.editor.state.is_resting).tolist() == [row]
+    hands.press("a", "Ctrl")
+    hands.press("f")
+    hands.press("z")
+    hands.press("z")
+    assert hands.editor.state.is_resting.all()
+
+
+@pytest.mark.matrix
+def test_a_large_image_is_edited():
+    """512^3 voxels: everything that one does takes seconds, and no copy in float64 is made."""
+    import resource
+
+    image, size = vtkImageData(), 512
+    image.SetDimensions(size, size, size)
+    ramp = np.abs(np.arange(size) - size / 2)
+    inside = ramp[:, None, None] ** 2 + ramp[:, None] ** 2 + ramp**2 < (size / 3) ** 2
+    arrays.add(image.GetPointData(), "density", np.where(inside, 200, 0).astype(np.uint8).ravel())
+    image.GetPointData().SetActiveScalars("density")
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    hands = Hands(image, pixels=120)
+    hands.drag(hands.pixel_of(13), (10, 5), steps=1)
+    hands.press("m")
+    hands.press("z")
+    assert hands.editor.state.is_resting.all()
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
+    assert grown < 6, f"{grown:.1f} GiB more"

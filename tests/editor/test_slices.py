@@ -1,0 +1,157 @@
+"""Slices beside the 3-D view: what they show, and handles in them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+
+MIDDLE = (SIZE - 1) / 2
+CENTRE = 13  # of the lattice of 3 x 3 x 3
+
+
+@pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
+def hands(request):
+    hands = Hands(ball_image() if request.param == "volume" else ball_mesh(), pixels=360)
+    hands.press("h")
+    hands.press("m")
+    return hands
+
+
+def panes(hands):
+    """By the axis that they are across."""
+    found = {}
+    for y in (60, 180, 300):
+        pane = hands.editor.slices.pane_at((330, y))
+        found[pane.axis] = pane
+    return [found[axis] for axis in range(3)]
+
+
+def seen_at(hands, pane, points):
+    return pane.projection.pixels(np.asarray(points, float).reshape(-1, 3))[:, :2]
+
+
+def column(hands, pane, x):
+    """Brightness along a line of a slice through its middle, at these world coordinates."""
+    along = (pane.axis + 1) % 3
+    points = np.full((len(x), 3), MIDDLE)
+    points[:, along] = x
+    at = np.rint(seen_at(hands, pane, points)).astype(int)
+    return hands.picture()[at[:, 1], at[:, 0]].max(axis=1)
+
+
+def test_a_key_shows_them_and_takes_them_away(hands):
+    size = hands.editor.scene.renderer.GetSize()
+    assert size[0] == pytest.approx(0.66 * 360, abs=2)
+    assert hands.editor.slices.pane_at((100, 100)) is None
+    hands.press("m")
+    assert hands.editor.scene.renderer.GetSize() == (360, 360)
+    assert hands.editor.slices.pane_at((330, 60)) is None
+    camera = hands.camera
+    hands.drag((350, 5), (-40, 0))
+    assert hands.camera != camera
+
+
+def test_they_show_what_is_there():
+    hands = Hands(ball_image(), pixels=360)
+    hands.press("x")
+    hands.press("m")
+    hands.press("space")
+    for pane in panes(hands):
+        values = column(hands, pane, MIDDLE + np.array([-9, -6, -3, 3, 6, 9]))
+        assert (values[[0, -1]] < 60).all()
+        assert (values[1:-1] > 200).all()
+
+
+def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
+    camera = hands.camera
+    for number, pane in enumerate(panes(hands)):
+        before = hands.picture()
+        start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
+        at = hands.editor.state.deformed[CENTRE]
+        hands.drag(start, (9, 6), steps=1)
+        moved = hands.editor.state.deformed[CENTRE]
+        assert moved[pane.axis] == pytest.approx(at[pane.axis], abs=1e-9)
+        np.testing.assert_allclose(seen_at(hands, pane, moved)[0], start + (9, 6), atol=0.5)
+        hands.editor.look_at(moved)  # or the next slice does not have the handle
+        assert np.abs(hands.picture() - before).mean() > 0.05, number
+    assert hands.camera == camera
+    assert np.flatnonzero(~hands.editor.state.is_resting).tolist() == [CENTRE]
+    for _ in range(3):
+        hands.press("z")
+    assert hands.editor.state.is_resting.all()
+
+
+def test_a_deformed_slice_is_that_of_the_deformed_image():
+    hands = Hands(ball_image(), pixels=360)
+    state = hands.editor.state
+    hands.editor.change(state.moved(np.arange(27), state.rest + (4.0, 0, 0)))
+    hands.press("m")
+    hands.press("space")
+    pane = panes(hands)[2]
+    points = MIDDLE + np.array([(-6.0, 0, 0), (9, 0, 0)])
+    at = np.rint(seen_at(hands, pane, points)).astype(int)
+    values = hands.picture()[at[:, 1], at[:, 0]].max(axis=1)
+    assert values[0] < 60
+    assert values[1] > 200
+
+
+def test_the_mouse_and_its_wheel_lay_the_slices(hands):
+    pane = panes(hands)[2]
+    camera = hands.camera
+    target = np.array([MIDDLE + 3, MIDDLE - 4, MIDDLE])
+    hands.drag(seen_at(hands, pane, target - (1, 0, 0))[0], (0, 0))
+    hands.drag(seen_at(hands, pane, target)[0], (0, 0))
+    np.testing.assert_allclose(hands.editor.slices.point, target, atol=0.4)
+    before = hands.editor.slices.point[2]
+    hands.send("MouseWheelForwardEvent")
+    assert hands.editor.slices.point[2] > before
+    hands.send("MouseWheelBackwardEvent")
+    assert hands.editor.slices.point[2] == pytest.approx(before)
+    for event in ("RightButtonPressEvent", "MiddleButtonPressEvent"):
+        hands.send(event)
+    assert hands.camera == camera
+    assert hands.editor.state.is_resting.all()
+
+
+def test_handles_far_from_a_slice_are_not_in_it(hands):
+    pane = panes(hands)[2]
+    start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
+    hands.editor.look_at(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
+    hands.drag(start, (9, 6), steps=1)
+    assert hands.editor.state.is_resting.all()
+
+
+def test_a_handle_is_added_in_a_slice(hands):
+    pane, point = panes(hands)[0], np.array((MIDDLE, MIDDLE + 2, MIDDLE + 3))
+    hands.move(seen_at(hands, pane, point)[0])
+    hands.press("a")
+    assert len(hands.editor.state) == 28
+    np.testing.assert_allclose(hands.editor.state.rest[-1], point, atol=0.4)
+
+
+def test_the_plane_of_a_cut_is_in_the_3d_view_wherever_the_mouse_is(hands):
+    hands.move(seen_at(hands, panes(hands)[0], (MIDDLE, MIDDLE - 6, MIDDLE))[0])
+    before = hands.picture()
+    hands.press("c")
+    changed = np.abs(hands.picture() - before).max(axis=2) > 20
+    wide = hands.editor.scene.renderer.GetSize()[0]
+    assert changed[:, :wide].sum() > 1000
+    assert changed[:, wide + 2 :].sum() < 50
+
+
+def test_keys_during_a_drag_in_a_slice(hands):
+    pane = panes(hands)[1]
+    start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
+    for key in ("m", "q", "z", "x"):
+        hands.drag(start, (9, 6), steps=1, released=False)
+        hands.press(key)
+        assert hands.editor.grabbed is None
+        hands.send("LeftButtonReleaseEvent")
+        if key == "m":
+            hands.press("m")
+            assert not hands.editor.state.is_resting[CENTRE]
+            hands.press("z")
+        if key == "q":
+            hands.press("z")
+    assert len(hands.editor.state) == 26

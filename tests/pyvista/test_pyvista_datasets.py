@@ -1,0 +1,151 @@
+"""PyVista's datasets deform themselves, as the filters do, and files of control points are read."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vtk_mls import HalfPlane, arrays
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
+
+pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
+mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+
+REST = np.array([(x, y, z) for x in (-5, 5) for y in (-5, 5) for z in (-5, 5)], float)
+DEFORMED = REST + (REST[:, :1] > 0) * [2.1, 0.7, 0]
+CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
+
+
+def made_by(algorithm, dataset, **properties):
+    """What a filter makes, with control points of our own source."""
+    handles = MLSControlPoints()
+    handles.SetRestPoints(REST)
+    handles.SetDeformedPoints(DEFORMED)
+    algorithm.SetInputData(0, dataset)
+    algorithm.SetInputConnection(1, handles.GetOutputPort())
+    algorithm.AddCut(CUT)
+    for name, value in properties.items():
+        getattr(algorithm, f"Set{name}")(value)
+    algorithm.Update()
+    return pyvista.wrap(algorithm.GetOutput())
+
+
+DATASETS = {
+    "image": lambda: pyvista.Wavelet(extent=(-8, 8, -8, 8, -8, 8)),
+    "surface": lambda: pyvista.Sphere(radius=6),
+    "grid": lambda: pyvista.Wavelet(extent=(-4, 4, -4, 4, -4, 4)).cast_to_unstructured_grid(),
+}
+
+
+@pytest.mark.parametrize("name", DATASETS)
+def test_to_the_bit_what_the_filter_makes(name):
+    dataset = DATASETS[name]()
+    found = dataset.mls.deform(REST, DEFORMED, cuts=CUT, kind="similarity", alpha=1.5)
+    expected = made_by(MLSDeform(), dataset, Kind="similarity", Alpha=1.5)
+    assert type(found) is type(dataset)
+    assert found == expected
+    assert not np.array_equal(found.points, dataset.points) or name == "image"
+
+
+def test_the_field_is_that_of_the_filter():
+    mesh = DATASETS["surface"]()
+    found = mesh.mls.field(REST, DEFORMED, cuts=[CUT], sample_dimensions=(5, 6, 7), inverse=True)
+    made = made_by(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
+    assert found == made
+    assert found.dimensions == (5, 6, 7)
+
+
+def test_blocks_are_deformed_one_by_one():
+    blocks = pyvista.MultiBlock({name: make() for name, make in DATASETS.items()})
+    found = blocks.mls.deform(REST, DEFORMED)
+    for name in DATASETS:
+        assert found[name] == blocks[name].mls.deform(REST, DEFORMED)
+
+
+def test_a_surface_cuts():
+    image = DATASETS["image"]()
+    plane = pyvista.Plane(center=(0, 0, 5), direction=(1, 0, 0), i_size=10, j_size=100)
+    assert image.mls.deform(REST, DEFORMED, cuts=plane)["Void"].any()
+    assert "Void" not in image.mls.deform(REST, DEFORMED).point_data
+
+
+def test_signatures_have_the_properties_with_their_defaults():
+    parameters = inspect.signature(pyvista.PolyData.mls.deform).parameters
+    table = {each.option: each.default for each in property_tables.DEFORM}
+    for name in ("kind", "alpha", "cut_frame", "output_grid", "generate_jacobian", "device"):
+        assert parameters[name].default == table[name]
+    assert not parameters.keys() & {"cut_type", "rest_points", "options"}
+    assert "similarity allows a change of size" in pyvista.PolyData.mls.deform.__doc__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        ((REST, DEFORMED), {"knd": "rigid"}, "`knd` is no option; there are kind, "),
+        ((REST, DEFORMED), {"kind": "soft"}, "`kind` must be one of affine, .* got 'soft'"),
+        ((REST, DEFORMED), {"output_dimensions": 3}, r"`output_dimensions` must be \(nx, ny, nz\)"),
+        ((REST, DEFORMED), {"label_arrays": "no"}, "`label_arrays` names `no`, .* has `RTData`"),
+        ((REST, DEFORMED), {"weights": [1]}, "`weights` must be one number per control point"),
+        ((REST, DEFORMED), {"cuts": 3}, "`cuts` must be Plane, HalfPlane or Surface, got 3"),
+        ((REST,), {}, "`deformed` is missing"),
+        ((REST, DEFORMED[:3]), {}, r"`deformed` must have the shape \(8, 3\) of `rest`"),
+        ((pyvista.PolyData(REST),), {}, "`rest` has no numeric point array `Displacement`"),
+    ],
+)
+def test_errors_name_the_argument(arguments, options, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        DATASETS["image"]().mls.deform(*arguments, **options)
+
+
+def test_control_points_are_read(tmp_path):
+    path = tmp_path / "handles.csv"
+    np.savetxt(path, np.hstack([REST, DEFORMED]), delimiter=",")
+    handles = mls.read(path)
+    np.testing.assert_array_equal(handles.points, REST)
+    np.testing.assert_allclose(handles["Displacement"], DEFORMED - REST)
+    mesh = DATASETS["surface"]()
+    assert mesh.mls.deform(handles) == mesh.mls.deform(REST, DEFORMED)
+
+
+def test_markups_in_two_files(tmp_path):
+    from vtk_mls.files import control_point_files
+
+    for name, points in (("p", REST), ("q", DEFORMED)):
+        control_point_files.write(tmp_path / f"{name}.mrk.json", points, points)
+    handles = mls.read(tmp_path / "p.mrk.json", deformed=tmp_path / "q.mrk.json")
+    np.testing.assert_allclose(handles["Displacement"], DEFORMED - REST)
+
+
+def test_pyvista_reads_what_only_control_points_are_in(tmp_path):
+    from vtk_mls.files import control_point_files
+
+    control_point_files.write(tmp_path / "p.fcsv", REST, REST)
+    np.testing.assert_allclose(pyvista.read(tmp_path / "p.fcsv").points, REST, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.txt", "other.json"])
+def test_files_of_others_are_left_to_others(name, tmp_path):
+    (tmp_path / name).write_text("1,2,3\n")
+    with pytest.raises(Exception, match="meshio|not able to be automatically read|file type"):
+        pyvista.read(tmp_path / name)
+
+
+def test_entry_points_name_what_there_is():
+    from vtk_mls.pyvista import readers
+
+    tomllib = pytest.importorskip("tomllib", reason="Python has no tomllib")
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    points = project["entry-points"]
+    assert points["pyvista.accessors"] == {"mls": "vtk_mls.pyvista"}
+    assert points["pyvista.plotter_components"] == {"mls": "vtk_mls.pyvista"}
+    assert tuple(points["pyvista.readers"]) == readers.ENDINGS
+    assert set(points["pyvista.readers"].values()) == {"vtk_mls.pyvista.readers:read"}
+
+
+def test_filters_of_pyvista_go_on():
+    found = DATASETS["image"]().mls.deform(REST, DEFORMED).contour([150])
+    assert arrays.to_numpy(found.GetPoints().GetData()).shape == (found.n_points, 3)

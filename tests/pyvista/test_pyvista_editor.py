@@ -1,0 +1,108 @@
+"""The editor in a plotter of PyVista: events of its interactor, and what is edited."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+from vtk_fixtures import can_draw
+
+from vtk_mls import Deformation, Plane
+
+pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
+mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+
+
+@pytest.fixture
+def plotter():
+    if not can_draw():
+        pytest.skip("VTK cannot draw here")
+    plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
+    yield plotter
+    plotter.close()
+
+
+def send(plotter, event, pixel, symbol=None):
+    x, y = np.rint(pixel).astype(int).tolist()
+    interactor = plotter.iren.interactor
+    interactor.SetEventInformation(x, y, 0, 0, symbol or chr(0), 0, symbol)
+    interactor.InvokeEvent(event)
+
+
+def drag(plotter, editor, by):
+    """Drag the handle that is nearest to the eye; its row."""
+    pixels = editor.projection.pixels(editor.state.deformed)
+    row = int(pixels[:, 2].argmin())
+    start = pixels[row, :2]
+    send(plotter, "MouseMoveEvent", start)
+    send(plotter, "LeftButtonPressEvent", start)
+    send(plotter, "MouseMoveEvent", start + by)
+    send(plotter, "LeftButtonReleaseEvent", start + by)
+    return row
+
+
+def test_a_drag_deforms_what_is_shown_and_what_comes_out(plotter):
+    mesh = pyvista.Sphere()
+    edit = plotter.mls.edit(mesh, kind="similarity", alpha=1.5)
+    plotter.show(auto_close=False)
+    before = plotter.screenshot(return_img=True).astype(float)
+    row = drag(plotter, edit.editor, (40, 20))
+    assert np.abs(plotter.screenshot(return_img=True) - before).mean() > 0.3
+    state = edit.state
+    assert np.flatnonzero(~state.is_resting).tolist() == [row]
+    deformation = Deformation(state.rest, state.deformed, kind="similarity", alpha=1.5)
+    expected = deformation.forward(mesh.points)
+    np.testing.assert_allclose(edit.deformed.points, expected, atol=1e-5)
+    assert edit.deformed == mesh.mls.deform(edit.handles, kind="similarity", alpha=1.5)
+    send(plotter, "KeyPressEvent", (5, 5), "z")
+    assert edit.state.is_resting.all()
+
+
+def test_what_is_edited_survives_the_window(plotter):
+    image, mesh = pyvista.Wavelet(extent=(-8, 8, -8, 8, -8, 8)), pyvista.Sphere(radius=6)
+    edit = plotter.mls.edit([image, mesh], cuts=Plane((0, 0, 0), (1, 0, 0)))
+    plotter.show(auto_close=False)
+    drag(plotter, edit.editor, (30, 0))
+    before, field = edit.deformed, edit.field
+    plotter.close()
+    assert edit.deformed == before
+    assert [type(each) for each in before] == [type(image), type(mesh)]
+    assert edit.field == field
+    with pytest.raises(ValueError, match="the window is closed"):
+        edit.save("anywhere")
+    with pytest.raises(ValueError, match="the plotter is closed"):
+        plotter.mls.edit(mesh)
+
+
+def test_handles_to_begin_with_are_saved_as_by_the_key(plotter, tmp_path):
+    mesh = pyvista.Sphere()
+    rest = mesh.points[::50]
+    edit = plotter.mls.edit(mesh, rest, rest + 0.1, np.full(len(rest), 2.0))
+    np.testing.assert_array_equal(edit.handles["Weight"], 2)
+    edit.save(tmp_path / "saved")
+    handles = mls.read(tmp_path / "saved" / "handles.csv")
+    assert mesh.mls.deform(handles) == edit.deformed
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"kind": "soft"}, "`kind` must be one of"), ({"knd": 1}, "`knd` is no option of the editor")],
+)
+def test_errors_of_an_editor_name_the_argument(plotter, options, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        plotter.mls.edit(pyvista.Sphere(), **options)
+
+
+def test_one_view_and_one_editor():
+    if not can_draw():
+        pytest.skip("VTK cannot draw here")
+    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2))
+    with pytest.raises(ValueError, match="one view, got 2"):
+        plotter.mls.edit(pyvista.Sphere())
+    plotter.close()
+    plotter = pyvista.Plotter(off_screen=True)
+    plotter.mls.edit(pyvista.Sphere())
+    with pytest.raises(ValueError, match="has an editor"):
+        plotter.mls.edit(pyvista.Sphere())
+    plotter.close()

@@ -1,0 +1,339 @@
+"""`vtk-mls view --web` in headless Chromium, by its real mouse and keyboard."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from urllib.error import HTTPError
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from command_fixtures import PROJECT
+from page_mouse import drag
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import io
+from vtk_mls.files import control_point_files
+
+pytestmark = pytest.mark.matrix
+_PATIENCE = 60  # seconds
+_SIZE = {"width": 1100, "height": 760}
+_PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
+_PHONE = {
+    "viewport": {"width": 390, "height": 780},
+    "has_touch": True,
+    "is_mobile": True,
+    "device_scale_factor": 2,
+}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    chromium = shutil.which("chromium")
+    said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
+    if chromium is None:
+        said("no chromium on this system: tests/web/install.sh brings it")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ModuleNotFoundError:
+        said("no playwright: pip install 'vtk-mls[test]'")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("web")
+    source = vtkSphereSource()
+    source.SetThetaResolution(30)
+    source.SetPhiResolution(30)
+    source.Update()
+    io.write_dataset(source.GetOutput(), folder / "ball.vtp")
+    _write(folder / "handles.csv", [(0, 0, 0), (0, -0.5, 0), (0.5, 0, 0), (-0.5, 0, 0)])
+    _write(folder / "others.csv", [(0, 0, 0), (0.1, 0, 0)])
+    (folder / "broken.vtp").write_text("<VTKFile type='PolyData'><PolyData></VTKFile>")
+    (folder / "large.vtp").write_bytes(b"x" * (65 << 20))
+    return folder
+
+
+def _write(path, positions):
+    control_point_files.write(path, np.array(positions, float), np.array(positions, float))
+
+
+@contextmanager
+def server(folder, *arguments):
+    """A running server; (process, address)."""
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vtk_mls", "view", *arguments, "--web", "--port", "0"],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        assert "http://" in line, process.communicate()[1]
+        yield process, line.split()[-1]
+    finally:
+        process.terminate()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def address(folder):
+    with server(folder, "ball.vtp", "handles.csv", "--output", "saved") as (_, address):
+        yield address
+
+
+class Page:
+    """A tab, and hands for it."""
+
+    def __init__(self, browser, address, **options):
+        self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
+        self.errors = []
+        self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.tab.goto(address)
+        self.tab.wait_for_selector("canvas[data-frames]", timeout=1000 * _PATIENCE)
+        self.status("handles")
+
+    def status(self, *texts):
+        """Wait until the status has all of the texts."""
+        for text in texts:
+            whole = re.compile(rf"(?<!\d){re.escape(text)}")
+            found = self.tab.locator(".mls-status", has_text=whole)
+            found.wait_for(timeout=1000 * _PATIENCE)
+
+    def says(self, text):
+        self.tab.locator(".mls-message", has_text=text).wait_for(timeout=1000 * _PATIENCE)
+
+    def pixel(self, share):
+        box = self.tab.locator("canvas").bounding_box()
+        return [box["x"] + share[0] * box["width"], box["y"] + share[1] * box["height"]]
+
+    def drag(self, start, by):
+        """Drag with the mouse from a part of the picture."""
+        drag(self.tab.mouse, self.pixel(start), by)
+
+    def swipe(self, start, by):
+        """Drag with a finger from a part of the picture."""
+        x, y = self.pixel(start)
+        fingers = self.tab.context.new_cdp_session(self.tab)
+        for step in range(9):
+            at = {"x": x + by[0] * step / 8, "y": y + by[1] * step / 8}
+            kind = "touchMove" if step else "touchStart"
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [at]})
+            time.sleep(0.04)
+        fingers.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    def rows(self):
+        """Positions in the handle table."""
+        texts = self.tab.locator(".mls-row .at").all_inner_texts()
+        return np.array([[float(each) for each in text.split(",")] for text in texts])
+
+    def moved_row(self, number, before):
+        """The row once it is another one."""
+        until = time.monotonic() + _PATIENCE
+        while np.allclose(self.rows()[number], before):
+            assert time.monotonic() < until, "the handle has not moved"
+            time.sleep(0.05)
+        return self.rows()[number]
+
+    def frames(self):
+        return int(self.tab.get_attribute("canvas", "data-frames"))
+
+    def close(self):
+        assert not self.errors
+        self.tab.close()
+
+
+@pytest.fixture
+def page(browser, address):
+    page = Page(browser, address)
+    yield page
+    page.close()
+
+
+def test_a_handle_is_dragged_and_undone(page):
+    before, frames = page.rows()[0], page.frames()
+    page.drag((0.5, 0.5), (70, -40))
+    page.status("1 selected")
+    after = page.moved_row(0, before)
+    assert page.frames() > frames
+    assert page.tab.get_by_text("unsaved").is_visible()
+    page.tab.keyboard.press("z")
+    np.testing.assert_allclose(page.moved_row(0, after), before)
+
+
+def test_handles_are_added_fixed_placed_and_deleted(page):
+    page.tab.mouse.move(*page.pixel((0.5, 0.42)))
+    time.sleep(0.3)
+    page.tab.keyboard.press("a")
+    page.status("5 handles", "1 selected")
+    page.tab.keyboard.press("f")
+    page.status("1 fixed")
+    page.tab.keyboard.press("f")
+    box = page.tab.get_by_label("x", exact=True)
+    box.fill("0.25")
+    box.press("Enter")
+    page.tab.locator(".mls-row .at", has_text="0.25,").wait_for()
+    page.tab.get_by_role("button", name="Delete").click()
+    page.status("4 handles")
+
+
+def test_cuts_and_the_map_by_the_panel(page):
+    page.tab.get_by_role("button", name="Half-plane").click()
+    page.tab.get_by_text("How sharply it parts").wait_for()
+    page.tab.get_by_role("button", name="None").click()
+    page.tab.get_by_text("How sharply it parts").wait_for(state="detached")
+    page.tab.keyboard.press("c")
+    page.tab.get_by_text("How sharply it parts").wait_for()
+    page.tab.keyboard.press("Control+z")
+    page.tab.keyboard.press("k")
+    page.status("similarity")
+    page.tab.keyboard.press("Control+z")
+    page.status("rigid")
+
+
+def test_what_is_saved_is_taken(page, folder):
+    before = page.rows()[0]
+    page.drag((0.5, 0.5), (60, 0))
+    after = page.moved_row(0, before)
+    page.tab.keyboard.press("s")
+    link = page.tab.get_by_role("link", name="handles.csv")
+    link.wait_for(timeout=1000 * _PATIENCE)
+    with page.tab.expect_download() as download:
+        link.click()
+    text = download.value.path().read_bytes()
+    assert text == (folder / "saved" / "handles.csv").read_bytes()
+    _, deformed, *_ = control_point_files.read(folder / "saved" / "handles.csv")
+    np.testing.assert_allclose(deformed[0], after, rtol=1e-3)
+    assert not page.tab.get_by_text("unsaved").is_visible()
+    page.tab.get_by_role("button", name="Close").click()
+
+
+def test_a_reload_has_all_of_it(page):
+    before = page.rows()[0]
+    page.drag((0.44, 0.3), (0, 0))  # beside handles: the camera
+    page.tab.keyboard.press("l")
+    page.says("x 4 handles")
+    page.tab.reload()
+    page.tab.wait_for_selector("canvas[data-frames]", timeout=1000 * _PATIENCE)
+    page.status("64 handles")
+    page.tab.keyboard.press("z")
+    page.status("4 handles")
+    page.tab.wait_for_function("document.querySelectorAll('.mls-row').length === 4")
+    np.testing.assert_allclose(page.rows()[0], before)
+
+
+def test_a_second_tab_takes_over(page, browser, address):
+    second = Page(browser, address)
+    page.tab.get_by_text("This session goes on in another tab.").wait_for()
+    page.tab.get_by_role("button", name="Continue here").click()
+    second.tab.get_by_text("This session goes on in another tab.").wait_for()
+    page.tab.get_by_text("in another tab").wait_for(state="detached")
+    second.close()
+
+
+def test_a_phone(browser, address):
+    page = Page(browser, address, **_PHONE)
+    canvas = page.tab.locator("canvas")
+    assert canvas.bounding_box()["width"] == 390
+    page.tab.keyboard.press("0")  # handles and camera as at first
+    page.tab.keyboard.press("r")
+    page.tab.locator(".mls-row .at", has_text=re.compile("^0, 0, 0")).first.wait_for(
+        state="attached"
+    )
+    before = page.rows()[0]
+    page.swipe((0.5, 0.5), (50, -30))
+    page.status("1 selected")
+    assert not np.allclose(page.moved_row(0, before), before)
+    panel = page.tab.get_by_text("How locally handles act (alpha)")
+    assert panel.bounding_box()["x"] > 390, "the panel is in the picture's way"
+    page.tab.get_by_role("button", name="Panel").tap()
+    page.tab.wait_for_function(f"{_PANEL_AT} < 390")
+    assert canvas.bounding_box()["width"] == 390
+    page.tab.touchscreen.tap(15, 400)
+    page.tab.wait_for_function(f"{_PANEL_AT} >= 390")
+    page.tab.get_by_role("button", name="Undo").tap()
+    page.close()
+
+
+def _send(page, kind, path):
+    page.tab.locator(f"input[data-send={kind}]").set_input_files(path)
+
+
+def test_files_are_sent(page, folder):
+    _send(page, "handles", folder / "broken.vtp")
+    page.says("broken.vtp")
+    _send(page, "handles", folder / "large.vtp")
+    page.says("64 MB")
+    _send(page, "handles", folder / "others.csv")
+    page.status("2 handles")
+    _send(page, "data", folder / "broken.vtp")
+    page.says("broken.vtp")
+    page.status("2 handles")
+    _send(page, "data", folder / "ball.vtp")
+    page.says("is shown")
+    page.status("27 handles")
+
+
+def test_the_server_has_the_limit_too(page):
+    text = page.tab.evaluate(
+        "fetch('send/handles/large.csv', {method: 'POST', body: new Uint8Array(65 << 20)})"
+        ".then(answer => answer.text())"
+    )
+    assert text == "`large.csv` has more than 64 MB, which is the limit"
+
+
+def _status_of(address):
+    try:
+        with urlopen(address) as answer:
+            return answer.status
+    except HTTPError as error:
+        return error.code
+
+
+def test_nothing_is_served_without_the_token(address):
+    start, _, _ = address.partition("?")
+    paths = "", "index.html", "picture", "ws", "saved/handles.csv", "vtk_mls_page/picture.js"
+    for path in paths:
+        assert _status_of(start + path) == 403
+        assert _status_of(f"{start}{path}?token=wrong") == 403
+    assert _status_of(address) == 200
+
+
+def test_other_machines_need_the_token(folder):
+    arguments = "ball.vtp", "handles.csv", "--host", "0.0.0.0"
+    with server(folder, *arguments) as (process, address):
+        here = re.sub("//.*:", "//127.0.0.1:", address)
+        assert "//0.0.0.0" not in address  # where no browser goes
+        assert _status_of(here) == 200
+        assert _status_of(here.partition("?")[0]) == 403
+        process.terminate()
+        assert "`--host 0.0.0.0` lets other machines reach the page" in process.communicate()[1]
+
+
+def test_a_taken_port_is_told(folder, address):
+    port = address.split(":")[2].partition("/")[0]
+    command = [sys.executable, "-m", "vtk_mls", "view", "ball.vtp", "--web", "--port", port]
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"vtk-mls: `127.0.0.1:{port}` cannot be listened on")
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,25 @@
+"""Kernels are built before other kinds and cuts are asked for."""
+
+from __future__ import annotations
+
+import asyncio
+
+from vtk_mls import kinds
+from vtk_mls.editor import State
+from vtk_mls.web import preparation
+
+
+def test_every_kind_comes_with_every_cut_the_own_first():
+    wanted = [*preparation.maps("similarity", 3, "reference")]
+    found = [(each.kind, tuple(type(cut).__name__ for cut in each.cuts)) for each in wanted]
+    assert len(set(found)) == len(found) == 4 * len(kinds.KINDS)
+    assert {kind for kind, _ in found[:4]} == {"similarity"}
+    assert {each.degree for each in wanted if each.kind == "polynomial"} == {3}
+
+
+def test_it_tells_how_far_it_is():
+    said = []
+    asyncio.run(
+        preparation.prepare(State([], [], device="reference"), lambda *each: said.append(each))
+    )
+    assert said == [(done, 16) for done in range(16)]

@@ -1,0 +1,98 @@
+"""`mesh.mls`: what the filters do, as methods of PyVista's datasets."""
+
+from __future__ import annotations
+
+import pyvista
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, property_tables
+from vtk_mls.filters.updating import update
+from vtk_mls.pyvista import options as arguments
+
+
+class Deforming:
+    """Deforms a dataset by control points, as `vtk_mls.filters.MLSDeform` does.
+
+    Parameters
+    ----------
+    dataset : pyvista.DataSet or pyvista.MultiBlock
+    """
+
+    def __init__(self, dataset):
+        self._dataset = dataset
+
+    @arguments.takes(property_tables.DEFORM)
+    def deform(self, rest, deformed=None, weights=None, cuts=(), **options):
+        """Deform the dataset.
+
+        Images are resampled, points of meshes are moved; both stay registered.
+
+        Parameters
+        ----------
+        rest : (n, 3) array_like or PolyData, world coordinates
+            p: control points in the undeformed space. A PolyData with point vectors "Displacement",
+            q - p, such as `vtk_mls.pyvista.read` makes of files, needs no `deformed`.
+        deformed : (n, 3) array_like or PolyData, world coordinates, optional
+            q: where they were dragged to.
+        weights : (n,) array_like, optional
+            A positive factor for each.
+        cuts : Plane, HalfPlane, Surface or PolyData, or list of these
+            Surfaces through which control points do not act.
+        {options}
+
+        Returns
+        -------
+        pyvista.DataSet or pyvista.MultiBlock
+            Of the same type, but for a RectilinearGrid, which becomes a StructuredGrid, and cut
+            grids, which become UnstructuredGrid.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Naming the argument.
+        """
+        return self._made_by(MLSDeform(), (rest, deformed, weights), cuts, options)
+
+    @arguments.takes(property_tables.DISPLACEMENT_FIELD)
+    def field(self, rest, deformed=None, weights=None, cuts=(), **options):
+        """The displacement field, on the image's grid or over the bounds of a mesh.
+
+        Parameters
+        ----------
+        rest, deformed, weights, cuts
+            As of `deform`.
+        {options}
+
+        Returns
+        -------
+        pyvista.ImageData
+            With the point array "BackwardDisplacement", how far away the material at each point
+            came from; or "ForwardDisplacement".
+
+        Raises
+        ------
+        TypeError, ValueError
+            Naming the argument.
+        """
+        return self._made_by(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
+
+    def _made_by(self, algorithm, control_points, cuts, options):
+        """What a filter makes of the dataset."""
+        algorithm.SetInputData(0, self._dataset)
+        algorithm.SetInputData(1, arguments.control_points(*control_points))
+        for cut in arguments.each_cut(cuts):
+            if isinstance(cut, vtkPolyData):
+                algorithm.AddInputDataObject(2, cut)
+            else:
+                algorithm.AddCut(cut)
+        arguments.apply(algorithm, options)
+        try:
+            update(algorithm)
+        except ValueError as error:
+            sentence = arguments.in_words_of_options(str(error), algorithm)
+            raise ValueError(sentence) from None
+        return pyvista.wrap(algorithm.GetOutput())
+
+
+for target in (pyvista.DataSet, pyvista.MultiBlock):
+    pyvista.register_dataset_accessor("mls", target)(Deforming)

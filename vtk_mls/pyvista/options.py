@@ -1,0 +1,124 @@
+"""Properties of filters as options of methods, and control points and cuts as their arguments."""
+
+from __future__ import annotations
+
+import inspect
+from textwrap import fill, indent
+
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vtk_mls import arguments, arrays
+from vtk_mls.filters import property_tables
+from vtk_mls.filters.control_point_polydata import fill_polydata
+from vtk_mls.filters.properties import Items
+from vtk_mls.reals import shown
+
+# What arguments say otherwise: control points and cuts.
+_ARGUMENTS = {
+    each.name
+    for each in (
+        *property_tables.OWN_CONTROL_POINTS,
+        property_tables.CUT_TYPE,
+        property_tables.CUT_ORIGIN,
+        property_tables.CUT_NORMAL,
+        property_tables.CUT_INWARD,
+        property_tables.CUTS,
+    )
+}
+_WIDTH = 92
+
+
+def takes(table):
+    """Give a method with `**options` the properties of a table as its options.
+
+    They come into its signature and its docstring, which says where by `{options}`.
+    """
+    properties = [each for each in table if each.name not in _ARGUMENTS]
+
+    def decorate(method):
+        signature = inspect.signature(method)
+        named = [each for each in signature.parameters.values() if each.kind != each.VAR_KEYWORD]
+        named += [
+            inspect.Parameter(each.option, inspect.Parameter.KEYWORD_ONLY, default=each.default)
+            for each in properties
+        ]
+        method.__signature__ = signature.replace(parameters=named)
+        text = "\n".join(map(_documented, properties))
+        method.__doc__ = inspect.cleandoc(method.__doc__).replace("{options}", text)
+        return method
+
+    return decorate
+
+
+def apply(algorithm, options):
+    """Set properties of a filter by options; an error names the option."""
+    properties = {each.option: each for each in algorithm.PROPERTIES if each.name not in _ARGUMENTS}
+    for name, value in options.items():
+        if name not in properties:
+            raise TypeError(f"`{name}` is no option; there are {', '.join(properties)}")
+        each = properties[name]
+        if isinstance(each, Items) and isinstance(value, str):
+            value = (value,)
+        try:
+            each.assign(algorithm, value)
+        except TypeError as error:
+            raise TypeError(f"`{name}` must be {each.values}, got {shown(value)}") from error
+
+
+def in_words_of_options(sentence, algorithm):
+    """A filter's error with the names that the caller has used."""
+    for each in algorithm.PROPERTIES:
+        sentence = sentence.replace(f"`{each.name}`", f"`{each.option}`")
+    return sentence.replace("`ControlPoints`", "`rest`").replace("`Input`", "the dataset")
+
+
+def control_points(rest, deformed=None, weights=None):
+    """Control-point polydata.
+
+    Parameters
+    ----------
+    rest : (n, 3) array_like or vtkPolyData, world coordinates
+        p; polydata alone have q - p, too.
+    deformed : (n, 3) array_like or vtkPolyData, world coordinates, optional
+        q.
+    weights : (n,) array_like, optional
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument.
+    """
+    if deformed is None and isinstance(rest, vtkPolyData):
+        if weights is not None:
+            raise TypeError("`weights` of control points in a dataset are its array `Weight`")
+        return rest
+    if deformed is None:
+        raise TypeError(
+            "`deformed` is missing: give the positions to which control points are dragged, or a "
+            "dataset with point vectors `Displacement` as `rest`"
+        )
+    p, q = _positions("rest", rest), _positions("deformed", deformed)
+    if p.shape != q.shape:
+        raise ValueError(f"`deformed` must have the shape {p.shape} of `rest`, got {q.shape}")
+    if weights is not None:
+        weights = arguments.positive_weights(weights, len(p))
+    polydata = vtkPolyData()
+    fill_polydata(polydata, p, q, weights)
+    return polydata
+
+
+def each_cut(cuts):
+    """Cuts, and surfaces as polydata, of one or several."""
+    return cuts if isinstance(cuts, (list, tuple)) else (cuts,)
+
+
+def _positions(name, value):
+    """Points (n, 3) float64."""
+    if isinstance(value, vtkPolyData):
+        value = arrays.to_numpy(value.GetPoints().GetData())
+    return arguments.control_points(name, value)
+
+
+def _documented(each):
+    text = f"{' '.join(each.help.split())} {' '.join(each.more.split())}".strip()
+    return indent(f"{each.option}\n{indent(fill(f'{text} {each.expected}', _WIDTH), '    ')}", "")

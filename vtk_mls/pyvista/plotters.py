@@ -1,0 +1,185 @@
+"""`plotter.mls.edit(mesh)`: the editor in a window, or a notebook, of PyVista."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyvista
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vtk_mls import arrays
+from vtk_mls.filters import cut_inputs, property_tables
+from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT, fill_polydata
+from vtk_mls.pyvista import options as arguments
+
+# What an edit changes, as properties of filters; and all that a picture depends on.
+_EDITED = *property_tables.MAP, property_tables.CUT_FRAME, property_tables.NU
+_SHOWN = *_EDITED, property_tables.DEVICE
+
+
+class Editing:
+    """Editors in a plotter.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+    """
+
+    def __init__(self, plotter):
+        self._plotter, self._edit = plotter, None
+
+    @arguments.takes(_SHOWN)
+    def edit(self, datasets, rest=None, deformed=None, weights=None, cuts=(), **options):
+        """Deform datasets by the mouse, in this plotter's window.
+
+        They are drawn as they move: images as volumes, all else as surfaces, on the editor's dark
+        background unless another is set after this. Call `show` of the plotter then; the key H
+        shows what mouse and keys do.
+
+        Parameters
+        ----------
+        datasets : pyvista.DataSet or list of pyvista.DataSet
+            The same handles move them all.
+        rest, deformed, weights : optional
+            Handles to begin with, as of `mesh.mls.deform`; a lattice over the data, if not given.
+        cuts : Plane, HalfPlane, Surface or PolyData, or list of these
+        {options}
+
+        Returns
+        -------
+        Edit
+            What is edited, also when the window is closed.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Naming the argument; or if the plotter has several views, an editor, or is closed.
+        """
+        self._check()
+        state = _state((rest, deformed, weights), cuts, options)
+        self._edit = Edit(self._plotter, datasets, state)
+        return self._edit
+
+    def _check(self):
+        """Raise if there is no place for an editor."""
+        if self._plotter.render_window is None:
+            raise ValueError("the plotter is closed; make a new one to edit in")
+        if len(self._plotter.renderers) > 1:
+            raise ValueError(
+                f"an editor needs a plotter with one view, got {len(self._plotter.renderers)}"
+            )
+        if self._edit is not None:
+            raise ValueError("this plotter has an editor; make another plotter for another one")
+
+    def __plotter_close__(self):
+        if self._edit is not None:
+            self._edit.close()
+
+
+class Edit:
+    """What is edited in a plotter.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+    datasets : pyvista.DataSet or list of pyvista.DataSet
+    state : vtk_mls.editor.State
+
+    Attributes
+    ----------
+    editor : vtk_mls.editor.Editor
+        Its methods do what its keys do: `undo()`, `add(point)`, `delete()`, `change_cut()`, ...
+    """
+
+    def __init__(self, plotter, datasets, state):
+        from vtk_mls.editor import Editor
+        from vtk_mls.editor.scene import BOTTOM, TOP
+
+        self._datasets, self._plotter = datasets, plotter
+        self.editor = Editor(plotter.iren.interactor, datasets, state)
+        self._is_open = True
+        plotter.camera_set = True  # the first picture is not to turn it
+        plotter.set_background(BOTTOM, top=TOP)
+        self.editor.toggle_legend()  # it would hide half of a notebook's view
+        self.editor.say("H shows what mouse and keys do.")
+
+    @property
+    def state(self):
+        """The `vtk_mls.editor.State` as it is now."""
+        return self.editor.state
+
+    @property
+    def handles(self):
+        """A PolyData of points p with the vectors "Displacement", q - p."""
+        state, polydata = self.state, vtkPolyData()
+        fill_polydata(polydata, state.rest, state.deformed, state.weights, state.labels)
+        return pyvista.wrap(polydata)
+
+    @property
+    def deformed(self):
+        """The dataset, or the list of them, deformed by the filter."""
+        if isinstance(self._datasets, (list, tuple)):
+            return [self._asked(each, "deform") for each in self._datasets]
+        return self._asked(self._datasets, "deform")
+
+    @property
+    def field(self):
+        """The displacement field as an ImageData, over the first dataset."""
+        is_one = not isinstance(self._datasets, (list, tuple))
+        return self._asked(self._datasets if is_one else self._datasets[0], "field")
+
+    def save(self, folder):
+        """Save handles, deformed data, displacement field, picture and a script, as the key S does.
+
+        Parameters
+        ----------
+        folder : path
+
+        Raises
+        ------
+        ValueError
+            If something could not be saved, or the window is closed.
+        """
+        if not self._is_open:
+            raise ValueError("the window is closed, and there is no picture of it to save")
+        self.editor.saver.folder = Path(folder)
+        if not self.editor.save():
+            raise ValueError(self.editor.message)
+
+    def close(self):
+        """Leave the plotter to itself; what is edited stays."""
+        if self._is_open:
+            self._is_open = False
+            self.editor.detach()
+
+    def _asked(self, dataset, question):
+        """What `mesh.mls` answers with what is edited."""
+        state = self.state
+        options = {each.option: getattr(state, each.option) for each in _SHOWN}
+        ask = getattr(pyvista.wrap(dataset).mls, question)
+        return ask(self.handles, cuts=state.cuts, **options)
+
+
+def _state(control_points, cuts, options):
+    """A State of arguments and options."""
+    from vtk_mls.editor import State
+
+    unknown = options.keys() - {each.option for each in _SHOWN}
+    if unknown:
+        known = ", ".join(each.option for each in _SHOWN)
+        raise TypeError(f"`{min(unknown)}` is no option of the editor; there are {known}")
+    shapes = []
+    for cut in arguments.each_cut(cuts):
+        shapes += cut_inputs.surfaces(cut) if isinstance(cut, vtkPolyData) else [cut]
+    if all(each is None for each in control_points):
+        state = State([(0, 0, 0)], [(1, 0, 0)], cuts=shapes, **options)
+        state.deformation()  # an editor would show what is wrong only after the first drag
+        return state.with_handles_at(np.zeros((0, 3)))
+    polydata = arguments.control_points(*control_points)
+    weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
+    rest, deformed, weights = arrays.control_points(polydata, DISPLACEMENT, weight)
+    return State(rest, deformed, weights, cuts=shapes, **options)
+
+
+pyvista.register_plotter_component("mls")(Editing)

@@ -1,0 +1,42 @@
+"""Files of control points as PyVista's points, in LPS."""
+
+from __future__ import annotations
+
+import pyvista
+
+from vtk_mls import io
+
+# Those of `pyvista.read`, which knows last endings only: tables and JSON are not ours alone.
+ENDINGS = (".fcsv",)
+
+
+def read(path, deformed=None, space="LPS"):
+    """Read control points of any format that `vtk-mls deform` reads, such as .csv and .mrk.json.
+
+    `pyvista.read` does so with .fcsv.
+
+    Parameters
+    ----------
+    path : path
+        Pairs, or positions p.
+    deformed : path, optional
+        Positions q to which those of `path` were moved.
+    space : "LPS" or "RAS"
+        Frame of files that do not say theirs.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Points p with the vectors "Displacement", q - p, and if the file has them "Weight" and
+        "Label": what `mesh.mls.deform` takes.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    return pyvista.wrap(io.read_control_points(path, deformed, space))
+
+
+for ending in ENDINGS:
+    pyvista.register_reader(ending, read)

@@ -1,0 +1,1 @@
+"""The editor on a page: served by trame, drawn where the server runs."""

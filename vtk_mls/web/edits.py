@@ -1,0 +1,93 @@
+"""What the panel does: edits by name, with a value of the page."""
+
+from __future__ import annotations
+
+import math
+
+from vtk_mls import kinds
+from vtk_mls.web import panel_values
+
+# Methods of the editor that need no value.
+PLAIN = (
+    *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
+    *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time", "accept"),
+)
+_RANGES = {"alpha": (0.1, 10), "nu": (1.05, 20), "blend": (0, 1)}
+_CHOICES = {
+    "kind": tuple(kinds.KINDS),
+    "degree": (1, 2, 3),
+    "cut_frame": ("rest", "deformed"),
+}
+_LONGEST = 300  # characters of a message
+_CUTS = "none", "plane", "half-plane"
+
+
+def apply(session, name, value=None):
+    """Do what the panel wants, in the editor's thread.
+
+    Parameters
+    ----------
+    session : Session
+    name : str
+        One of `PLAIN`, or of the methods and properties below.
+    value : object, optional
+        As JSON has it; one that is impossible is told on the page.
+    """
+    editor = session.editor
+    editor.say("")
+    if name in PLAIN:
+        getattr(editor, name)()
+    elif name in _RANGES:
+        _set_number(editor, name, value)
+    elif name in _CHOICES and value in _CHOICES[name]:
+        if value != getattr(editor.state, name):
+            editor.change(editor.state.changed(**{name: value}))
+    elif name == "cut" and value in _CUTS:
+        _set_cut(editor, value)
+    elif name == "look":
+        session.set_look(int(value))
+    elif name == "select":
+        count = len(editor.state)
+        editor.select(sorted({int(row) for row in value if 0 <= int(row) < count}))
+    elif name == "say":
+        editor.say(str(value)[:_LONGEST])
+    elif name == "position":
+        _set_position(editor, value)
+
+
+def _set_number(editor, name, value):
+    low, high = _RANGES[name]
+    number = _number(value)
+    if number is None or not low <= number <= high:
+        editor.say(f"`{name}` must be a number from {low:g} to {high:g}.")
+    elif number != getattr(editor.state, name):
+        editor.change(editor.state.changed(**{name: number}))
+
+
+def _set_cut(editor, shape):
+    """The editor goes round its shapes in an order of its own."""
+    for _ in _CUTS:
+        if panel_values.shape_of(editor.state.cuts) == shape:
+            return
+        editor.change_cut()
+
+
+def _set_position(editor, values):
+    """Put a handle at typed coordinates."""
+    row, position = int(values[0]), [_number(each) for each in values[1:4]]
+    if len(position) != 3 or None in position:
+        editor.say("A position is three numbers.")
+    elif 0 <= row < len(editor.state):
+        if editor.state.anchored[row]:
+            editor.say("This handle is fixed; F frees it.")
+        else:
+            editor.change(editor.state.moved([row], [position]))
+
+
+def _number(value):
+    """A finite number that was typed; None for anything else."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None

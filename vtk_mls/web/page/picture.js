@@ -1,0 +1,201 @@
+/* The picture: shows the newest frame, sends mouse and keys. */
+(() => {
+  const TAKEN_OVER = 4001;
+  const NAMED = ["Delete", "Backspace", "Escape", "Enter", " "];
+  const WITH_CONTROL = "aszy";
+  const STEP = 40; // of the wheel, in pixels
+  const PER_STEP = 1.21; // how much nearer the camera is after one
+
+  const isTyping = (target) =>
+    target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
+
+  const Picture = {
+    props: ["name"],
+    emits: ["save", "legend", "look"],
+    data: () => ({ state: "opening", wheel: 0, touches: {}, pinch: 0 }),
+    template: `
+      <div class="mls-picture" ref="box">
+        <canvas ref="canvas" tabindex="0" :aria-label="name" @contextmenu.prevent
+          @pointerdown="down" @pointermove="move" @pointerup="up" @pointercancel="up"
+          @pointerleave="leave" @wheel.prevent="turn"></canvas>
+        <div v-if="state === 'opening'" class="mls-veil"><span class="mls-ring"></span></div>
+        <div v-if="state === 'lost'" class="mls-veil">
+          <p>The server does not answer. It is asked again; nothing is lost.</p></div>
+        <div v-if="state === 'taken'" class="mls-veil mls-whole" role="alertdialog">
+          <p>This session goes on in another tab.</p>
+          <button class="mls-button" @click="connect">Continue here</button></div>
+      </div>`,
+    mounted() {
+      this.pen = this.$refs.canvas.getContext("2d");
+      this.watcher = new ResizeObserver(() => this.resize());
+      this.watcher.observe(this.$refs.box);
+      this.onKey = (event) => this.key(event);
+      document.addEventListener("keydown", this.onKey);
+      this.connect();
+      this.$refs.canvas.focus({ preventScroll: true });
+    },
+    unmounted() {
+      document.removeEventListener("keydown", this.onKey);
+      this.watcher.disconnect();
+      this.socket.onclose = null;
+      this.socket.close();
+    },
+    methods: {
+      connect() {
+        this.state = "opening";
+        const address = new URL("picture", document.baseURI);
+        address.protocol = address.protocol.replace("http", "ws");
+        const socket = (this.socket = new WebSocket(address));
+        socket.binaryType = "blob";
+        socket.onopen = () => this.resize();
+        socket.onmessage = (message) => this.show(message.data);
+        socket.onclose = (event) => {
+          if (socket !== this.socket) return;
+          this.state = event.code === TAKEN_OVER ? "taken" : "lost";
+          if (this.state === "lost") setTimeout(() => this.connect(), 1500);
+        };
+      },
+      send(event) {
+        if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(event));
+      },
+      async show(blob) {
+        const image = await createImageBitmap(blob);
+        const canvas = this.$refs.canvas;
+        if (canvas) {
+          if (canvas.width !== image.width) canvas.width = image.width;
+          if (canvas.height !== image.height) canvas.height = image.height;
+          this.pen.drawImage(image, 0, 0);
+          canvas.dataset.frames = 1 + Number(canvas.dataset.frames || 0);
+        }
+        image.close();
+        this.state = "open";
+        this.send({ type: "shown" });
+      },
+      resize() {
+        const { width, height } = this.$refs.box.getBoundingClientRect();
+        if (width && height) this.send({ type: "size", w: width, h: height });
+      },
+      event(type, pointer, more) {
+        const box = this.$refs.canvas.getBoundingClientRect();
+        this.send({
+          type,
+          x: (pointer.clientX - box.left) / box.width,
+          y: (pointer.clientY - box.top) / box.height,
+          ctrl: pointer.ctrlKey || pointer.metaKey,
+          shift: pointer.shiftKey,
+          ...more,
+        });
+      },
+      down(event) {
+        this.$refs.canvas.focus({ preventScroll: true });
+        this.$refs.canvas.setPointerCapture(event.pointerId);
+        this.touches[event.pointerId] = event;
+        const held = Object.values(this.touches);
+        if (held.length === 2) {
+          this.event("up", held[0], { button: 0 });
+          this.pinch = this.spread();
+        } else if (held.length === 1) {
+          this.event("move", event);
+          this.event("down", event, { button: event.button });
+        }
+        event.preventDefault();
+      },
+      move(event) {
+        if (this.touches[event.pointerId]) this.touches[event.pointerId] = event;
+        if (Object.keys(this.touches).length < 2) {
+          this.later("move", event);
+        } else {
+          const spread = this.spread();
+          this.wheel += (STEP * Math.log(spread / this.pinch)) / Math.log(PER_STEP);
+          this.pinch = spread;
+          this.zoom(event);
+        }
+      },
+      later(type, event) {
+        this.newest = event;
+        this.waiting ??= requestAnimationFrame(() => this.flush());
+      },
+      flush() {
+        if (this.waiting) cancelAnimationFrame(this.waiting);
+        if (this.waiting) this.event("move", this.newest);
+        this.waiting = undefined;
+      },
+      up(event) {
+        const held = Object.keys(this.touches).length;
+        delete this.touches[event.pointerId];
+        if (held !== 1) return;
+        this.flush();
+        this.event("up", event, { button: Math.max(event.button, 0) });
+      },
+      leave(event) {
+        if (!Object.keys(this.touches).length) this.send({ type: "leave" });
+      },
+      spread() {
+        const [a, b] = Object.values(this.touches);
+        return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+      },
+      turn(event) {
+        this.wheel -= event.deltaMode ? event.deltaY * STEP : event.deltaY;
+        this.zoom(event);
+      },
+      zoom(event) {
+        const steps = Math.trunc(this.wheel / STEP);
+        this.wheel -= steps * STEP;
+        if (steps) this.event("wheel", event, { steps });
+      },
+      key(event) {
+        const control = event.ctrlKey || event.metaKey;
+        const letter = event.key.toLowerCase();
+        if (isTyping(event.target) || event.altKey || this.state !== "open") return;
+        if (control ? !WITH_CONTROL.includes(letter) : event.key.length > 1 && !NAMED.includes(event.key))
+          return;
+        if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a")) return;
+        event.preventDefault();
+        if (letter === "s") this.$emit("save");
+        else if (letter === "h" || event.key === "?") this.$emit("legend");
+        else if (letter === "v") this.$emit("look");
+        else this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
+      },
+    },
+  };
+
+  /* A button that sends a file, and says what became of it. */
+  const Send = {
+    props: ["kind", "label", "icon", "most"],
+    emits: ["said"],
+    data: () => ({ share: null }),
+    template: `
+      <v-btn block variant="tonal" :prepend-icon="icon" :loading="share !== null"
+        @click="$refs.file.click()">{{ label }}
+        <template #loader><v-progress-circular size="20" width="2" :model-value="share"
+          :indeterminate="share === 100"></v-progress-circular></template>
+        <input type="file" ref="file" hidden :data-send="kind"
+          @change="send" @click.stop>
+      </v-btn>`,
+    methods: {
+      send() {
+        const file = this.$refs.file.files[0];
+        this.$refs.file.value = "";
+        if (!file) return;
+        if (file.size > this.most)
+          return this.$emit("said", `${file.name} has more than ${this.most >> 20} MB, which is the limit.`);
+        const request = new XMLHttpRequest();
+        request.open("POST", new URL(`send/${this.kind}/${encodeURIComponent(file.name)}`, document.baseURI));
+        request.upload.onprogress = (event) => (this.share = (100 * event.loaded) / event.total);
+        request.onloadend = () => {
+          this.share = null;
+          this.$emit("said", request.responseText || "The server does not answer.");
+        };
+        this.share = 0;
+        request.send(file);
+      },
+    },
+  };
+
+  window.vtkMlsPage = {
+    install(app) {
+      app.component("mls-picture", Picture);
+      app.component("mls-send", Send);
+    },
+  };
+})();

@@ -1,0 +1,205 @@
+"""What the page looks like: a bar, the picture, a panel, a legend of keys."""
+
+from __future__ import annotations
+
+from trame.ui.vuetify3 import VAppLayout
+from trame.widgets import html
+from trame.widgets import vuetify3 as v
+from trame_client.widgets.core import HtmlElement
+
+from vtk_mls.editor import keys
+from vtk_mls.web import panel
+from vtk_mls.web.transfers import ALL
+
+_THEMES = {
+    "dark": {"background": "#0d0f16", "surface": "#161a25", "primary": "#6ea1ff"},
+    "light": {"background": "#f2f4f8", "surface": "#ffffff", "primary": "#2563eb"},
+}
+_COLOURS = {"secondary": "#f5b944", "error": "#e5616b", "success": "#43b581"}
+CONFIG = {
+    "theme": {
+        "defaultTheme": "dark",
+        "themes": {
+            name: {"dark": name == "dark", "colors": {**colours, **_COLOURS}}
+            for name, colours in _THEMES.items()
+        },
+    }
+}
+# Buttons of the bar: icon, what it does, its key, edit.
+_TOOLS = (
+    ("mdi-undo", "Undo", "Z", "undo"),
+    ("mdi-redo", "Redo", "Y", "redo"),
+    ("mdi-restore", "Put all handles back", "0", "reset"),
+    ("mdi-fit-to-page-outline", "See all of it", "R", "reset_camera"),
+    ("mdi-compare", "Before and after", "B", "compare"),
+    ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
+)
+# Keys of the window that the page has none for.
+_LEFT_OUT = "Q", "H"
+_NARROW = 900  # pixels, below which the panel lies over the picture
+_IS_NARROW = f"$vuetify.display.width < {_NARROW}"
+
+
+def build(server, edit, save, most):
+    """Build the page.
+
+    Parameters
+    ----------
+    server : trame's Server
+    edit, save : callable
+        `edit(name, value)`, and `save()`.
+    most : int
+        Bytes that data may have that are sent.
+    """
+    with VAppLayout(server, vuetify_config=CONFIG) as layout:
+        layout.root.theme = ("theme",)
+        with v.VAppBar(density="compact", flat=True, border=True):
+            _bar(edit, save)
+        with v.VNavigationDrawer(
+            model_value=(f"{_IS_NARROW} ? has_sheet : has_panel",),
+            update_modelValue=f"{_IS_NARROW} ? (has_sheet = $event) : (has_panel = $event)",
+            location="right",
+            width=("Math.min(348, $vuetify.display.width - 42)",),
+            mobile_breakpoint=(str(_NARROW),),  # a number of the page, not a text
+        ):
+            panel.build(edit, most)
+        with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-stage"):
+            _stage(edit, save)
+        _legend()
+        _saved_files()
+
+
+def _bar(edit, save):
+    html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-4", alt="")
+    html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
+    html.Span(
+        "unsaved",
+        v_if="!is_saved",
+        classes="ml-3 text-caption text-secondary d-none d-sm-inline",
+    )
+    v.VSpacer()
+    for icon, text, key, name in _TOOLS:
+        is_first = name in ("undo", "redo")
+        v.VBtn(
+            icon=icon,
+            density="comfortable",
+            classes="" if is_first else "d-none d-md-inline-flex",
+            title=f"{text} ({key})",
+            aria_label=text,
+            click=(edit, f"['{name}']"),
+        )
+    v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
+    v.VBtn(
+        icon=("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
+        density="comfortable",
+        classes="d-none d-sm-inline-flex",
+        title="Light or dark",
+        click="theme = theme === 'dark' ? 'light' : 'dark'",
+    )
+    v.VBtn(
+        icon="mdi-keyboard-outline",
+        density="comfortable",
+        classes="d-none d-sm-inline-flex",
+        title="Keys (H)",
+        click="has_legend = true",
+    )
+    v.VBtn(
+        "Save",
+        prepend_icon="mdi-content-save-outline",
+        variant="flat",
+        color="primary",
+        classes="mx-2",
+        loading=("is_saving",),
+        title="Handles, deformed data, displacement field, picture, script (S)",
+        click=(save, "[]"),
+    )
+    v.VBtn(
+        icon="mdi-tune-variant",
+        density="comfortable",
+        title="Panel",
+        aria_label="Panel",
+        click=f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
+    )
+
+
+def _stage(edit, save):
+    HtmlElement(
+        "mls-picture",
+        trame_server=None,
+        name=("title",),
+        __events=["save", "legend", ("look_key", "look")],
+        __properties=["name"],
+        save=(save, "[]"),
+        legend="has_legend = !has_legend",
+        look_key=(edit, "['look', (look + 1) % looks.length]"),
+    )
+    v.VProgressLinear(
+        v_if="is_saving",
+        model_value=("progress",),
+        indeterminate=("progress === 0",),
+        color="primary",
+        height=4,
+        absolute=True,
+        style="z-index: 5;",
+    )
+    with html.Div(
+        v_if="message", classes="mls-message", role="status", click=(edit, "['say', '']")
+    ):
+        html.Span("{{ message }}")
+        v.VBtn(
+            "Bring them back",
+            v_if="message.includes('were not saved')",
+            variant="tonal",
+            size="small",
+            classes="ml-3",
+            click_stop=(edit, "['accept']"),
+        )
+    with html.Div(v_if="prepared < 100", classes="mls-prepared", role="status"):
+        v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
+        html.Span("Making other kinds and cuts ready: {{ prepared }} %")
+    html.Div("{{ status }}", classes="mls-status")
+
+
+def _legend():
+    lines = [(key, text) for key, text in keys.legend() if key not in _LEFT_OUT]
+    dialog = v.VDialog(v_model=("has_legend", False), max_width=560, scrollable=True)
+    with dialog, v.VCard(title="Mouse and keys"):
+        with v.VCardText(), html.Div(classes="mls-keys"):
+            for key, text in lines:
+                html.B(key)
+                html.Span(text)
+            html.B("wheel, pinch")
+            html.Span("nearer or farther; drag beside handles to turn")
+        with v.VCardActions():
+            v.VSpacer()
+            v.VBtn("Close", click="has_legend = false")
+
+
+def _saved_files():
+    """What was saved last, to be taken."""
+    dialog = v.VDialog(v_model=("has_files", False), max_width=480, scrollable=True)
+    with dialog, v.VCard(title="Saved", subtitle=("'in ' + files_at",)):
+        with v.VCardText(classes="px-2 py-0"), v.VList(density="compact", nav=True):
+            v.VListItem(
+                v_for="file in files",
+                key=("file.name",),
+                title=("file.name",),
+                subtitle=("file.what + ', ' + file.size",),
+                href=("'saved/' + encodeURIComponent(file.name)",),
+                raw_attrs=["download"],
+                append_icon="mdi-download",
+            )
+        html.Div(
+            "As they were before the last edits: save again to have those, too.",
+            v_if="!is_saved",
+            classes="text-caption text-secondary px-6",
+        )
+        with v.VCardActions():
+            v.VBtn(
+                "All of them (.zip)",
+                href=f"saved/{ALL}",
+                raw_attrs=["download"],
+                prepend_icon="mdi-folder-zip-outline",
+            )
+            v.VSpacer()
+            v.VBtn("Close", click="has_files = false")

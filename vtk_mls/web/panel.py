@@ -1,0 +1,212 @@
+"""The panel beside the picture: map, cut, handles, look, files."""
+
+from __future__ import annotations
+
+from trame.widgets import html
+from trame.widgets import vuetify3 as v
+from trame_client.widgets.core import HtmlElement
+
+from vtk_mls import kinds
+from vtk_mls.web.transfers import MOST_OF_HANDLES
+
+_CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
+_FRAMES = [
+    {"title": "with the material", "value": "rest"},
+    {"title": "where it was laid", "value": "deformed"},
+]
+_FIELDS = {"density": "compact", "variant": "outlined", "hide_details": True}
+
+
+def build(edit, most):
+    """Build it.
+
+    Parameters
+    ----------
+    edit, most
+        As of `page_layout.build`.
+    """
+    with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
+        _section("Map")
+        _map(edit)
+        _section("Cut")
+        _cut(edit)
+        _section("Handles")
+        _handles(edit)
+        _section("Look")
+        v.VSelect(
+            items=("looks.map((title, value) => ({ title, value }))",),
+            model_value=("look",),
+            update_modelValue=(edit, "['look', $event]"),
+            label="Colours and opacities",
+            **_FIELDS,
+        )
+        _section("Files")
+        _files(edit, most)
+
+
+def _section(title):
+    html.Div(title, classes="mls-section mt-2")
+
+
+def _map(edit):
+    with html.Div(classes="d-flex", style="gap: 10px;"):
+        v.VSelect(
+            items=("kinds", list(kinds.KINDS)),
+            model_value=("kind",),
+            update_modelValue=(edit, "['kind', $event]"),
+            label="Kind",
+            **_FIELDS,
+        )
+        v.VSelect(
+            v_if="kind === 'polynomial'",
+            items=("degrees", [1, 2, 3]),
+            model_value=("degree",),
+            update_modelValue=(edit, "['degree', $event]"),
+            label="Degree",
+            style="max-width: 96px;",
+            **_FIELDS,
+        )
+    _slider(edit, "alpha", "How locally handles act (alpha)", (0.2, 4, 0.1))
+    _slider(edit, "blend", "Share of the deformation", (0, 1, 0.05))
+
+
+def _slider(edit, name, title, steps):
+    low, high, step = steps
+    with html.Div():
+        with html.Div(classes="d-flex text-body-2"):
+            html.Span(title)
+            v.VSpacer()
+            html.Span(f"{{{{ Number({name}).toFixed(2) }}}}", classes="text-primary")
+        v.VSlider(
+            min=low,
+            max=high,
+            step=step,
+            model_value=(name,),
+            end=(edit, f"['{name}', $event]"),
+            color="primary",
+            density="compact",
+            hide_details=True,
+            aria_label=title,
+        )
+
+
+def _cut(edit):
+    with v.VBtnToggle(
+        model_value=("cut",),
+        update_modelValue=(edit, "['cut', $event]"),
+        mandatory=True,
+        divided=True,
+        variant="outlined",
+        density="compact",
+        color="primary",
+        classes="d-flex",
+    ):
+        for value, text in _CUTS:
+            v.VBtn(text, value=value, classes="flex-grow-1", size="small")
+    with html.Div(v_if="cut === 'half-plane'"):
+        v.VBtn(
+            "Another half",
+            prepend_icon="mdi-rotate-3d-variant",
+            block=True,
+            variant="tonal",
+            click=(edit, "['change_half']"),
+        )
+    v.VBtn(
+        "Draw a line and cut along it",
+        prepend_icon="mdi-content-cut",
+        block=True,
+        variant="tonal",
+        title="Click on the surface, then here again (P)",
+        click=(edit, "['incise']"),
+    )
+    with html.Div(v_if="cut !== 'none' || has_lines"):
+        _slider(edit, "nu", "How sharply it parts (nu)", (1.1, 10, 0.1))
+        v.VSelect(
+            items=("frames", _FRAMES),
+            model_value=("cut_frame",),
+            update_modelValue=(edit, "['cut_frame', $event]"),
+            label="The cut stays",
+            classes="mt-3",
+            **_FIELDS,
+        )
+
+
+def _handles(edit):
+    _table(edit)
+    with html.Div(
+        v_if="selected.length === 1 && rows[selected[0]]", classes="d-flex", style="gap: 8px;"
+    ):
+        for axis, name in enumerate("xyz"):
+            before = [f"rows[selected[0]].at[{i}]" for i in range(axis)]
+            after = [f"rows[selected[0]].at[{i}]" for i in range(axis + 1, 3)]
+            values = ", ".join(["selected[0]", *before, "$event.target.value", *after])
+            v.VTextField(
+                model_value=(f"rows[selected[0]].at[{axis}]",),
+                label=name,
+                change=(edit, f"['position', [{values}]]"),
+                **_FIELDS,
+            )
+    with html.Div(classes="d-flex", style="gap: 8px;"):
+        _small("mdi-pin-outline", "Fix", "fix", edit)
+        _small("mdi-delete-outline", "Delete", "delete", edit)
+        v.VBtn(
+            "Lattice",
+            prepend_icon="mdi-grid",
+            size="small",
+            variant="tonal",
+            classes="flex-grow-1",
+            title="Lay a lattice of handles, again a finer one (L)",
+            click=(edit, "['lay_lattice']"),
+        )
+
+
+def _table(edit):
+    """Rows of handles; a click selects, with Ctrl one more."""
+    rows = v.VVirtualScroll(items=("rows",), height=216, item_height=30, classes="mls-rows")
+    row = "{ 'mls-row': true, 'is-selected': selected.includes(item.row) }"
+    one_more = "$event.ctrlKey || $event.metaKey"
+    others = "selected.filter(i => i !== item.row)"
+    toggled = f"selected.includes(item.row) ? {others} : [...selected, item.row]"
+    click = edit, f"['select', {one_more} ? ({toggled}) : [item.row]]"
+    with rows, v.Template(v_slot_default="{ item }"), html.Div(classes=(row,), click=click):
+        html.Span("{{ item.name }}")
+        html.Span("{{ item.at.join(', ') }}", classes="at")
+        html.Span("{{ item.moved || '' }}", classes="moved", title="how far it is moved")
+        v.VIcon("mdi-pin", v_if="item.fixed", size="x-small", classes="ml-2")
+
+
+def _small(icon, text, name, edit):
+    v.VBtn(
+        text,
+        prepend_icon=icon,
+        size="small",
+        variant="tonal",
+        classes="flex-grow-1",
+        disabled=("selected.length === 0",),
+        click=(edit, f"['{name}']"),
+    )
+
+
+def _files(edit, most):
+    v.VBtn(
+        "Saved files ...",
+        v_if="files.length",
+        prepend_icon="mdi-download",
+        block=True,
+        variant="tonal",
+        click="has_files = true",
+    )
+    for kind, title, icon, limit in (
+        ("handles", "Open handles ...", "mdi-vector-point", MOST_OF_HANDLES),
+        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", most),
+    ):
+        HtmlElement(
+            "mls-send",
+            kind=kind,
+            label=title,
+            icon=icon,
+            most=(str(limit),),
+            said=(edit, "['say', $event]"),
+            __properties=["kind", "label", "icon", "most"],
+            __events=["said"],
+        )

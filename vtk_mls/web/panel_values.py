@@ -1,0 +1,64 @@
+"""What the panel shows of an editor, as plain values."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls import HalfPlane, Plane, Surface
+
+_DIGITS = 5
+_OF_THE_MAP = "kind", "alpha", "nu", "blend", "cut_frame", "degree"
+
+
+def values_of(editor, before, look):
+    """Values by their names in the page's templates.
+
+    Parameters
+    ----------
+    editor : Editor
+    before : dict
+        What was shown before: while a handle is dragged, its row stays as it was.
+    look : int
+        Number of the look that is shown.
+    """
+    state = editor.state
+    values = {name: getattr(state, name) for name in _OF_THE_MAP}
+    looks = max((each.looks for each in editor.scene.shown), key=len)
+    values.update(
+        cut=shape_of(state.cuts),
+        has_lines=any(isinstance(cut, Surface) for cut in state.cuts),
+        selected=editor.selected.tolist(),
+        message=editor.message,
+        status=editor.status,
+        looks=[getattr(each, "name", each) for each in looks],
+        look=look % len(looks),
+        count=len(state),
+    )
+    if editor.grabbed is None or "rows" not in before:
+        values["rows"] = _rows(state)
+    return values
+
+
+def shape_of(cuts):
+    """The name of the flat cut that the mouse moves: "plane", "half-plane", or "none"."""
+    flat = [cut for cut in cuts if isinstance(cut, (Plane, HalfPlane))]
+    if not flat:
+        return "none"
+    return "plane" if isinstance(flat[-1], Plane) else "half-plane"
+
+
+def _rows(state):
+    """The handle table."""
+    steps = np.linalg.norm(state.deformed - state.rest, axis=1)
+    return [
+        {
+            "row": i,
+            "name": label or str(i + 1),
+            "at": [float(f"{each:.{_DIGITS}g}") for each in position],
+            "moved": float(f"{step:.3g}"),
+            "fixed": bool(fixed),
+        }
+        for i, (label, position, step, fixed) in enumerate(
+            zip(state.labels, state.deformed, steps, state.anchored)
+        )
+    ]
