@@ -251,7 +251,9 @@ def test_undo_and_redo_have_no_end(mesh_hands):
 
 
 def test_kind_alpha_and_before_and_after(hands, monkeypatch):
-    monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)  # however busy the machine is
+    # however busy the machine is
+    monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)
+    monkeypatch.setattr(Pace, "pixels_at_rest", lambda pace: 1.0)
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     after = hands.picture()
     hands.press("b")

@@ -60,11 +60,11 @@ def filtered(mesh, cuts=(), **properties):
     return output
 
 
-def assert_alike(picture, expected):
+def assert_alike(picture, expected, mean=0.05):
     """Of rounding no more shows than a few pixels on edges."""
     apart = np.abs(picture - expected).max(axis=2)
     assert (apart > 3).mean() < 1e-3
-    assert apart.mean() < 0.05
+    assert apart.mean() < mean
     assert expected.std() > 10  # there is something to see
 
 
@@ -100,7 +100,10 @@ def test_the_picture_is_that_of_the_filter(name, cut, kind, frame, by):
     picture = scene.picture()
     assert (np.abs(picture - before).max(axis=2) > 50).mean() > 0.02
     expected = filtered(mesh, cuts, Kind=kind, CutFrame=frame)
-    assert_alike(picture, Scene(expected).picture())
+    # The paper's frame loses material at cuts. The search for its place ends somewhere near, and
+    # where depends on what else is searched.
+    is_lost = cuts and frame == "deformed"
+    assert_alike(picture, Scene(expected).picture(), mean=0.2 if is_lost else 0.05)
     followed.detach()
     np.testing.assert_array_equal(scene.picture(), before)
 
