@@ -9,6 +9,7 @@ import platform
 import numpy as np
 
 from vtk_mls import DeviceError, __version__
+from vtk_mls.commands import companion
 from vtk_mls.engine import device, dispatch, drivers, proof
 from vtk_mls.paraview import installation
 from vtk_mls.resources import resource
@@ -67,7 +68,7 @@ def _paraview(problems):
     except ValueError:
         return "not found"
     try:
-        contents = found.contents()
+        contents, _ = companion.look(found)
     except ValueError as error:
         problems.append(str(error))
         return found
