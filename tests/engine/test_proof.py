@@ -44,6 +44,8 @@ tell(speed=2e6 * lanes)
 """
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
 HANGS = "time.sleep(60)"
+SPINS = "[None for _ in iter(int, 1)]"
+SLOW = "while time.process_time() < 4: pass"
 LIES = "tell(failure='it computes wrong numbers (the first step: off by 0.3)'); sys.exit()"
 COMPILER = "print('LLVM ERROR: cannot select'); sys.stdout.flush(); os.abort()"
 
@@ -96,6 +98,7 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
     [
         pytest.param(DIES, "the process ends by signal 11, SIGSEGV", id="dies"),
         pytest.param(HANGS, "it does not come to an end (the first step: no answer", id="hangs"),
+        pytest.param(SPINS, "it does not come to an end (the first step: no answer", id="spins"),
         pytest.param(LIES, "it computes wrong numbers (the first step: off by 0.3)", id="lies"),
         pytest.param(COMPILER, "signal 6, SIGABRT (the first step: LLVM ERROR", id="compiler"),
         pytest.param("print(0); sys.exit(3)", "ends by status 3", id="exits"),
@@ -110,6 +113,14 @@ def test_a_driver_that_only_fails_at_16_points(child, behaviour, sentence):
     assert sentence in verdict.failures[0]
     assert sentences[1] == f"{FAKE}: {verdict.failures[0]}"
     assert verdict.failures[0].startswith("with 16 points per work item ")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it tells processor time in /proc")
+def test_a_device_that_works_long_is_waited_for(child):
+    """As on a machine that is busy with other things."""
+    child(SLOW)
+    (verdict,), _ = announced(proof.verdicts, [FAKE])
+    assert verdict == proof.Verdict(16, speed=32e6)
 
 
 def test_a_driver_that_fails_at_every_width(child, monkeypatch):

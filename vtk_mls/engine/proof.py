@@ -27,9 +27,10 @@ from pathlib import Path
 from vtk_mls.announcements import announce, warn
 from vtk_mls.engine import device as devices
 from vtk_mls.engine import records
+from vtk_mls.engine.patience import Patience
 from vtk_mls.resources import resource
 
-# A step of the test takes about a second where it is slow.
+# A step of the test takes about a second where it is slow and nothing else is done.
 _SECONDS_PER_STEP = 20
 _NO_END = "it does not come to an end"
 # What failed at every width, or did not end, may have done so because the machine was short of
@@ -356,13 +357,16 @@ class _Trial:
 
     def _wait_for(self, name):
         """What the child tells under a name, sooner or later."""
+        patience = Patience(self._child.pid, _SECONDS_PER_STEP)
         while True:
             try:
                 line = self._lines.get(timeout=_SECONDS_PER_STEP)
             except queue.Empty:
-                raise _FailedError(
-                    f"{_NO_END} ({self._step}: no answer for {_SECONDS_PER_STEP} s)"
-                ) from None
+                if not patience.ends():
+                    continue
+                waited = f"no answer for {patience.waited:.0f} s"
+                raise _FailedError(f"{_NO_END} ({self._step or 'start'}: {waited})") from None
+            patience.begin()
             if line is None:
                 self._ended()
             elif not line.startswith(MARK):
