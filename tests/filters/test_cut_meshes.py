@@ -36,6 +36,7 @@ from vtk_fixtures import (
     messages,  # noqa: F401
     update,
 )
+from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,
     VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON,
@@ -98,7 +99,9 @@ def test_cells_are_split_along_the_cut(name, cut):
     # each piece has the data of the cell it was part of
     origin = array_of(output, "number", "Cell").astype(int)
     total = np.bincount(origin, sizes(output), mesh.GetNumberOfCells())
-    np.testing.assert_allclose(total, sizes(as_grid(mesh)), rtol=1e-2)
+    # vtkCellSizeFilter of VTK 9.2 finds curved hexahedra 1.3 % too large, their parts less so
+    rtol = 1e-2 if vtkVersion.GetVTKMinorVersion() > 2 else 3e-2
+    np.testing.assert_allclose(total, sizes(as_grid(mesh)), rtol=rtol)
 
 
 @pytest.mark.parametrize(
