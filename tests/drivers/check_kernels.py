@@ -95,9 +95,9 @@ def steps(engine):
         yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
         yield f"{name}: inverse", lambda d=d: inverse(d)
     gentle = deformed + 0.02 * (rest - deformed)
-    d = Deformation(gentle[:2], deformed[:2], map_tolerance=0.005, device="reference")
+    d = Deformation(gentle[:2], deformed[:2], "affine", map_tolerance=0.005, device="reference")
     yield (
-        "rigid, between nodes",
+        "affine, between nodes",
         lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
     )
     d = over("affine", "plane")
