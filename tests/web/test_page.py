@@ -44,7 +44,9 @@ def browser():
     except ModuleNotFoundError:
         said("no playwright: pip install 'vtk-mls[test]'")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        # what is drawn comes from the server: a browser needs no WebGL, and can lose none
+        arguments = ["--no-sandbox", "--disable-3d-apis"]
+        browser = playwright.chromium.launch(executable_path=chromium, args=arguments)
         yield browser
         browser.close()
 
