@@ -3,7 +3,11 @@
 // What grid_source_index writes, interpolated between nodes.
 KERNEL void coarse_source_index(MAP_PARAMETERS, const grid_t grid, const coarse_t coarse,
                                 __global const float *restrict nodes, const source_t source,
-                                __global float *restrict index RIVAL_PARAMETERS) {
+                                __global float *restrict index
+#if CUTS
+                                VOID_PARAMETERS
+#endif
+) {
 #if CUTS
   const map_t map = MAP;
 #endif
@@ -37,13 +41,12 @@ KERNEL void coarse_source_index(MAP_PARAMETERS, const grid_t grid, const coarse_
         if (!source.continued) from[i] = outside_if(from[i], distance < 0);
         kept[i] = in_region(&map.cuts, at);
         whole &= ALL(kept[i]);
-#if RIVALS
-        for (int l = 0; l < LANES; ++l) {
-          int n = l * COARSE_STEP + i;
-          if (n >= points.low && n < points.high && LANE_INT(kept[i], l))
-            void_distance[points.at + n] = scale * LANE(distance, l);
-        }
-#endif
+        if (void_distance)
+          for (int l = 0; l < LANES; ++l) {
+            int n = l * COARSE_STEP + i;
+            if (n >= points.low && n < points.high && LANE_INT(kept[i], l))
+              void_distance[points.at + n] = scale * LANE(distance, l);
+          }
 #endif
       }
       __global float *to = index + points.at;

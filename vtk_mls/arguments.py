@@ -94,6 +94,12 @@ def single(name, value):
     return real(name, value).astype(np.float32)
 
 
+def plain(array):
+    """An array, contiguous, in the byte order of this machine, which arrays of files may lack."""
+    array = array.view(np.uint8) if array.dtype == bool else array
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+
+
 def check_reach(cuts, regions):
     """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
     for control_points in (region.control_points for region in regions):
@@ -126,3 +132,13 @@ def grid(name, value):
     if not isinstance(value, Grid):
         raise TypeError(f"`{name}` must be a Grid, got {shown(value)}")
     return value
+
+
+def output(name, value, shape, dtype):
+    """A contiguous array that is to be filled."""
+    fits = isinstance(value, np.ndarray) and (value.shape, value.dtype) == (shape, dtype)
+    if not (fits and value.flags.c_contiguous and value.flags.writeable):
+        raise ValueError(
+            f"`{name}` must be a writeable, contiguous array of {np.dtype(dtype)} with the shape "
+            f"{shape}, got {shown(value)}"
+        )

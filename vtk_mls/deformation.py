@@ -554,7 +554,11 @@ class Deformation:
 
     @_quiet
     def resample(
-        self, arrays: Sequence[ArrayLike], sampling: Sampling | Grid, progress: ProgressLike = None
+        self,
+        arrays: Sequence[ArrayLike],
+        sampling: Sampling | Grid,
+        progress: ProgressLike = None,
+        void_distance: NDArray[np.float32] | None = None,
     ) -> list[NDArray[Any]]:
         """Deform what `arrays` hold on a grid.
 
@@ -566,6 +570,9 @@ class Deformation:
             short for `Sampling(grid)`.
         progress : callable, optional
             As for `backward`.
+        void_distance : (nz, ny, nx) float32, contiguous, optional
+            With the target's shape; is filled with what `void_distance_field` returns, for which
+            the map need not be evaluated once more.
 
         Returns
         -------
@@ -586,8 +593,14 @@ class Deformation:
                 raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
         sampling.methods(len(arrays))
         with whole(progress) as progress:
-            arrays = [np.ascontiguousarray(array) for array in arrays]
-            return self._engine.resample(self, arrays, sampling, progress)
+            distances = None
+            if void_distance is not None:
+                arguments.output("void_distance", void_distance, sampling.target.shape, np.float32)
+                void_distance.fill(np.inf)
+                distances = void_distance.reshape(-1)
+            values = [arguments.plain(array) for array in arrays]
+            results = self._engine.resample(self, values, sampling, progress, distances)
+            return [new.astype(old.dtype, copy=False) for new, old in zip(results, arrays)]
 
     @_quiet
     def source_bounds(
@@ -708,7 +721,7 @@ class Deformation:
             )
         with whole(progress) as progress:
             differences, sampled, at_faces = progress.divided(1, 4, 2)
-            slopes = vector_fields.gradient(array, source, differences)
+            slopes = self._engine.gradient(arguments.plain(array), source, differences)
             result, void_distance = self._resampled_gradients(slopes, sampling, normalise, sampled)
             if self.cuts and not sampling.continues:
                 near = vector_fields.near_faces(void_distance, source)

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vtk_mls import guesses, interpolation, rest_frame
+from vtk_mls import guesses, interpolation, rest_frame, vector_fields
 from vtk_mls.linear_algebra import finite, unit
 from vtk_mls.progress import SILENT
 from vtk_mls.regions import ON_PLANE
@@ -226,10 +226,12 @@ def jacobian_field(deformation, grid, progress=SILENT):
     return result.reshape(*grid.shape, 3, 3)
 
 
-def resample(deformation, arrays, sampling, progress=SILENT):
+def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None):
     results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
     methods = sampling.methods(len(arrays))
-    for part, index in _source_index(deformation, sampling, progress):
+    for part, index, distance in _source_index(deformation, sampling, progress):
+        if deformation.cuts and void_distance is not None:
+            void_distance[part] = distance
         for array, method, result in zip(arrays, methods, results):
             flat = result.reshape(-1, *array.shape[3:])
             flat[part] = interpolation.sample(
@@ -249,15 +251,22 @@ def resample_gradients(deformation, vectors, sampling, normalise, progress=SILEN
     return result.astype(np.float32), void_distance
 
 
+def gradient(array, grid, progress=SILENT):
+    return vector_fields.gradient(array, grid, progress)
+
+
 def source_bounds(deformation, sampling, progress=SILENT):
     bounds = interpolation.NO_BOUNDS
-    for _, index in _source_index(deformation, sampling, progress):
+    for _, index, _ in _source_index(deformation, sampling, progress):
         bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
     return bounds
 
 
 def _source_index(deformation, sampling, progress):
-    """Parts of the target, and where they come from: indices (m, 3) of the whole source."""
+    """Parts of the target, and where they come from: indices (m, 3) of the whole source.
+
+    And the void distances there.
+    """
     source, target = sampling.source, sampling.target
     matrix, offset = target.whole.index_transform(source.whole)
     to_index = np.linalg.inv(source.index_to_world)
@@ -268,7 +277,7 @@ def _source_index(deformation, sampling, progress):
         index = index @ matrix.T + offset + moved @ to_index.T
         if deformation.cuts and not sampling.continues:
             index[void_distance < 0] = -np.inf
-        yield part, index
+        yield part, index, void_distance
 
 
 def _answers(deformation, points, progress=SILENT, with_jacobian=False):

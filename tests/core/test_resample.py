@@ -210,3 +210,15 @@ def test_integers_of_64_bits_reach_their_ends(dtype):
     limits = np.iinfo(dtype)
     got = cast(np.array([-1e30, 1e30]), np.dtype(dtype))
     assert got.tolist() == [limits.min, limits.max]
+
+
+@pytest.mark.parametrize("dtype", [">i2", ">f4", ">f8"])
+def test_arrays_of_the_other_byte_order(dtype, device, rng):
+    """As nibabel and numpy read them from files."""
+    grid = Grid((9, 8, 7))
+    values = rng.integers(-300, 300, grid.shape)
+    d = Deformation([(0, 0, 0)], [(0.5, 0, 0)], device=device)
+    (expected,) = d.resample([values.astype(np.dtype(dtype).newbyteorder("="))], grid)
+    (got,) = d.resample([values.astype(dtype)], grid)
+    assert got.dtype == dtype
+    np.testing.assert_array_equal(got, expected)

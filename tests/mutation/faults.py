@@ -47,6 +47,8 @@ REST_FRAME = "tests/core/test_rest_frame.py"
 TOLERANCE = "tests/core/test_map_tolerance.py"
 FORWARD, RESAMPLE = "tests/core/test_forward.py", "tests/core/test_resample.py"
 PARTS, DEVICE = "tests/core/test_parts.py", "tests/engine/test_device.py"
+GRADIENT = "tests/engine/test_gradient_kernel.py"
+VOID_DISTANCE = "tests/core/test_void_distance.py"
 DEFORMATION, PROOF = "tests/core/test_deformation.py", "tests/engine/test_proof.py"
 DEFORM, ERRORS = "tests/filters/test_deform.py", "tests/filters/test_errors.py"
 CUT_IMAGES, CUT_MESHES = "tests/filters/test_cut_images.py", "tests/filters/test_cut_meshes.py"
@@ -400,8 +402,16 @@ add(
     "return np.flatnonzero(here)",
     CUTS,
 )
-add = _in("vtk_mls/engine/sampler.py", ENGINE, DEVICE, RESAMPLE, PARTS)
+add = _in("vtk_mls/engine/array_types.py", ENGINE, DEVICE, RESAMPLE, PARTS)
 add("engine: 64-bit index", 'array.size < 2**31 else "long"', 'array.size < 2**40 else "long"')
+add = _in("vtk_mls/engine/differences.py", GRADIENT)
+add("gradient: the slices beside a slab", "max(start - _REACH, 0)", "max(start - 1, 0)")
+add = _in("opencl/gradient.cl", GRADIENT)
+add("gradient: of second order beside the border", "|| i == n - 2) return", ") return")
+add("gradient: the last voxels of a row", "i + LANES <= nx - 2", "i + LANES <= nx")
+add = _in("opencl/grid_source_index.cl", VOID_DISTANCE)
+add("cuts: the void distance beside an image", "if (void_distance) store", "if (0) store")
+add = _in("vtk_mls/engine/sampler.py", ENGINE, DEVICE, RESAMPLE, PARTS)
 add("engine: the last slice that a slab needs", "int(z.max()) + 2)", "int(z.max()))")
 add = _in("vtk_mls/engine/launcher.py", ENGINE, DEVICE, RESAMPLE, PARTS)
 add("engine: slabs do not fit the memory", "self.memory.limit / 4 / bytes_per_item,", "1e18,")
@@ -463,6 +473,8 @@ add("core: grids on a common lattice", "< 1e-7, whole, values)", "< 0, whole, va
 add = _in("vtk_mls/interpolation.py", RESAMPLE)
 add("core: integers are cut off, not rounded", "np.rint(np.nan_to_num(", "np.floor(np.nan_to_num(")
 add("core: 64-bit integers overflow", "np.where(rounded > high, limits.max, inner)", "inner")
+add = _in("vtk_mls/arguments.py", RESAMPLE)
+add("arrays of the other byte order", 'array.dtype.newbyteorder("=")', "array.dtype")
 add = _in("vtk_mls/deformation.py", DEFORMATION, CUTS)
 add("validation: nu", "np.isfinite(nu) and nu > 1", "np.isfinite(nu) and nu > 0")
 add("validation: alpha", "np.isfinite(alpha) and alpha > 0", "alpha > 0")

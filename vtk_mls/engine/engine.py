@@ -8,9 +8,9 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from vtk_mls import interpolation
+from vtk_mls import interpolation, vector_fields
+from vtk_mls.engine import array_types, differences, kernel_arguments
 from vtk_mls.engine import device as devices
-from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.inverse import InverseSearch
 from vtk_mls.engine.launcher import Launcher, RegionMap
 from vtk_mls.engine.sampler import samplers
@@ -158,13 +158,15 @@ class Engine:
         return result.reshape(*grid.shape, 3, 3)
 
     @_question
-    def resample(self, deformation, arrays, sampling, progress=SILENT):
+    def resample(self, deformation, arrays, sampling, progress=SILENT, void_distance=None):
         target = sampling.target
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         arrays = samplers(self.launcher, arrays, sampling, sampling.background)
-        for part, index in self._source_index(deformation, sampling, 12 + largest, progress):
+        for part, index in self._source_index(
+            deformation, sampling, 16 + largest, progress, void_distance
+        ):
             for array, result in zip(arrays, rows):
                 array.sample(index, result[part])
         return results
@@ -192,6 +194,12 @@ class Engine:
             self._transform(frames, normalise, result[part])
         void_distance = void_distance.reshape(target.shape) if deformation.cuts else None
         return result.reshape(*target.shape, 3), void_distance
+
+    @_question
+    def gradient(self, array, grid, progress=SILENT):
+        if not array_types.is_for_device(array, self.device):
+            return vector_fields.gradient(array, grid, progress)
+        return differences.gradient(self.launcher, array, grid, progress)
 
     @_question
     def source_bounds(self, deformation, sampling, progress=SILENT):
@@ -248,19 +256,26 @@ class Engine:
                     take(number, map_, part.start + np.flatnonzero(void), True)
         return origins, void_distance, numbers
 
-    def _source_index(self, deformation, sampling, bytes_per_point, progress):
-        """Parts of the target; a buffer with where in the whole source they come from, 3 planes."""
+    def _source_index(self, deformation, sampling, bytes_per_point, progress, void_distance=None):
+        """Parts of the target; a buffer with where in the whole source they come from, 3 planes.
+
+        Void distances of the target are written, if there is an array for them.
+        """
         slabs = self.launcher.sampled_slabs(sampling.target.size, deformation, bytes_per_point)
         index = self.memory.scratch("sources", 12 * slabs[0].stop)
         launches, rivals = self._launches(deformation), self._rivals(deformation, slabs)
         for part in progress.over(slabs):
-            for map_, is_rival in launches:
-                outputs = [index, *map_.void_outputs(rivals)]
-                map_.launch_from_source(
-                    *("grid_source_index", sampling, part, *outputs),
-                    is_rival=is_rival,
-                    coarsely=True,
-                )
+            with ExitStack() as buffers:
+                distance = rivals
+                if deformation.cuts and void_distance is not None:
+                    distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
+                for map_, is_rival in launches:
+                    outputs = [index, *map_.void_outputs(distance, may_lack=True)]
+                    map_.launch_from_source(
+                        *("grid_source_index", sampling, part, *outputs),
+                        is_rival=is_rival,
+                        coarsely=True,
+                    )
             yield part, index
 
     def _transform(self, frames, normalise, vectors):

@@ -53,6 +53,15 @@ CHECK = _struct([("to_index", *_TRANSFORM), ("limit2", "f4")])
 # and how many are; numbers at each.
 ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])
 
+# Slices of an array: the size of all of it, the first slice that is there, from and to which slice
+# the gradient is wanted; a transform of slopes per index to those per world unit.
+SLICES = _struct(
+    [
+        *[("size", "i4", 3), ("first", "i4"), ("start", "i4"), ("stop", "i4")],
+        ("to_world", *_TRANSFORM),
+    ]
+)
+
 
 def planes(points):
     """Points (m, 3) as the kernels take them: (3, m) float32."""

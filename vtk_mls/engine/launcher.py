@@ -206,9 +206,14 @@ class RegionMap:
                 self.launch_at(name, at, [buffer], outputs=[result])
         return result
 
-    def void_outputs(self, buffer):
-        """Kernel arguments for void distances in a buffer; none without one."""
-        return [] if buffer is None else [buffer, np.float32(self.control_points.scale)]
+    def void_outputs(self, buffer, may_lack=False):
+        """Kernel arguments for void distances in a buffer.
+
+        Without one there are none; for kernels that may lack it, if there are cuts, null.
+        """
+        if buffer is None and not (may_lack and self.deformation.cuts):
+            return []
+        return [buffer, np.float32(self.control_points.scale)]
 
     def launch_on_grid(self, name, grid, part, *arguments, is_rival=False, coarsely=False):
         """Launch a kernel for the points `part` of a grid.

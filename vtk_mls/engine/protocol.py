@@ -180,6 +180,7 @@ class Engine(Protocol):
         arrays: list[np.ndarray],
         sampling: Sampling,
         progress: Progress,
+        void_distance: np.ndarray | None = None,
     ) -> list[np.ndarray]:
         """Deformed arrays.
 
@@ -190,6 +191,8 @@ class Engine(Protocol):
             On `sampling.source`, of integers or floats.
         sampling : Sampling
         progress : Progress
+        void_distance : (target.size,) float32, optional
+            Is filled, world units, if there are cuts.
 
         Returns
         -------
@@ -224,6 +227,21 @@ class Engine(Protocol):
             On `sampling.target`: J_G^T n(G(v)).
         void_distance : (nz, ny, nx) float32, world units, or None without cuts
             At the same points.
+        """
+
+    def gradient(self, array: np.ndarray, grid: Grid, progress: Progress) -> np.ndarray:
+        """Gradient of an array by differences.
+
+        Parameters
+        ----------
+        array : (nz, ny, nx) array, contiguous, of real numbers
+        grid : Grid
+        progress : Progress
+
+        Returns
+        -------
+        (nz, ny, nx, 3) float32, per world unit
+            Of fourth order inside, of second order at the border, 0 across a single slice.
         """
 
     def source_bounds(

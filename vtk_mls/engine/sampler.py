@@ -8,18 +8,11 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls import interpolation
+from vtk_mls.engine import array_types, kernel_arguments
 from vtk_mls.engine import device as devices
-from vtk_mls.engine import kernel_arguments
 from vtk_mls.grid import Grid
 
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
-_C_TYPES = {
-    **{"int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort"},
-    **{"int32": "int", "uint32": "uint", "int64": "long", "uint64": "ulong"},
-    **{"float32": "float", "float64": "double"},
-}
-# float32 holds every value of these and their sums to the digits they have
-_SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
 
 
 class _Piece(NamedTuple):
@@ -58,7 +51,7 @@ class Sampler:
 
     def sample(self, index, result):
         """Write into `result` (m, ...) the values at the indices in a buffer, three planes."""
-        if not self._is_for_device():
+        if not array_types.is_for_device(self.array, self.launcher.device):
             points = self.memory.planes(index, len(result)).T.astype(np.float64)
             result[:] = interpolation.sample(
                 self.array, points, self.method, self.background, self.source
@@ -66,10 +59,6 @@ class Sampler:
             return
         for piece in self._pieces(index, len(result)):
             self._launch(piece, result[piece.first : piece.stop])
-
-    def _is_for_device(self):
-        name = self.array.dtype.name
-        return name in _C_TYPES and (name in _SUMMED_IN_FLOAT or self.launcher.device.has_float64)
 
     def _pieces(self, index, count):
         """The pieces that together make a slab of `count` points."""
@@ -102,13 +91,11 @@ class Sampler:
     def _launch(self, piece, result):
         """Launch the kernel for one piece of a slab."""
         array, count = self.array, piece.stop - piece.first
-        in_float = array.dtype.name in _SUMMED_IN_FLOAT
-        value = _C_TYPES[array.dtype.name]
+        value = array_types.c_type(array)
         cast = f"convert_{value}_sat_rte" if array.dtype.kind in "iu" else f"convert_{value}"
         constants = (
-            *self.launcher.sums(double=not in_float),
-            *(("VALUE", value), ("CAST", cast), ("TAPS", _TAPS[self.method])),
-            ("OFFSET", "int" if array.size < 2**31 else "long"),
+            *array_types.constants(array, self.launcher),
+            *(("CAST", cast), ("TAPS", _TAPS[self.method])),
             ("ARRAY", kernel_arguments.members(kernel_arguments.ARRAY)),
         )
         fill = interpolation.cast(np.float64(self.background), array.dtype)

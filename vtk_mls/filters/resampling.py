@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from vtk_mls import arrays
 from vtk_mls.files import provenance
 from vtk_mls.filters import gradients, void_arrays
@@ -30,6 +32,7 @@ class Resampling:
         self.wanted, self.deformation = wanted, deformation
         self.image, self.output = image, output
         self.sampling, self.target = sampling, sampling.target
+        self._void_distance = None  # at the points of the target, once they are mapped
         self.labels = {*wanted.GetLabelArrays(), *provenance.kept(image, provenance.LABEL_ARRAYS)}
 
     def tasks(self):
@@ -63,6 +66,7 @@ class Resampling:
                 [values[number] for number in chosen],
                 replace(sampling, interpolation=methods, background=background),
                 progress,
+                self._new_void_distance(sampling),
             )
             for number, result in zip(chosen, done):
                 results[number] = result
@@ -104,8 +108,18 @@ class Resampling:
         """Make what tells of the void: at points, then in cells."""
         run_all([self._mark_points, self._mark_cells], progress)
 
+    def _new_void_distance(self, sampling):
+        """An array for void distances at the points of the target, if there is none yet."""
+        is_wanted = sampling is self.sampling and self.deformation.cuts
+        if not is_wanted or self._void_distance is not None:
+            return None
+        self._void_distance = np.empty(self.target.shape, np.float32)
+        return self._void_distance
+
     def _mark_points(self, progress):
-        void_distance = self.deformation.void_distance_field(self.target, progress)
+        void_distance, self._void_distance = self._void_distance, None
+        if void_distance is None:
+            void_distance = self.deformation.void_distance_field(self.target, progress)
         void_arrays.add_void(self.output.GetPointData(), void_distance)
         if self.wanted.GetHideVoid():
             void_arrays.hide(self.output.GetPointData(), void_distance < 0)
