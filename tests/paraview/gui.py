@@ -131,14 +131,19 @@ class Gui:
         A list of completions that opens late takes a Return for itself.
         """
         self.type(text)
-        last = [time.monotonic()]
+        last, tries = time.monotonic(), 0
 
         def is_there():
+            nonlocal last, tries
             if self._place(place):
                 return True
-            if time.monotonic() - last[0] > 5:
+            if time.monotonic() - last > 5:
+                tries += 1
+                if tries % 3 == 0:  # letters may be lost, too
+                    self._xdotool("key", "ctrl+a")
+                    self._xdotool("type", "--delay", 50, text)
                 self._xdotool("key", "Return")
-                last[0] = time.monotonic()
+                last = time.monotonic()
             return False
 
         self._wait(is_there, place)
@@ -182,6 +187,12 @@ class Gui:
         command = ["import", "-window", "root", str(path)]
         subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
         return path
+
+    @property
+    def pointer(self):
+        """Where the mouse is on the screen."""
+        found = self._xdotool("getmouselocation", "--shell").splitlines()
+        return tuple(int(line.partition("=")[2]) for line in found[:2])
 
     @property
     def printed(self):

@@ -89,7 +89,7 @@ def make(paraview, contents, folder=None, note=print):
         shutil.rmtree(folder)
     elif folder.exists() and any(folder.iterdir()):
         raise ValueError(
-            f"`--venv` {folder} is not empty, and no virtual environment: name another"
+            f"`--venv` {folder} has files, and is no virtual environment: name another"
         )
     # whichever ParaView finds first, its own numpy or this one, they are the same
     packages = [f"numpy=={contents['numpy']}", *_requirements()]
