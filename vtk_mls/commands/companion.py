@@ -95,7 +95,8 @@ def make(paraview, contents, folder=None, note=print):
     packages = [f"numpy=={contents['numpy']}", *_requirements()]
     note(f"making {folder} with Python {_minor(python)} ...")
     _make_empty(folder, _minor(python))
-    note(f"installing {', '.join(each.partition(';')[0].strip() for each in packages)} ...")
+    names = dict.fromkeys(each.partition(";")[0].strip() for each in packages)
+    note(f"installing {', '.join(names)} ...")
     pip = [_python_of(folder), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     problem = _problem([*pip, *packages])
     if problem:

@@ -1,0 +1,81 @@
+"""Draw docs/tutorial/*.png: `python docs/paraview_tutorial.py`, where `make test` has run.
+
+You will see each click that bends a brain and cuts it open, by the mouse in the newest ParaView
+that the tests find, with a ring where the mouse is.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import time
+
+from paraview_animation import NEWEST, PROJECT
+
+# isort: split
+from gui import running
+from gui_fixtures import BRAIN, by_vtk_mls, write_brain
+from paraviews import PICTURES, virtual_display
+
+FOLDER = PICTURES / "tutorial"
+PULL = 150, -50  # pixels
+WIDTH = 900
+CLICKS = {
+    "filters": "menu_item('Filters')",
+    "mls_deform": "menu_item('MLS Deform')",
+    "cut_type": "drop_down('CutType')",
+    "plane": "option('CutType', 'plane')",
+}
+
+
+def draw(folder):
+    """Draw the pictures into a folder."""
+    folder.mkdir(exist_ok=True)
+    brain = write_brain(FOLDER / "brain.vti", every=1)
+    with (
+        virtual_display() as display,
+        running(NEWEST, PROJECT, FOLDER, display, by_vtk_mls(brain)) as gui,
+    ):
+
+        def keep(name, marked=True):
+            for _ in range(2):  # by then what the mouse did is drawn
+                gui.value("1")
+            convert(gui.screenshot(name), folder / f"{name}.png", gui.pointer if marked else None)
+
+        gui.run(BRAIN)
+        gui.run("simple.GetDisplayProperties(file, view).SetScalarBarVisibility(view, False)")
+        gui.run("simple.Render(view)")
+        keep("opened", marked=False)
+        for name, place in CLICKS.items():
+            if name == "mls_deform":
+                gui.hover("menu_item('MLS Deformation')")
+            gui.hover(place)
+            keep(name)
+            gui.click(place)
+        gui.run("deform = simple.GetActiveSource()")
+        _, place = max(gui.value("in_sight()"), key=lambda each: each[1][0])
+        with gui.dragging(place, PULL):
+            gui.until("dragged()")
+            keep("drag")
+        gui.hover("button('Apply')")
+        keep("apply")
+        gui.click("button('Apply')")
+        gui.until("output(deform) and is_cut() and is_bent()")
+        for _ in range(5):  # it goes on to show it
+            time.sleep(1)
+            gui.run("simple.Render(view)")
+        keep("done", marked=False)
+
+
+def convert(shot, file, pointer):
+    """A screenshot as a small picture, with a ring round the mouse."""
+    ring = []
+    if pointer is not None:
+        x, y = pointer
+        circle = f"circle {x},{y} {x + 26},{y}"
+        ring = ["-fill", "none", "-stroke", "#ff2060", "-strokewidth", "6", "-draw", circle]
+    looks = ["-resize", f"{WIDTH}x", "+dither", "-colors", "96"]
+    subprocess.run(["convert", shot, *ring, *looks, file], check=True)
+
+
+if __name__ == "__main__":
+    draw(PROJECT / "docs/tutorial")
