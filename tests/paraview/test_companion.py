@@ -118,13 +118,16 @@ def test_where_it_is_told_to(home, paraview, python, capsys):
     assert not (home / "caches").exists()
 
 
-def test_a_folder_of_something_else_is_left_alone(home, paraview, python, capsys):
-    command, kept = paraview(), home / "thesis/chapter"
+@pytest.mark.parametrize("name", ["chapter", "pyvenv.cfg"])
+def test_a_folder_of_the_users_is_left_alone(name, home, paraview, python, capsys):
+    """Whatever it holds, his own virtual environment too."""
+    command, kept = paraview(), home / "thesis" / name
     python()
     kept.parent.mkdir()
     kept.write_text("1")
-    assert main([*command, "--setup", "--venv", str(kept.parent)]) == 1
-    assert "has files, and is no virtual environment: name another" in capsys.readouterr().err
+    for given in (kept.parent, kept):
+        assert main([*command, "--setup", "--venv", str(given)]) == 1
+        assert "is there already: remove it, or name another" in capsys.readouterr().err
     assert kept.read_text() == "1"
 
 

@@ -55,7 +55,7 @@ def look(paraview):
 
 
 def make(paraview, contents, folder=None, note=print):
-    """Make the virtual environment for a ParaView; one that is there is made anew.
+    """Make the virtual environment for a ParaView; the one in the usual folder is made anew.
 
     Parameters
     ----------
@@ -85,12 +85,10 @@ def make(paraview, contents, folder=None, note=print):
     folder = Path(folder) if folder else usual_folder(python)
     if folder is None:
         raise ValueError("there is no folder to keep it in: say with `--venv DIR` where it may be")
-    if _is_environment(folder):
-        shutil.rmtree(folder)
-    elif folder.exists() and any(folder.iterdir()):
-        raise ValueError(
-            f"`--venv` {folder} has files, and is no virtual environment: name another"
-        )
+    if folder == usual_folder(python):
+        shutil.rmtree(folder, ignore_errors=True)
+    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"`--venv` {folder} is there already: remove it, or name another")
     # whichever ParaView finds first, its own numpy or this one, they are the same
     packages = [f"numpy=={contents['numpy']}", *_requirements()]
     note(f"making {folder} with Python {_minor(python)} ...")
