@@ -101,8 +101,9 @@ def test_the_picture_is_that_of_the_filter(name, cut, kind, frame, by):
     assert (np.abs(picture - before).max(axis=2) > 50).mean() > 0.02
     expected = filtered(mesh, cuts, Kind=kind, CutFrame=frame)
     # The paper's frame loses material at cuts. The search for its place ends somewhere near, and
-    # where depends on what else is searched.
-    is_lost = cuts and frame == "deformed"
+    # where depends on what else is searched and on the processor.
+    missing = arrays.to_numpy(expected.GetPointData().GetArray("NoInverse"))
+    is_lost = frame == "deformed" and missing.any()
     assert_alike(picture, Scene(expected).picture(), mean=0.2 if is_lost else 0.05)
     followed.detach()
     np.testing.assert_array_equal(scene.picture(), before)
