@@ -40,8 +40,8 @@ DEFINE_SLOPE(slope, SUM, LOAD_VALUE)
 DEFINE_SLOPE(slopes, sum_t, LOAD_VALUES)
 
 // A work item has LANES points of a row, the last of a row fewer.
-KERNEL void gradient(const long count, const slices_t slices,
-                     __global const VALUE *restrict values, __global float *restrict result) {
+KERNEL void gradient(const slices_t slices, __global const VALUE *restrict values,
+                     __global float *restrict result) {
   const int nx = slices.size[0], ny = slices.size[1], nz = slices.size[2];
   const int items = (nx + LANES - 1) / LANES;
   const long item = get_global_id(0), row = item / items;

@@ -112,6 +112,7 @@ def steps(engine):
         "vectors that turn",
         lambda: difference("resample_gradients", d, vectors, Sampling(GRID), False) / 5,
     )
+    yield "gradient of an image", lambda: difference("gradient", images[0], GRID)
     yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
 
 

@@ -36,7 +36,7 @@ def gradient(launcher, array, grid, progress):
         )
         count = row * ny * (stop - start)
         with memory.read(array[low:high]) as values, memory.written(result[start:stop]) as out:
-            launcher.launch("gradient", constants, count, np.int64(count), slices, values, out)
+            launcher.launch("gradient", constants, count, slices, values, out)
     return result
 
 

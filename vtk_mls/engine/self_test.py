@@ -104,9 +104,10 @@ def checks(engine):
 
     def of_images():
         image = np.sin(_GRID.points() @ [0.1, 0.07, 0.05]).reshape(_GRID.shape)
-        images = [image.astype(np.float32), image] if engine.device.has_float64 else [image]
+        images = [image.astype(np.float32), *([image] if engine.device.has_float64 else [])]
         question = rigid, images, Sampling(_GRID, background=-1.0)
-        pairs = zip(engine.resample(*question), reference.resample(*question))
+        pairs = [*zip(engine.resample(*question), reference.resample(*question))]
+        pairs += [[each.gradient(images[0], _GRID) for each in (engine, reference)]]
         return max(_most(np.abs(a - b)) for a, b in pairs)
 
     def of_the_inverse(d):
