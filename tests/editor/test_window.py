@@ -17,7 +17,7 @@ from hands import ball_image, ball_mesh
 from vtk_mls import io
 from vtk_mls.files import control_point_files
 
-_PATIENCE = 60  # seconds
+_PATIENCE = 180  # seconds
 # What a window manager sends for the button: WM_DELETE_WINDOW, from a client message.
 _CLOSE = """
 import ctypes

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 
 LISTENER = "tests/paraview/gui_listener.py"
 PLAIN = ("paraview", "--dr", f"--script={LISTENER}")
-PATIENCE = 60  # seconds, for whatever is waited for
+PATIENCE = 180  # seconds, for whatever is waited for
 WHEEL_DOWN = 5  # a mouse button
 WIDTH, HEIGHT = 1280, 1024
 
@@ -180,6 +180,15 @@ class Gui:
         for part in (steps[at : at + rate // 2] for at in range(0, len(steps), rate // 2)):
             chain = (("mousemove_relative", "--", *step, "sleep", 1 / rate) for step in part)
             self._xdotool(*(each for link in chain for each in link))
+
+    def shake_until(self, expression):
+        """Move the mouse to and fro until a Python expression inside is true."""
+
+        def is_true():
+            self.shake(2)
+            return self.value(f"bool({expression})")
+
+        self._wait(is_true, expression)
 
     def screenshot(self, name):
         """Keep what is on the screen; the file."""

@@ -22,7 +22,7 @@ from vtk_mls import io
 from vtk_mls.files import control_point_files
 
 pytestmark = pytest.mark.matrix
-_PATIENCE = 60  # seconds
+_PATIENCE = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
 _PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
 _PHONE = {
@@ -102,10 +102,11 @@ class Page:
 
     def __init__(self, browser, address, **options):
         self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
+        self.tab.set_default_timeout(1000 * _PATIENCE)
         self.errors = []
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.goto(address)
-        self.tab.wait_for_selector("canvas[data-frames]", timeout=1000 * _PATIENCE)
+        self.tab.wait_for_selector("canvas[data-frames]")
         self.status("handles")
 
     def status(self, *texts):
@@ -113,10 +114,10 @@ class Page:
         for text in texts:
             whole = re.compile(rf"(?<!\d){re.escape(text)}")
             found = self.tab.locator(".mls-status", has_text=whole)
-            found.wait_for(timeout=1000 * _PATIENCE)
+            found.wait_for()
 
     def says(self, text):
-        self.tab.locator(".mls-message", has_text=text).wait_for(timeout=1000 * _PATIENCE)
+        self.tab.locator(".mls-message", has_text=text).wait_for()
 
     def pixel(self, share):
         box = self.tab.locator("canvas").bounding_box()
@@ -212,7 +213,7 @@ def test_what_is_saved_is_taken(page, folder):
     after = page.moved_row(0, before)
     page.tab.keyboard.press("s")
     link = page.tab.get_by_role("link", name="handles.csv")
-    link.wait_for(timeout=1000 * _PATIENCE)
+    link.wait_for()
     with page.tab.expect_download() as download:
         link.click()
     text = download.value.path().read_bytes()
@@ -229,7 +230,7 @@ def test_a_reload_has_all_of_it(page):
     page.tab.keyboard.press("l")
     page.says("x 4 handles")
     page.tab.reload()
-    page.tab.wait_for_selector("canvas[data-frames]", timeout=1000 * _PATIENCE)
+    page.tab.wait_for_selector("canvas[data-frames]")
     page.status("64 handles")
     page.tab.keyboard.press("z")
     page.status("4 handles")
