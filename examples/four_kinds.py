@@ -1,9 +1,10 @@
 """One of 15 handles, four kinds
 ================================
 
-The paper's first figure: one of 15 control points is moved, the frog's snout, and each kind answers
-in its own manner. Affine maps shear and stretch the whole animal, similarity lets the head grow,
-rigid keeps its size and turns it, and polynomials of degree 2 bend it softly.
+The paper's first figure: one of 15 control points is moved, the frog's snout, and the others stay.
+All kinds move the head and leave the legs where they are; look at the eyes to tell them apart.
+Affine shears the head, similarity and rigid turn it, and a polynomial of degree 2, which has more
+freedom between so few control points, also squeezes it.
 
 The volume is the segmented frog of PyVista's package; its labels are carried to the nearest voxel.
 """

@@ -119,16 +119,19 @@ def test_a_wrong_command_is_found():
     assert wrong("python docs/nothing.py", ()) == "no file ['docs/nothing.py']"
 
 
-COOKED = blocks((DOCS / "cookbook.md").read_text(encoding="utf-8"), "python")
+# Whole programs, from a file to a file.
+COOKED = blocks((DOCS / "python.md").read_text(encoding="utf-8"), "python")[:1]
+COOKED += blocks((DOCS / "cookbook.md").read_text(encoding="utf-8"), "python")
 
 
 @pytest.mark.matrix
 @pytest.mark.parametrize("code", COOKED, ids=range(len(COOKED)))
-def test_the_cookbook_runs(code, tmp_path):
+def test_programs_run(code, tmp_path):
     if "jupyter" in code:
         pytest.skip("tests/pyvista executes a notebook")
     sitk = pytest.importorskip("SimpleITK")
     sitk.WriteImage(sitk.GaussianSource(size=[24] * 3), str(tmp_path / "head.nii.gz"))
+    (tmp_path / "handles.csv").write_text("px,py,pz,qx,qy,qz\n1,2,3,4,5,6\n9,8,7,9,8,7\n")
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path,
