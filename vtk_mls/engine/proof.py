@@ -187,7 +187,7 @@ def _tested(found):
         )
         return [Verdict(device.widths[0], proven=False) for device in found]
     names = ", ".join(f"{device.name} ({device.platform})" for device in found)
-    announce(f"Testing OpenCL on {names} before its first use, once: some seconds ...")
+    announce(f"Testing OpenCL on {names} before its first use, once: up to a minute or two ...")
     contests = [_Contest(device, python) for device in found]
     try:
         with ThreadPoolExecutor(len(contests)) as pool:
