@@ -221,6 +221,7 @@ def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
 def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
     used = engine.on(dispatch.choose(DEVICES[0]))
     monkeypatch.setattr(used.memory, "limit", 1 << 26)
+    monkeypatch.setattr(used.memory, "in_place", False)
     d = Deformation(*ONE, device=DEVICES[0])
     whole = d.displacement_field((64, 64, 200)).displacement
     sizes, buffer = [], cl.Buffer

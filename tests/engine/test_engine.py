@@ -18,8 +18,9 @@ from conftest import (
 from drivers import check_kernels
 from pairwise import paired
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling
-from vtk_mls.engine import device, dispatch, engine
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, interpolation
+from vtk_mls.engine import device, dispatch, engine, kernel_arguments
+from vtk_mls.engine.sampler import Sampler
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
@@ -162,6 +163,38 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     monkeypatch.setattr(chosen.memory, "limit", image.nbytes)
     np.testing.assert_array_equal(
         d.resample([image], Sampling(grid, interpolation="cubic"))[0], whole
+    )
+
+
+@pytest.mark.parametrize("components", [1, 3])
+@pytest.mark.parametrize("dtype", ["uint8", "int32", "float32"])
+@pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
+def test_a_value_does_not_depend_on_those_beside_it(key, method, dtype, components, rng):
+    """Points at borders, on grid points and outside go another path than those between."""
+    launcher = engine.on(dispatch.choose(key)).launcher
+    grid = Grid((9, 8, 7))
+    array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
+    sampler = Sampler(launcher, array, grid, method, 9, fits=True)
+    index = rng.uniform(-1, 10, (2000, 3)).astype(np.float32)
+    index[::5] = np.round(index[::5])
+    index[::7, 1] = np.nan
+
+    def sampled(order):
+        result = np.empty((len(order), components), dtype)
+        with launcher.memory.read(kernel_arguments.planes(index[order])) as there:
+            sampler.sample(there, result)
+        return result
+
+    expected = sampled(np.arange(len(index)))
+    between = np.flatnonzero(np.all((index > 1) & (index < 6) & (index % 1 > 0), axis=1))
+    assert len(between) > 100
+    np.testing.assert_array_equal(sampled(between), expected[between])
+    order = rng.permutation(len(index))
+    np.testing.assert_array_equal(sampled(order), expected[order])
+    np.testing.assert_array_equal(expected[::7], 9)
+    specified = interpolation.sample(array, index.astype(np.float64), method, 9, grid)
+    np.testing.assert_allclose(
+        expected, specified, rtol=1e-6, atol=1 if dtype != "float32" else 1e-4
     )
 
 

@@ -348,21 +348,29 @@ _in("opencl/local_points.cl", FORWARD, ENGINE)(
 
 # Kernels: grids and images
 
-add = _in("opencl/resample.cl", RESAMPLE, DEFORM)
-add("resample: the half voxel at the border", "(x <= n - 0.5f)", "(x <= n - 1)")
-add("resample: nearest", "TO_INTEGER(x + 0.5f)", "TO_INTEGER(x + 0.4f)")
-add("resample: linear", "w[1] = t;", "w[1] = 0.999f * t;")
+add = _in("opencl/taps.cl", RESAMPLE, DEFORM)
+add("resample: the half voxel at the border", "(x <= axis->size - 0.5f)", "(x <= axis->size - 1)")
+add("resample: nearest", "within(axis, x) + 0.5f", "within(axis, x) + 0.4f")
+add("resample: linear", "taps->weight[1] = t;", "taps->weight[1] = 0.999f * t;")
 add("resample: cubic", "fma((real)(3), t, (real)(-5))", "fma((real)(3.1f), t, (real)(-5.1f))")
-add("resample: taps that are not neighbours", "from[3] - from[0] == 3", "true")
+add("resample: taps that are not there", "(taps->first <= axis->there - TAPS)", "1")
+add("resample: taps without weight", "whole &= taps->weight[tap] != 0", "")
 add(
     "resample: NaN of a tap without weight",
-    "select(at, axis.nearest, axis.weight[tap] == 0)",
-    "at",
+    "select(point, nearest, taps->weight[tap] == 0)",
+    "point",
 )
+_in("opencl/linear.cl", RESAMPLE, ARRAYS)(
+    "resample: values of many components lie side by side",
+    "if (box->step_x == 1) return",
+    "return",
+)
+add = _in("opencl/resample.cl", RESAMPLE, DEFORM)
+add("resample: on a point to the bit", "if (LANE_INT(on_point, l))", "if (0)")
 add(
     "resample: lanes of the last work item",
-    "int lanes = (int)min((long)LANES, count - first);",
-    "int lanes = (int)min((long)LANES, count - first - 1);",
+    "int lanes = (int)min((long)LANES, count - first), components",
+    "int lanes = (int)min((long)LANES, count - first - 1), components",
 )
 _in("opencl/types.cl", ENGINE, PROPERTIES, FORWARD)(
     "points: lanes of the last work item",

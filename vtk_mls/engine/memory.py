@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 import pyopencl as cl
 
@@ -27,6 +29,9 @@ class Memory:
         self.device = device
         self.context, self.queue = devices.context(device), devices.queue(device)
         self.in_place = device.kind == "cpu"
+        # Intel's runtime copies what a buffer is made of if it does not begin at a multiple of 128
+        # bytes, as few arrays do
+        self._takes_addresses = _takes_addresses(device.handle)
         self.limit = device.handle.global_mem_size // 2 // devices.sharers(device)
         self._kept = {}
 
@@ -63,18 +68,40 @@ class Memory:
 
     def read(self, array):
         """A context manager: `array` on the device, to read."""
-        return _Shared(self, array, cl.mem_flags.READ_ONLY, there=True, back=False)
+        return self._shared(array, cl.mem_flags.READ_ONLY, there=True, back=False)
 
     def written(self, array):
         """A context manager: `array` on the device, to write; back on the host at the end."""
-        return _Shared(self, array, cl.mem_flags.WRITE_ONLY, there=False, back=True)
+        return self._shared(array, cl.mem_flags.WRITE_ONLY, there=False, back=True)
 
     def exchanged(self, array):
         """A context manager: `array` on the device, to change; back on the host at the end."""
-        return _Shared(self, array, cl.mem_flags.READ_WRITE, there=True, back=True)
+        return self._shared(array, cl.mem_flags.READ_WRITE, there=True, back=True)
+
+    def _shared(self, array, access, there, back):
+        if self.in_place and self._takes_addresses:
+            return _Address(self, array)
+        return _Buffer(self, array, access, there, back)
 
 
-class _Shared:
+class _Address:
+    """A host array as a kernel's argument, where the device takes any address of the host."""
+
+    def __init__(self, memory, array):
+        self.memory, self.array = memory, array
+        assert array.flags.forc
+        # of bytes that may be written, which pyopencl wants also of those that are only read
+        place = (ctypes.c_char * array.nbytes).from_address(array.ctypes.data)
+        self.argument = cl.SVM(place)
+
+    def __enter__(self):
+        return self.argument
+
+    def __exit__(self, *_):
+        self.memory.queue.finish()
+
+
+class _Buffer:
     """A host array as a device buffer, for as long as the context lasts."""
 
     def __init__(self, memory, array, access, there, back):
@@ -85,19 +112,19 @@ class _Shared:
         elif there:
             access |= flags.COPY_HOST_PTR
         host = {"hostbuf": array} if there or memory.in_place else {"size": array.nbytes}
-        self.buffer = cl.Buffer(memory.context, access, **host)
+        self.argument = cl.Buffer(memory.context, access, **host)
 
     def __enter__(self):
-        return self.buffer
+        return self.argument
 
     def __exit__(self, *_):
         queue = self.memory.queue
         if self.back and not self.memory.in_place:
-            cl.enqueue_copy(queue, self.array, self.buffer)
+            cl.enqueue_copy(queue, self.array, self.argument)
         elif self.back:
             mapped, _ = cl.enqueue_map_buffer(
                 queue,
-                self.buffer,
+                self.argument,
                 cl.map_flags.READ,
                 0,
                 self.array.shape,
@@ -105,4 +132,13 @@ class _Shared:
             )
             mapped.base.release(queue)
         queue.finish()
-        self.buffer.release()
+        self.argument.release()
+
+
+def _takes_addresses(device):
+    """Whether kernels of an OpenCL device take addresses of the host."""
+    try:
+        can = device.svm_capabilities
+    except cl.Error:  # before OpenCL 2
+        return False
+    return bool(can & cl.device_svm_capabilities.FINE_GRAIN_SYSTEM)

@@ -16,12 +16,15 @@ _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 
 
 class _Piece(NamedTuple):
-    """The points `first` to `stop` of a slab, and what they need of an array."""
+    """The points `first` to `stop` of a slab, and what they need of an array.
+
+    Their continuous indices in the whole source are in three planes.
+    """
 
     first: int
     stop: int
-    index: cl.Buffer  # continuous indices of these points in the whole source, three planes
-    values: cl.Buffer
+    index: cl.Buffer | cl.SVM
+    values: cl.Buffer | cl.SVM
     grid: Grid  # where the values are
 
 
@@ -65,7 +68,7 @@ class Sampler:
         if self.fits:
             if self._whole is None:
                 self._whole = self.memory.read(self.array)
-            yield _Piece(0, count, index, self._whole.buffer, self.source)
+            yield _Piece(0, count, index, self._whole.argument, self.source)
             return
         planes = self.memory.planes(index, count)
         pieces = [(0, count)]
@@ -91,11 +94,13 @@ class Sampler:
     def _launch(self, piece, result):
         """Launch the kernel for one piece of a slab."""
         array, count = self.array, piece.stop - piece.first
-        value = array_types.c_type(array)
-        cast = f"convert_{value}_sat_rte" if array.dtype.kind in "iu" else f"convert_{value}"
+        shared = array_types.constants(array, self.launcher)
+        lanes = dict(shared)["LANES"]
+        values = array_types.c_type(array) + (str(lanes) if lanes > 1 else "")
+        rounding = "_sat_rte" if array.dtype.kind in "iu" else ""
         constants = (
-            *array_types.constants(array, self.launcher),
-            *(("CAST", cast), ("TAPS", _TAPS[self.method])),
+            *(*shared, ("VALUES", values), ("CAST", f"convert_{values}{rounding}")),
+            ("TAPS", _TAPS[self.method]),
             ("ARRAY", kernel_arguments.members(kernel_arguments.ARRAY)),
         )
         fill = interpolation.cast(np.float64(self.background), array.dtype)

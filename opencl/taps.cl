@@ -1,0 +1,84 @@
+// Points of an array around a continuous index along one axis: what interpolation takes the values
+// of, its taps, and their weights. The rules are those of vtk_mls/interpolation.py.
+
+#if !defined(TAPS) || !defined(OFFSET)
+#error "TAPS or OFFSET is missing"
+#endif
+
+#if LANES == 1
+#define TO_OFFSET(i) ((OFFSET)(i))
+typedef OFFSET offset_t;
+#else
+#define TO_OFFSET(i) GLUE(GLUE(convert_, OFFSET), LANES)(i)
+typedef GLUE(OFFSET, LANES) offset_t;
+#endif
+#define LANE_OFFSET(offset, l) (((OFFSET *)&(offset))[l])
+
+#define UNROLL _Pragma("unroll")
+
+// An axis with `size` points, of which `there` from `first` on are in memory, `step` from one to the
+// next.
+typedef struct { int size, first, there; OFFSET step; } axis_t;
+
+inline integer is_inside(const axis_t *axis, real x) {
+  return (x >= -0.5f) & (x <= axis->size - 0.5f);
+}
+
+// What is outside, or not a number, becomes the index of a border.
+inline real within(const axis_t *axis, real x) {
+  return least(most(x, (real)(0)), (real)(axis->size - 1));
+}
+
+// The nearest point, of those that are there.
+inline integer nearest_to(const axis_t *axis, real x) {
+  const integer nearest = TO_INTEGER(within(axis, x) + 0.5f) - axis->first;
+  return clamp(nearest, 0, axis->there - 1);
+}
+
+#if TAPS > 1
+// `first` is the first tap, counted from the first point that is there; the point is `behind` the
+// grid point before it.
+typedef struct { integer first; real behind, weight[TAPS]; } taps_t;
+
+// Two taps for linear, four for Catmull-Rom.
+HOT void weigh(taps_t *taps) {
+  const real t = taps->behind;
+#if TAPS == 2
+  taps->weight[0] = 1 - t;
+  taps->weight[1] = t;
+#else
+  taps->weight[0] = 0.5f * t * fma(t, 2 - t, (real)(-1));
+  taps->weight[1] = 0.5f * fma(t * t, fma((real)(3), t, (real)(-5)), (real)(2));
+  taps->weight[2] = 0.5f * t * fma(t, fma((real)(-3), t, (real)(4)), (real)(1));
+  taps->weight[3] = 0.5f * t * t * (t - 1);
+#endif
+}
+
+// Finds the taps around x; whether all are there and have a weight. At a border and on a grid point
+// they have not.
+HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
+  x = within(axis, x);
+  const integer before = TO_INTEGER(x);
+  taps->behind = x - TO_REAL(before);
+  taps->first = before - (axis->first + (TAPS - 1) / 2);
+  weigh(taps);
+  integer whole = (taps->first >= 0) & (taps->first <= axis->there - TAPS);
+  UNROLL for (int tap = 0; tap < TAPS; ++tap) whole &= taps->weight[tap] != 0;
+  return whole;
+}
+
+// Where taps are in memory. One without weight is the nearest point instead: it must not bring in a
+// NaN or an infinity.
+inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
+  for (int tap = 0; tap < TAPS; ++tap) {
+    const integer point = clamp(taps->first + tap, 0, axis->there - 1);
+    at[tap] = TO_OFFSET(select(point, nearest, taps->weight[tap] == 0)) * axis->step;
+  }
+}
+
+// A box of taps around each point, and how far apart in memory they are.
+typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
+
+// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z.
+typedef struct { offset_t corner, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
+#endif
