@@ -117,16 +117,16 @@ class Resampling:
         return self._void_distance
 
     def _mark_points(self, progress):
-        void_distance, self._void_distance = self._void_distance, None
-        if void_distance is None:
-            void_distance = self.deformation.void_distance_field(self.target, progress)
-        void_arrays.add_void(self.output.GetPointData(), void_distance)
+        if self._void_distance is None:
+            self._void_distance = self.deformation.void_distance_field(self.target, progress)
+        void_arrays.add_void(self.output.GetPointData(), self._void_distance)
         if self.wanted.GetHideVoid():
-            void_arrays.hide(self.output.GetPointData(), void_distance < 0)
+            void_arrays.hide(self.output.GetPointData(), self._void_distance < 0)
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()
-        void = self.deformation.void_field(arrays.cell_grid(self.target), progress)
+        void_distance, self._void_distance = self._void_distance, None
+        void = void_arrays.void_in_cells(self.deformation, self.target, void_distance, progress)
         arrays.add(data, "Void", void.ravel())
         if self.wanted.GetHideVoid() and void_arrays.CAN_HIDE_CELLS:
             points = arrays.to_numpy(self.output.GetPointData().GetArray("Void")).view(bool)

@@ -47,9 +47,75 @@ def hide(attributes, hidden):
 
 def touched(points):
     """Cells with a corner among the points (nz, ny, nx) bool; cells as of `arrays.cell_grid`."""
+    return _over_corners(np.maximum, points)
+
+
+def void_in_cells(deformation, grid, void_distance, progress):
+    """Whether the centres of cells are void: (nz, ny, nx) bool, of `arrays.cell_grid(grid)`.
+
+    Parameters
+    ----------
+    deformation : Deformation
+    grid : Grid
+    void_distance : (nz, ny, nx) float32
+        At the points of the grid.
+    progress : Progress
+    """
+    cells = arrays.cell_grid(grid)
+    # Planes cost no more than what follows; in the other frame no kernel measures at points.
+    if not (deformation.in_rest_frame and deformation.obstacles):
+        return deformation.void_field(cells, progress)
+    void = np.empty(cells.shape, bool)
+    unknown = np.empty(cells.shape, bool)
+    for first in range(0, cells.shape[0], _SLICES):
+        slab = slice(first, first + _SLICES)
+        void[slab], unknown[slab] = _void_by_corners(void_distance, slab)
+    unknown = np.flatnonzero(unknown)
+    starts = range(0, len(unknown), _AT_ONCE)
+    for start, part in zip(starts, progress.divided(*[1] * len(starts))):
+        chosen = unknown[start : start + _AT_ONCE]
+        index = np.stack(np.unravel_index(chosen, cells.shape)[::-1], axis=1)
+        points = cells.whole.at(index + cells.first)
+        void.flat[chosen] = deformation.void(points, part)
+    return void
+
+
+# What no cell can reach from its corners: so many times what these differ by, there and beside it.
+_FAR = 4
+# Few enough for answers that do not depend on which others are asked for with them.
+_AT_ONCE = 1 << 16
+# Of an image, at a time: what is made of them stays in the cache.
+_SLICES = 8
+
+
+def _void_by_corners(void_distance, slab):
+    """Of the cells of a slab along z, whether they are void, and whether that is unknown."""
+    before = max(slab.start - 1, 0)
+    points = void_distance[before : slab.stop + 2]
+    low, high = (_over_corners(pick, points) for pick in (np.minimum, np.maximum))
+    with np.errstate(invalid="ignore"):  # no range of infinite ones, which stay unknown
+        far = _FAR * _largest_beside(high - low)
+    void = high < -far
+    inner = slice(slab.start - before, slab.stop - before)
+    return void[inner], ~(void | (low > far))[inner]
+
+
+def _largest_beside(values):
+    """The largest of each value of (nz, ny, nx) and those beside it, across corners, too."""
+    for axis in range(3):
+        before, largest = np.moveaxis(values, axis, 0), values.copy()
+        after = np.moveaxis(largest, axis, 0)
+        np.maximum(after[1:], before[:-1], out=after[1:])
+        np.maximum(after[:-1], before[1:], out=after[:-1])
+        values = largest
+    return values
+
+
+def _over_corners(pick, points):
+    """The `pick`, np.minimum or np.maximum, of the corners of each cell; points (nz, ny, nx)."""
     for axis in range(3):
         if points.shape[axis] > 1:
-            points = np.maximum(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))
+            points = pick(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))
             points = np.moveaxis(points, 0, axis)
     return points
 
