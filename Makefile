@@ -6,9 +6,9 @@
 # make mutation put faults in, one at a time, and see whether a test finds each (LEVEL=check or test)
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
-# make pages    write docs/properties.md, docs/formats.md and the types of the filters from their tables
+# make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
 # make docs     build the documentation site in docs/_build/html; runs its figures and gallery
-# make bench    measure against other programs (LARGE=1: also 256^3)
+# make bench    measure against other programs (LARGE=1: also 256^3), and leave build/bench.json
 # make lint     check style and types only
 # make types    check the types of the public API, and of a program that uses it
 # make clean    remove what these commands made
@@ -72,6 +72,7 @@ accuracy: .venv/test-$(OPENCL).stamp
 pages: .venv/test-$(OPENCL).stamp
 	@$(PY) docs/properties_page.py
 	@$(PY) docs/formats_page.py
+	@$(PY) tests/benchmarks/page.py
 
 docs: .venv/docs-$(OPENCL).stamp
 	@bash .ci/drivers

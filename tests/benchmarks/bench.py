@@ -1,9 +1,9 @@
 """Measure vtk_mls against other programs, side by side in one run.
 
-Four questions, each asked of everyone who can answer it, with 15 handles:
+Each question is asked of everyone who can answer it, with 15 control points:
 
-- the displacement map of a grid (the paper's Table 1);
-- a volume, deformed: one filter from image to image;
+- the displacement map of a grid (the paper's Table 1), also by how many control points and cuts;
+- a volume, deformed: one filter from image to image; and again and again, while one is dragged;
 - points, moved forward by the inverse of the map that deforms the volume, as many as the grid has;
 - a mesh of two million tetrahedra, likewise: one filter from mesh to mesh. What a cut splits is
   kept from run to run, as it is while control points are dragged.
@@ -13,40 +13,28 @@ Cuts (of the rigid kind) are in the rest frame, and in the deformed one as the p
 
 Everyone runs once to warm up (kernels are built, threads started) and then several times, in
 turns; the smallest and the median time are printed, and the smallest processor time of all threads
-as a multiple of the rigid kind's: what else the machine does hardly changes that. VTK's filters use
-its thread pool (STDThread).
+as a multiple of that of the kind that others are compared with: what else the machine does hardly
+changes that. Of drags the 99th percentile counts, too. VTK's filters use its thread pool
+(STDThread). All of it is left in a file, from which `make pages` writes docs/benchmarks.md.
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
+import json
+import os
+import platform
 import time
-from dataclasses import replace
+from pathlib import Path
 
+import contestants
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints, vtkSMPTools
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
-from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
-from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource
-from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
+import pyopencl
+from vtkmodules.vtkCommonCore import vtkSMPTools, vtkVersion
 
 import vtk_mls
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.filters import MLSControlPoints, MLSDeform
 
-HANDLES = 15
-TOLERANCE = 0.02  # voxels
-KINDS = {
-    "affine": {"kind": "affine"},
-    "rigid": {"kind": "rigid"},
-    "similarity": {"kind": "similarity"},
-    "polynomial, degree 2": {"kind": "polynomial", "degree": 2},
-    "polynomial, degree 3": {"kind": "polynomial", "degree": 3},
-}
 # Table 1 of the paper, milliseconds on its GPU (GeForce 8800 Ultra) and its CPU (2 GHz).
 PAPER = {
     ("64^3", "affine"): (4, 633),
@@ -69,162 +57,89 @@ GOALS = {
     "vtkTransformFilter (TPS)": 1,
     "vtkTransformFilter (TPS^-1)": 5,
 }
+DRAGS = 200  # moves
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--large", action="store_true", help="also 256^3")
+    parser.add_argument("--large", action="store_true", help="also 256^3, and 100,000 handles")
+    parser.add_argument("--output", type=Path, default="build/bench.json", metavar="FILE")
     arguments = parser.parse_args()
     vtkSMPTools.SetBackend("STDThread")
-    absent = [name for name, peer in OPTIONAL.items() if peer(*_handles(8), 8) is None]
-    print(f"vtk_mls {vtk_mls.__version__} on {engine_for().NAME}; {HANDLES} handles")
-    print(
-        f"VTK on {vtkSMPTools.GetEstimatedNumberOfThreads()} threads ({vtkSMPTools.GetBackend()})"
-    )
-    for name in absent:
+    run = machine()
+    for what, value in run.items():
+        print(f"{what:12}{value}")
+    for name in contestants.absent():
         print(f"Not installed here, so not measured: {name} (pip install 'vtk-mls[bench]')")
-    ratios = []
-    for n in (64, 128, 256) if arguments.large else (64, 128):
-        ratios += _compare(f"displacement map, {n}^3", f"{n}^3", _maps(n))
-        ratios += _compare(f"deformed volume, {n}^3", f"{n}^3", _volumes(n))
-        ratios += _compare(f"points moved forward, {n}^3", f"{n}^3", _points(n))
-    ratios += _compare("mesh of 2 million tetrahedra (341,991 points)", "mesh", _meshes(55))
+    tables = run["tables"] = []
+    for title, base, peers, *limits in questions(arguments.large):
+        rows = measure(dict(peers), *limits)
+        tables.append({"title": title, "base": base, "rows": rows})
+        show(tables[-1])
+        # what was measured is there even if the rest is not waited for
+        arguments.output.parent.mkdir(parents=True, exist_ok=True)
+        arguments.output.write_text(json.dumps(run, indent=1) + "\n")
     print("\nTimes of VTK's thin-plate spline over ours (rigid)")
-    for line in ratios:
-        print(line)
+    for table in tables:
+        for line in gains(table):
+            print(line)
 
 
-def _maps(n):
-    """Everyone who makes a displacement map, as (name, function)."""
-    rest, deformed = _handles(n)
-    for name, ours in _ours(n):
-        yield name, lambda ours=ours: ours.displacement_field((n, n, n))
-    to_grid = vtkTransformToGrid()
-    to_grid.SetInput(_spline(rest, deformed))
-    to_grid.SetGridExtent(0, n - 1, 0, n - 1, 0, n - 1)
-    to_grid.SetGridScalarTypeToFloat()
-    yield "vtkTransformToGrid (TPS)", lambda: _again(to_grid)
-    for name, peer in OPTIONAL.items():
-        function = peer(rest, deformed, n)
-        if function is not None:
-            yield name, function
+def questions(is_large):
+    """(title, what others are compared with, who answers, and limits of `measure` if special)."""
+    for n in (64, 128, 256) if is_large else (64, 128):
+        yield f"displacement map, {n}^3", "rigid", contestants.maps(n)
+        yield f"deformed volume, {n}^3", "rigid", contestants.volumes(n)
+        yield f"points moved forward, {n}^3", "rigid", contestants.points(n)
+    meshes = contestants.meshes(55)
+    yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", meshes
+    most = 100_000 if is_large else 10_000
+    many = contestants.maps_of_many(64, most)
+    yield "displacement map by the number of control points, 64^3", "15", many
+    cuts = contestants.maps_with_cuts(64)
+    yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
+    for n in (64, 128):
+        yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
 
 
-def _volumes(n):
-    """Everyone who deforms an image, as (name, function)."""
-    rest, deformed = _handles(n)
-    source = vtkRTAnalyticSource()
-    source.SetWholeExtent(0, n - 1, 0, n - 1, 0, n - 1)
-    source.SetCenter(n / 2, n / 2, n / 2)
-    source.Update()
-    image = source.GetOutput()
-    for name, value in _ours(n):
-        deform = _filter(image, value)
-        yield name, lambda deform=deform: _again(deform)
-    for name, cut in (("rigid, Gradient", []), ("half-plane, Gradient", [_half_plane(n)])):
-        deform = _filter(image, vtk_mls.Deformation(rest, deformed, cuts=cut))
-        deform.SetGradientArray("RTData")
-        yield name, lambda deform=deform: _again(deform)
-    reslice = vtkImageReslice()
-    reslice.SetInputDataObject(0, image)
-    reslice.SetResliceTransform(_spline(rest, deformed))
-    reslice.SetInterpolationModeToLinear()
-    yield "vtkImageReslice (TPS)", lambda: _again(reslice)
+def machine():
+    """Where it runs, as {what: str}."""
+    model = platform.processor() or platform.machine()
+    if os.path.exists("/proc/cpuinfo"):
+        told = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        names = [line.partition(":")[2] for line in told.splitlines() if "model name" in line]
+        model = names[0].strip() if names else model
+    versions = {
+        "vtk_mls": vtk_mls.__version__,
+        "VTK": vtkVersion.GetVTKVersion(),
+        "numpy": np.__version__,
+        "pyopencl": pyopencl.VERSION_TEXT,
+        "Python": platform.python_version(),
+    }
+    return {
+        "processor": f"{model}, {os.cpu_count()} threads",
+        "system": platform.platform(),
+        "device": engine_for().NAME,
+        "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
+    }
 
 
-def _points(n):
-    """Everyone who moves points forward, as (name, function)."""
-    rest, deformed = _handles(n)
-    random = np.random.default_rng(2)
-    # as near to each other in memory as those of a mesh are
-    points = vtk_mls.Grid((n, n, n)).points() + random.uniform(-0.5, 0.5, (n**3, 3))
-    points = points.astype(np.float32)
-    for name, ours in (*_kinds(n), *_cut(n)):
-        yield name, lambda ours=ours: ours.forward_field(points)
-    mesh, places = vtkPolyData(), vtkPoints()
-    places.SetData(numpy_to_vtk(points))
-    mesh.SetPoints(places)
-    yield from _transform_filters(mesh, rest, deformed)
-
-
-def _meshes(n):
-    """Everyone who deforms a mesh of n^3 blocks of 12 tetrahedra, as (name, function)."""
-    rest, deformed = _handles(n)
-    blocks = vtkCellTypeSource()
-    blocks.SetCellType(VTK_TETRA)
-    blocks.SetBlocksDimensions(n, n, n)
-    blocks.Update()
-    mesh = blocks.GetOutput()
-    ours = _deform(mesh, rest, deformed)
-    yield "rigid", lambda: _again(ours)
-    cut = _deform(mesh, rest, deformed)
-    cut.AddCut(_half_plane(n))
-    yield "half-plane", lambda: _again(cut)
-    yield from _transform_filters(mesh, rest, deformed)
-
-
-def _transform_filters(mesh, rest, deformed):
-    """VTK's splines: one made to go forward, and the inverse of the one that deforms volumes."""
-    own = mesh.NewInstance()  # VTK's filters touch their input, which would undo what ours keep
-    own.DeepCopy(mesh)
-    forward, inverse = _spline(deformed, rest), _spline(rest, deformed)
-    inverse.Inverse()
-    for name, transform in {"(TPS)": forward, "(TPS^-1)": inverse}.items():
-        move = vtkTransformFilter()
-        move.SetInputData(own)
-        move.SetTransform(transform)
-        yield f"vtkTransformFilter {name}", lambda move=move: _again(move)
-
-
-def _scipy(rest, deformed, n):
-    try:
-        from scipy.interpolate import RBFInterpolator
-    except ImportError:
-        return None
-    spline = RBFInterpolator(deformed, rest - deformed, kernel="linear", degree=1)
-    points = vtk_mls.Grid((n, n, n)).points()
-    return lambda: spline(points)
-
-
-def _molesq(rest, deformed, n):
-    try:
-        from molesq import Transformer
-    except ImportError:
-        return None
-    affine = Transformer(deformed, rest)
-    points = vtk_mls.Grid((n, n, n)).points()
-    parts = np.array_split(points, max(1, len(points) // 2**16))  # it holds all pairs in memory
-    return lambda: [affine.transform(part) for part in parts]
-
-
-OPTIONAL = {"scipy RBFInterpolator": _scipy, "molesq (affine MLS)": _molesq}
-
-
-def _compare(title, size, peers):
-    """Measure and print one table; the lines for the summary."""
-    papers = {name: t for (n, name), t in PAPER.items() if n == size and "map" in title}
-    print(f"\n{title}, milliseconds")
-    print(f"{'':36}{'smallest':>10}{'median':>10}{'x rigid':>10}{'processor':>10}", end="")
-    print(f"{'paper GPU':>12}{'paper CPU':>12}" if papers else "")
-    times = _measure(dict(peers))
-    for name, (smallest, median, processor) in times.items():
-        columns = "".join(f"{t:12.0f}" for t in papers.get(name, ()))
-        ratio, share = smallest / times["rigid"][0], processor / times["rigid"][2]
-        print(f"{name:36}{smallest:10.1f}{median:10.1f}{ratio:10.2f}{share:10.2f}{columns}")
-    lines = []
-    for spline in GOALS.keys() & times.keys():
-        smallest, median = (times[spline][i] / times["rigid"][i] for i in (0, 1))
-        line = f"  {spline:36}{size:>7}{smallest:8.1f} of the smallest,{median:6.1f} of the medians"
-        lines.append(line + (f"   (goal: at least {GOALS[spline]})" if size == "128^3" else ""))
-    return sorted(lines)
-
-
-def _measure(functions, seconds=2.0, least=5, most=30):
+def measure(functions, seconds=2.0, least=5, most=30):
     """Milliseconds of each function, after one run to warm up.
 
-    The smallest and the median time, and the smallest processor time of all threads.
-
     They take turns, so that what else the machine does meets them all alike.
+
+    Parameters
+    ----------
+    functions : dict
+    seconds : float
+        After so many, and `least` runs, a function has run enough; after `most` runs in any case.
+
+    Returns
+    -------
+    dict
+        For each the "smallest" and the "median", from a hundred runs on the "p99" (99th
+        percentile), and the smallest "processor" time of all threads.
     """
     times, processor = ({name: [] for name in functions} for _ in range(2))
     for function in functions.values():
@@ -236,100 +151,49 @@ def _measure(functions, seconds=2.0, least=5, most=30):
                 function()
                 times[name].append(time.perf_counter() - start)
                 processor[name].append(time.process_time() - used)
-    return {
-        name: (1000 * min(t), 1000 * statistics.median(t), 1000 * min(processor[name]))
-        for name, t in times.items()
-    }
+    rows = {}
+    for name, taken in times.items():
+        figures = {"smallest": min(taken), "median": np.median(taken)}
+        if len(taken) >= 100:
+            figures["p99"] = np.percentile(taken, 99)
+        figures["processor"] = min(processor[name])
+        rows[name] = {what: round(1000 * value, 2) for what, value in figures.items()}
+    return rows
 
 
-def _handles(n):
-    """Random handles in a cube of n voxels, moved by some percent of its size."""
-    random = np.random.default_rng(1)
-    rest = random.uniform(0.1 * n, 0.9 * n, (HANDLES, 3))
-    return rest, rest + random.normal(0, 0.05 * n, rest.shape)
+def show(table):
+    """Print a table."""
+    rows, base = table["rows"], table["rows"][table["base"]]
+    papers = paper(table["title"])
+    columns = [each for each in base if each != "processor"]
+    print(f"\n{table['title']}, milliseconds")
+    heads = [*columns, f"x {table['base']}", "processor"]
+    heads += ["paper GPU", "paper CPU"] if papers else []
+    print(f"{'':36}" + "".join(f"{head:>12}" for head in heads))
+    for name, figures in rows.items():
+        cells = [f"{figures[each]:.1f}" for each in columns]
+        cells += [f"{figures[each] / base[each]:.2f}" for each in ("smallest", "processor")]
+        cells += [f"{each}" for each in papers.get(name, ())]
+        print(f"{name:36}" + "".join(f"{cell:>12}" for cell in cells))
 
 
-def _ours(n):
-    """What deforms grids, as (name, Deformation): kinds, cuts, alpha, maps within a tolerance."""
-    kinds, cuts = dict(_kinds(n)), dict(_cut(n))
-    yield from {**kinds, **cuts}.items()
-    for name in ("affine", "polynomial, degree 2"):
-        yield f"{name}, alpha 2", replace(kinds[name], alpha=2.0)
-    for name in ("affine", "rigid", "polynomial, degree 2", "half-plane"):
-        value = {**kinds, **cuts}[name]
-        yield f"{name}, within {TOLERANCE}", replace(value, map_tolerance=TOLERANCE)
+def paper(title):
+    """The paper's figures for a table, as {name: (GPU, CPU)} in milliseconds."""
+    question, _, size = title.partition(", ")
+    if question != "displacement map":
+        return {}
+    return {name: times for (n, name), times in PAPER.items() if n == size}
 
 
-def _kinds(n):
-    """Every kind, as (name, Deformation)."""
-    rest, deformed = _handles(n)
-    for name, options in KINDS.items():
-        yield name, vtk_mls.Deformation(rest, deformed, **options)
-
-
-def _half_plane(n):
-    return vtk_mls.HalfPlane((n / 2, n / 2, n / 2), (0, 0, 1), (1, 0, 0))
-
-
-def _cut(n):
-    """Rigid deformations with a cut in one of the frames, as (name, Deformation)."""
-    rest, deformed = _handles(n)
-    c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
-    turned = (rest - n / 2) @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) + n / 2
-    plane = vtk_mls.Plane((n / 2, n / 2, n / 2), (0, 0, 1))
-    for name, cut, moved, frame in [
-        ("half-plane", _half_plane(n), deformed, "rest"),
-        ("half-plane, all turned", _half_plane(n), turned, "rest"),
-        ("half-plane, paper's frame", _half_plane(n), deformed, "deformed"),
-        ("plane", plane, deformed, "rest"),
-        ("plane, paper's frame", plane, deformed, "deformed"),
-    ]:
-        yield name, vtk_mls.Deformation(rest, moved, cuts=[cut], cut_frame=frame)
-
-
-def _filter(image, value):
-    """A filter that does to an image what a Deformation does."""
-    deform = _deform(image, value.rest, value.deformed)
-    deform.SetKind(value.kind)
-    deform.SetDegree(value.degree)
-    deform.SetAlpha(value.alpha)
-    deform.SetMapTolerance(value.map_tolerance)
-    deform.SetCutFrame(value.cut_frame)
-    for cut in value.cuts:
-        deform.AddCut(cut)
-    return deform
-
-
-def _deform(data, rest, deformed):
-    handles = MLSControlPoints()
-    handles.SetRestPoints(rest.tolist())
-    handles.SetDeformedPoints(deformed.tolist())
-    deform = MLSDeform()
-    deform.SetInputDataObject(0, data)
-    deform.SetInputConnection(1, handles.GetOutputPort())
-    return deform
-
-
-def _spline(rest, deformed):
-    """VTK's thin-plate spline, backward as ours: from the deformed to the rest positions."""
-    spline = vtkThinPlateSplineTransform()
-    spline.SetBasisToR()
-    spline.SetSourceLandmarks(_vtk_points(deformed))
-    spline.SetTargetLandmarks(_vtk_points(rest))
-    return spline
-
-
-def _vtk_points(array):
-    points = vtkPoints()
-    points.SetDataType(VTK_FLOAT)
-    for point in array:
-        points.InsertNextPoint(point)
-    return points
-
-
-def _again(algorithm):
-    algorithm.Modified()
-    algorithm.Update()
+def gains(table):
+    """How much quicker than VTK's splines ours are, a line each."""
+    rows, (question, _, size) = table["rows"], table["title"].partition(", ")
+    for spline in sorted(GOALS.keys() & rows.keys()):
+        smallest, median = (rows[spline][f] / rows["rigid"][f] for f in ("smallest", "median"))
+        line = f"  {spline:30}{question[:24]:>26}{size:>7}"
+        line += f"{smallest:8.1f} of the smallest,{median:6.1f} of the medians"
+        is_goal = size == "128^3" and not question.startswith("drag")
+        yield line + (f"   (goal: at least {GOALS[spline]})" if is_goal else "")
 
 
 if __name__ == "__main__":
