@@ -1,5 +1,6 @@
 // Trilinear interpolation: of each point a pair of values along x in each of four rows.
 
+// Passed by address: Oclgrind has no kernel where two floats are returned.
 typedef struct { sum_t first, second; } pair_t;
 
 inline sum_t gathered(__global const VALUE *values, offset_t from) {
@@ -11,15 +12,17 @@ inline sum_t gathered(__global const VALUE *values, offset_t from) {
 // Values and those behind them, by one load for each two.
 #define PAIR(l) vload2(0, values + LANE_OFFSET(from, l))
 #define FOUR_PAIRS(l) PAIR(l), PAIR(l + 1), PAIR(l + 2), PAIR(l + 3)
-HOT pair_t neighbours(__global const VALUE *values, offset_t from) {
+HOT void load_neighbours(pair_t *pair, __global const VALUE *values, offset_t from) {
 #if LANES == 1
-  return (pair_t){(SUM)values[from], (SUM)values[from + 1]};
+  pair->first = (SUM)values[from];
+  pair->second = (SUM)values[from + 1];
 #elif LANES == 16
   typedef GLUE(VALUE, 16) values_t;
   const values_t low = (values_t)(FOUR_PAIRS(0), FOUR_PAIRS(4));
   const values_t high = (values_t)(FOUR_PAIRS(8), FOUR_PAIRS(12));
   const values_t first = (values_t)(low.even, high.even), second = (values_t)(low.odd, high.odd);
-  return (pair_t){TO_SUM(first), TO_SUM(second)};
+  pair->first = TO_SUM(first);
+  pair->second = TO_SUM(second);
 #else
 #if LANES == 2
   const GLUE(VALUE, 4) pairs = (GLUE(VALUE, 4))(PAIR(0), PAIR(1));
@@ -28,20 +31,27 @@ HOT pair_t neighbours(__global const VALUE *values, offset_t from) {
 #else
   const GLUE(VALUE, 16) pairs = (GLUE(VALUE, 16))(FOUR_PAIRS(0), FOUR_PAIRS(4));
 #endif
-  return (pair_t){TO_SUM(pairs.even), TO_SUM(pairs.odd)};
+  pair->first = TO_SUM(pairs.even);
+  pair->second = TO_SUM(pairs.odd);
 #endif
 }
 
 // The pair of the taps j along y and k along z.
-HOT pair_t pair_of(const box_t *box, const offsets_t *at, const int is_whole,
+HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const int is_whole,
                    __global const VALUE *values, int j, int k) {
   if (!is_whole) {
     const offset_t row = at->z[k] + at->y[j];
-    return (pair_t){gathered(values, row + at->x[0]), gathered(values, row + at->x[1])};
+    pair->first = gathered(values, row + at->x[0]);
+    pair->second = gathered(values, row + at->x[1]);
+    return;
   }
   __global const VALUE *row = values + k * box->step_z + j * box->step_y;
-  if (box->step_x == 1) return neighbours(row, at->corner);
-  return (pair_t){gathered(row, at->corner), gathered(row + box->step_x, at->corner)};
+  if (box->step_x == 1) {
+    load_neighbours(pair, row, at->corner);
+  } else {
+    pair->first = gathered(row, at->corner);
+    pair->second = gathered(row + box->step_x, at->corner);
+  }
 }
 
 HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole,
@@ -49,7 +59,8 @@ HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole
   sum_t sum = 0;
   UNROLL for (int k = 0; k < TAPS; ++k)
     UNROLL for (int j = 0; j < TAPS; ++j) {
-      const pair_t pair = pair_of(box, at, is_whole, values, j, k);
+      pair_t pair;
+      load_pair(&pair, box, at, is_whole, values, j, k);
       const sum_t first = TO_SUM(box->x.weight[0]) * pair.first;
       const sum_t along_x = fma(TO_SUM(box->x.weight[1]), pair.second, first);
       sum = fma(TO_SUM(box->y.weight[j] * box->z.weight[k]), along_x, sum);

@@ -362,8 +362,8 @@ add(
 )
 _in("opencl/linear.cl", RESAMPLE, ARRAYS)(
     "resample: values of many components lie side by side",
-    "if (box->step_x == 1) return",
-    "return",
+    "if (box->step_x == 1) {",
+    "if (1) {",
 )
 add = _in("opencl/resample.cl", RESAMPLE, DEFORM)
 add("resample: on a point to the bit", "if (LANE_INT(on_point, l))", "if (0)")
