@@ -1,6 +1,7 @@
 """The kernels against the specification, on every device of this machine."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, interpolation
 from vtk_mls.engine import device, dispatch, engine, kernel_arguments
+from vtk_mls.engine.launcher import Launcher
 from vtk_mls.engine.sampler import Sampler
 
 pytestmark = pytest.mark.skipif(
@@ -169,9 +171,10 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
 @pytest.mark.parametrize("components", [1, 3])
 @pytest.mark.parametrize("dtype", ["uint8", "int32", "float32"])
 @pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
-def test_a_value_does_not_depend_on_those_beside_it(key, method, dtype, components, rng):
+@pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
+def test_a_value_does_not_depend_on_those_beside_it(key, width, method, dtype, components, rng):
     """Points at borders, on grid points and outside go another path than those between."""
-    launcher = engine.on(dispatch.choose(key)).launcher
+    launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
     sampler = Sampler(launcher, array, grid, method, 9, fits=True)

@@ -534,8 +534,8 @@ def test_memory_is_that_of_input_and_output(monkeypatch):
 
 @pytest.mark.parametrize("shape", [(30, 26, 40), (50, 1, 30), (2, 2, 2)])
 @pytest.mark.parametrize("opening", [0.05, 0.5, 4.0])
-def test_the_void_of_cells_is_asked_for_near_faces_only(device, shape, opening, rng):
-    """And is what it is where the map is evaluated in each cell: voids thinner than a cell, too."""
+def test_the_void_of_cells_is_what_the_map_says_in_each(device, shape, opening, rng):
+    """Though it is asked near faces only: voids thinner than a cell, too."""
     grid, asked = Grid(shape), []
     size = np.maximum(np.array(shape) - 1.0, 0.5)
     cells = arrays.cell_grid(grid)
@@ -552,6 +552,21 @@ def test_the_void_of_cells_is_asked_for_near_faces_only(device, shape, opening, 
         np.testing.assert_array_equal(found, expected)
         asked.append(expected.sum())
     assert max(asked) > 0 or opening < 0.5 or cells.size < 10
+
+
+def test_cells_far_from_faces_are_not_asked_for():
+    """Of a void one cell wide, across x = 31.7."""
+    distance = np.abs(np.arange(64.0) - 31.7) - 0.5
+    void_distance = np.broadcast_to(distance.astype(np.float32), (64, 64, 64))
+    slabs = [slice(first, first + 8) for first in range(0, 63, 8)]
+    found = [void_arrays._void_by_corners(void_distance, slab) for slab in slabs]
+    void, unknown = (np.concatenate(parts) for parts in zip(*found))
+    assert void.shape == (63, 63, 63)
+    assert unknown.mean() < 0.2
+    centres = np.abs(np.arange(63) + 0.5 - 31.7)
+    assert unknown[..., centres < 4].all()
+    assert not unknown[..., centres > 6].any()
+    assert not void[~unknown].any()
 
 
 def test_infinite_void_distances_tell_nothing_of_cells():
