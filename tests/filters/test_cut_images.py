@@ -29,10 +29,9 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCu
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, arrays
+from vtk_mls import Deformation, HalfPlane, Plane, Sampling, Surface, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import MLSDeform, MLSDisplacementField, void_arrays
-from vtk_mls.progress import SILENT
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
 
 # Pulled apart across x = 3.9, held below.
 REST = np.array([(2.0, 3.0, 5.0), (6.0, 3.0, 5.0), (2.0, 3.0, 1.0), (6.0, 3.0, 1.0)])
@@ -530,48 +529,3 @@ def test_memory_is_that_of_input_and_output(monkeypatch):
         tracemalloc.stop()
     assert output.GetPointData().GetArray("VoidDistance").GetDataTypeSize() == 4
     assert peak <= 12 * size**3
-
-
-@pytest.mark.parametrize("shape", [(30, 26, 40), (50, 1, 30), (2, 2, 2)])
-@pytest.mark.parametrize("opening", [0.05, 0.5, 4.0])
-def test_the_void_of_cells_is_what_the_map_says_in_each(device, shape, opening, rng):
-    """Though it is asked near faces only: voids thinner than a cell, too."""
-    grid, asked = Grid(shape), []
-    size = np.maximum(np.array(shape) - 1.0, 0.5)
-    cells = arrays.cell_grid(grid)
-    for _ in range(4):
-        rest = rng.uniform(-0.2, 1.2, (8, 3)) * size
-        normal = rng.normal(size=3) * (size >= 1)
-        edge = np.cross(normal, rng.normal(size=3))
-        half_plane = HalfPlane(rng.uniform(0.3, 0.7, 3) * size, normal, edge)
-        side = np.sign((rest - half_plane.point) @ half_plane.normal)
-        moved = rest + opening * (side[:, None] * half_plane.normal + 0.1 * rng.normal(size=(8, 3)))
-        d = Deformation(rest, moved, cuts=[half_plane], device=device)
-        expected = d.void_field(cells)
-        found = void_arrays.void_in_cells(d, grid, d.void_distance_field(grid), SILENT)
-        np.testing.assert_array_equal(found, expected)
-        asked.append(expected.sum())
-    assert max(asked) > 0 or opening < 0.5 or cells.size < 10
-
-
-def test_cells_far_from_faces_are_not_asked_for():
-    """Of a void one cell wide, across x = 31.7."""
-    distance = np.abs(np.arange(64.0) - 31.7) - 0.5
-    void_distance = np.broadcast_to(distance.astype(np.float32), (64, 64, 64))
-    slabs = [slice(first, first + 8) for first in range(0, 63, 8)]
-    found = [void_arrays._void_by_corners(void_distance, slab) for slab in slabs]
-    void, unknown = (np.concatenate(parts) for parts in zip(*found))
-    assert void.shape == (63, 63, 63)
-    assert unknown.mean() < 0.2
-    centres = np.abs(np.arange(63) + 0.5 - 31.7)
-    assert unknown[..., centres < 4].all()
-    assert not unknown[..., centres > 6].any()
-    assert not void[~unknown].any()
-
-
-def test_infinite_void_distances_tell_nothing_of_cells():
-    near, far = np.full((3, 3, 3), np.inf, np.float32), np.full((3, 3, 3), 9.0, np.float32)
-    for void_distance, is_unknown in ((near, True), (far, False)):
-        void, unknown = void_arrays._void_by_corners(void_distance, slice(0, 8))
-        assert not void.any()
-        assert (unknown == is_unknown).all()

@@ -67,9 +67,10 @@ def void_in_cells(deformation, grid, void_distance, progress):
         return deformation.void_field(cells, progress)
     void = np.empty(cells.shape, bool)
     unknown = np.empty(cells.shape, bool)
+    least = _least_distance(deformation, grid)
     for first in range(0, cells.shape[0], _SLICES):
         slab = slice(first, first + _SLICES)
-        void[slab], unknown[slab] = _void_by_corners(void_distance, slab)
+        void[slab], unknown[slab] = _void_by_corners(void_distance, slab, least)
     unknown = np.flatnonzero(unknown)
     starts = range(0, len(unknown), _AT_ONCE)
     for start, part in zip(starts, progress.divided(*[1] * len(starts))):
@@ -80,7 +81,9 @@ def void_in_cells(deformation, grid, void_distance, progress):
     return void
 
 
-# What no cell can reach from its corners: so many times what these differ by, there and beside it.
+# What no cell can reach from its corners: so many times what these differ by, there and beside it,
+# and its diagonal, as all control points together map it. By differences alone corners that lie
+# alike on both sides of a void, or of two, would seem to be far from it.
 _FAR = 4
 # Few enough for answers that do not depend on which others are asked for with them.
 _AT_ONCE = 1 << 16
@@ -88,13 +91,27 @@ _AT_ONCE = 1 << 16
 _SLICES = 8
 
 
-def _void_by_corners(void_distance, slab):
-    """Of the cells of a slab along z, whether they are void, and whether that is unknown."""
+def _least_distance(deformation, grid):
+    """From a void, in world units: that of corners whose cell is not near its face."""
+    dimensions = np.array(grid.dimensions)
+    if np.any(dimensions == 2):  # a single layer of cells has none beside it that would tell
+        return np.inf
+    signs = np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]) * (dimensions > 1)
+    diagonals = signs @ grid.index_to_world.T
+    matrices = [region.control_points.affine[0] for region in deformation.regions]
+    return max(np.linalg.norm(diagonals @ each.T, axis=1).max() for each in matrices)
+
+
+def _void_by_corners(void_distance, slab, least):
+    """Of the cells of a slab along z, whether they are void, and whether that is unknown.
+
+    `least` is what `_least_distance` says.
+    """
     before = max(slab.start - 1, 0)
     points = void_distance[before : slab.stop + 2]
     low, high = (_over_corners(pick, points) for pick in (np.minimum, np.maximum))
     with np.errstate(invalid="ignore"):  # no range of infinite ones, which stay unknown
-        far = _FAR * _largest_beside(high - low)
+        far = np.maximum(_FAR * _largest_beside(high - low), least)
     void = high < -far
     inner = slice(slab.start - before, slab.stop - before)
     return void[inner], ~(void | (low > far))[inner]
