@@ -648,5 +648,26 @@ _in("vtk_mls/pyvista/readers.py", "tests/pyvista/test_pyvista_datasets.py")(
 add = _in("vtk_mls/commands/map_options.py", "tests/commands/test_points.py", CLI)
 add("command line: the exponent of damping", '        "nu": options.nu,\n', "")
 add("command line: too few numbers for a cut", "if len(values) != 3 * count:", "if not values:")
+add("command line: far control points are not told", "(high - low).max() / 2", "np.inf")
 add = _in("vtk_mls/commands/supervision.py", "tests/commands/test_supervision.py")
 add("command line: a crash after the work counts", "    if status >= 0 and", "    if")
+
+# Faces of cuts
+
+add = _in("vtk_mls/filters/void_arrays.py", "tests/filters/test_void_cells.py")
+add("void cells: a single layer is known", "if np.any(dimensions == 2):", "if False:")
+add(
+    "void cells: corners that lie alike are far",
+    "beside(high - low), least)",
+    "beside(high - low), 0)",
+)
+add = _in("vtk_mls/rendering/map_layers.py", "tests/rendering/test_map_layers.py")
+add("live: cuts that cross share their sides", "_MOST_GROUPS = 3", "_MOST_GROUPS = 1")
+add(
+    "live: layers of other sides are not filled",
+    "for layer in range(1, len(values)):",
+    "for layer in ():",
+)
+add("live: corners between cuts are missed", "_ROUNDS = 8", "_ROUNDS = 0")
+add = _in("vtk_mls/files/point_tables.py", "tests/files/test_control_point_files.py")
+add("tables: decimal commas", 'cell.replace(",", ".")', "cell")

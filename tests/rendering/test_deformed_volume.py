@@ -255,6 +255,20 @@ def test_voids_of_every_cut(cut, moved, kind):
     assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
+CROSSING = {
+    "planes": [CUTS["plane"], Plane(CENTRE, (0, 1, 0))],
+    "half-planes": [CUTS["half-plane"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
+    "plane and half-plane": [CUTS["plane"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
+    "polygon and half-plane": [CUTS["polygon"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
+}
+
+
+@pytest.mark.parametrize("cuts", CROSSING)
+@pytest.mark.parametrize("moved", [((-5, 0, 0), (5, 2, 0)), ((0, 0, 0), (10, 2, 0))])
+def test_cuts_that_cross(cuts, moved):
+    assert_alike(*pictures(deformation(*moved, cuts=CROSSING[cuts])), mean=1.5, p99=30)
+
+
 def test_cuts_in_the_deformed_frame():
     d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"], cut_frame="deformed")
     assert_alike(*pictures(d), mean=1.5, p99=30)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
@@ -9,9 +11,10 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtk_mls.paraview import colors
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.map_pace import MapPace
 from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
-_MOVING, _RESTING = 64, 128  # nodes of the map
+_MOST = 128  # nodes of the map at rest
 
 
 class LiveVolume(LiveProp):
@@ -38,7 +41,7 @@ class LiveVolume(LiveProp):
         super().__init__(display, image, renderer, volume)
         self._spacing = RaySpacing(mapper)
         self._peels = renderer.GetUseDepthPeelingForVolumes()
-        self._drawn = DeformedVolume(volume, renderer)
+        self._drawn, self._pace = DeformedVolume(volume, renderer), MapPace(_MOST)
 
     @staticmethod
     def can_draw(display, image):
@@ -73,7 +76,11 @@ class LiveVolume(LiveProp):
     def _show(self, pending, is_held):
         # fitted is large enough for all, in steps of a voxel
         within = None if pending.is_fitted else pending.geometry(self._data).grid
-        self._drawn.update(pending.deformation, _MOVING if is_held else _RESTING, within)
+        pace = self._pace
+        nodes = pace.nodes_while_moving() if is_held else pace.nodes_at_rest()
+        started = time.perf_counter()
+        self._drawn.update(pending.deformation, nodes, within)
+        pace.note_map(nodes, time.perf_counter() - started)
 
     def end(self):
         """Let ParaView's volume be seen again."""

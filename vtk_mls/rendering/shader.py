@@ -1,9 +1,9 @@
 """VTK's GPU ray caster, redirected: each sample is fetched where its material came from.
 
 `t` are texture coordinates of the box that rays go through, as in VTK's own shader; `p` are those
-of the volume. The map is a texture of one or two layers, one behind the other along z: with cuts,
-each is the map of one side of them, continued behind its face. `rgb` is G(v) - v in the coordinates
-of the data, `a` the void distance.
+of the volume. The map is a texture of one layer or several, one behind the other along z: with
+cuts, each is the map of one side of them, continued behind its face. `rgb` is G(v) - v in the
+coordinates of the data, `a` the void distance.
 """
 
 # VTK declares what a program sets by name, but takes a sampler for an integer.
@@ -20,15 +20,15 @@ bool mls_has_before = false;
 bool mls_is_empty = true;   // the ray, so far
 vec3 mls_p = vec3(0.0);     // of the sample
 
-// Of the material that is there: of two sides the one that is farther from its face.
+// Of the material that is there: of all sides the one that is farthest from its face.
 vec4 mlsMap(vec3 t)
 {{
   vec3 m = t * mls_map_scale + mls_map_bias;
   m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low);
   vec4 here = texture(mls_map, m);
-  if (mls_layers > 1.0)
+  for (float layer = 1.0; layer < mls_layers; layer += 1.0)
   {{
-    m.z += 0.5;
+    m.z += 1.0 / mls_layers;
     vec4 other = texture(mls_map, m);
     if (other.a > here.a) here = other;
   }}

@@ -1,0 +1,45 @@
+"""How fine maps are, so that the mouse is followed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_MOVING, _RESTING = 0.06, 0.7  # seconds that a map may take
+_FEW, _MANY = 24, 64  # nodes along the longest side
+
+
+class MapPace:
+    """Chooses the nodes of maps by what the last one took.
+
+    Parameters
+    ----------
+    most : int
+        Nodes along the longest side of a map that stays.
+
+    Attributes
+    ----------
+    map_seconds : float
+        Of the last one.
+    nodes : int
+        Likewise.
+    """
+
+    def __init__(self, most):
+        self.map_seconds, self.nodes, self._most = 0.0, _MANY, most
+
+    def note_map(self, nodes, seconds):
+        """Tell how long a map took."""
+        self.nodes, self.map_seconds = nodes, seconds
+
+    def nodes_while_moving(self):
+        """Nodes of a map that is replaced at once."""
+        return self._nodes(_MOVING, _FEW, _MANY)
+
+    def nodes_at_rest(self):
+        """Nodes of a map that stays."""
+        return self._nodes(_RESTING, _MANY, self._most)
+
+    def _nodes(self, seconds, fewest, most):
+        if self.map_seconds == 0:
+            return most
+        return int(np.clip((seconds / self.map_seconds) ** (1 / 3) * self.nodes, fewest, most))
