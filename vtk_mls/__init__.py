@@ -49,4 +49,5 @@ _MODULES = {
     "Sampling": "sampling",
     "Surface": "cuts",
 }
-__getattr__, __dir__ = lazy.names(__name__, _MODULES)
+_ROOMS = ("editor", "files", "filters", "io", "pyvista", "rendering")
+__getattr__, __dir__ = lazy.names(__name__, _MODULES, _ROOMS)

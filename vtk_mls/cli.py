@@ -47,7 +47,7 @@ def _run(arguments):
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("vtkmodules", "vtk"):
             raise
-        message = "VTK is not installed: pip install 'vtk-mls[vtk]'"
+        message = "VTK is not installed: pip install vtk"
     except (Aborted, DeviceError, OSError, ValueError) as error:
         message = str(error)
     except MemoryError:

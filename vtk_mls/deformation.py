@@ -130,7 +130,7 @@ class Deformation:
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable
-        VTK_MLS_DEVICE, else the first GPU, else the first CPU.
+        VTK_MLS_DEVICE, else the first GPU, else the fastest CPU driver.
 
     Raises
     ------

@@ -45,21 +45,21 @@ def report(retest=False):
 
 def _version(module, problems):
     package = module.partition(".")[0]
-    extra = "vtk" if module.startswith("vtk") else "cpu"
+    is_vtk = module.startswith("vtk")
     try:
         found = importlib.import_module(module)
     except ImportError as error:
         missing = isinstance(error, ModuleNotFoundError) and error.name in (module, package)
-        if missing and extra == "vtk":  # as it should be in an environment for ParaView
+        if missing and is_vtk:  # as it should be in an environment for ParaView
             return (
                 "not installed: ParaView brings its own, the filters in Python and `vtk-mls "
-                "deform` need it (pip install 'vtk-mls[vtk]')"
+                "deform` need it (pip install vtk)"
             )
         state = "not installed" if missing else f"cannot be imported: {error}"
-        name = "VTK" if extra == "vtk" else "pyopencl"
-        problems.append(f"{name} is {state}: pip install 'vtk-mls[{extra}]'")
+        name, cure = ("VTK", "pip install vtk") if is_vtk else ("pyopencl", drivers.advice())
+        problems.append(f"{name} is {state}: {cure}")
         return state
-    return found.vtkVersion.GetVTKVersion() if extra == "vtk" else found.__version__
+    return found.vtkVersion.GetVTKVersion() if is_vtk else found.__version__
 
 
 def _paraview(problems):

@@ -109,6 +109,8 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     """
     path = check_writable(path, dataset)
     line = _writable(path, dataset)
+    if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints() == 0:
+        raise ValueError(f"`{path}` is not written: the image is empty; has its filter failed?")
     parts = blocks(dataset)
     if formats.BLOCKS not in line.writes and len(parts) == 1:
         dataset = parts[0]

@@ -1,5 +1,6 @@
 """The command `vtk-mls`, in this process and in ones of its own."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ from vtk_mls import (
 )
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
+from vtk_mls.engine import drivers
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -232,6 +234,46 @@ def test_doctor_shows_what_devices_have_proven(tmp_path):
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_what_may_not_have_been_meant_is_said(files, capsys):
+    def said(*arguments, command="deform"):
+        assert main([command, "in.vti", *arguments, "--device", FAST]) == 0
+        return capsys.readouterr().out
+
+    Path("far.csv").write_text("500,0,0,505,0,0\n510,0,0,510,0,0\n")
+    assert "far from the data" in said("far.csv", "out.vti")
+    assert "far from the data" in said("far.csv", "field.vti", command="field")
+    assert "far from the data" not in said("handles.csv", "out.vti")
+    assert "the degree is that of polynomials" in said("handles.csv", "out.vti", "--degree", "3")
+    assert "the degree" not in said(
+        "handles.csv", "out.vti", "--degree", "1", "--kind", "polynomial"
+    )
+
+
+def test_a_field_tells_how_much_is_void(files, capsys):
+    cut = "--cut-plane", "1,0,0,1,0,0"
+    for name in ("field.vti", "field.nrrd"):
+        assert main(["field", "in.vti", "handles.csv", name, *cut, "--device", FAST]) == 0
+        assert "; void: " in capsys.readouterr().out
+
+
+def test_a_gradient_needs_a_format_that_holds_it(files, capsys):
+    arguments = ["in.vti", "handles.csv", "out.nrrd", "--gradient", "values", "--device", FAST]
+    assert main(["deform", *arguments]) == 1
+    assert "`--gradient` adds an array, and only .vti and .vtk" in capsys.readouterr().err
+
+
+def test_paraview_is_not_started_for_nothing(monkeypatch, capsys):
+    monkeypatch.setattr("vtk_mls.paraview.installation.find", lambda folder: None)
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["paraview", "nope.vti"]) == 1
+    assert "there is no file `nope.vti`" in capsys.readouterr().err
+    if sys.platform == "linux":
+        assert main(["paraview"]) == 1
+        assert "there is no display" in capsys.readouterr().err
+
+
 def test_an_environment_for_paraview_has_no_vtk_and_is_not_wrong():
     code = WITHOUT.format(names=["vtkmodules", "vtk"])
     status, out, err = run("doctor", code=code, VTK_MLS_DEVICE="")
@@ -245,11 +287,11 @@ def test_without_vtk_and_opencl(files):
     status, out, err = run("info", code=code, VTK_MLS_DEVICE="")
     assert (status, err) == (1, "")
     assert "VTK        not installed" in out
-    assert "pip install 'vtk-mls[vtk]'" in out
-    assert "pip install 'vtk-mls[cpu]'" in out
+    assert "(pip install vtk)" in out
+    assert f"pyopencl is not installed: {drivers.advice()}" in out
     status, out, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code)
     assert (status, out) == (1, "")
-    assert err == "vtk-mls: VTK is not installed: pip install 'vtk-mls[vtk]'\n"
+    assert err == "vtk-mls: VTK is not installed: pip install vtk\n"
     code = WITHOUT.format(names=["pyopencl"])
     status, _, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code, VTK_MLS_DEVICE="")
     assert status == 1

@@ -81,6 +81,12 @@ def test_the_brain_is_cut_open(output):
     assert vtk_to_numpy(data.GetArray("T1"))[void].max() == 0
 
 
+def test_the_brain_of_the_tutorial_is_there(output):
+    brain = _read(vtkXMLImageDataReader(), output[0] / "brain.vti")
+    assert brain.GetDimensions() == (197, 233, 189)
+    assert brain.GetPointData().GetScalars().GetName() == "T1"
+
+
 def test_the_mesh_is_cut_open(output):
     whole, cut = (
         _read(vtkXMLUnstructuredGridReader(), output[0] / f"{name}.vtu")

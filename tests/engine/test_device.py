@@ -85,7 +85,7 @@ def test_errors_list_what_there_is(found):
     with pytest.raises(DeviceError, match=r"no OpenCL device `gpu`; found 1:0 Slow \(cpu, Other\)"):
         dispatch.choose("gpu")
     found()
-    with pytest.raises(DeviceError, match=r"no OpenCL device found: .*vtk-mls\[cpu\]"):
+    with pytest.raises(DeviceError, match="no OpenCL device found: .*: pip install pyopencl"):
         dispatch.choose()
 
 

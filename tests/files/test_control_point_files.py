@@ -66,6 +66,23 @@ def test_markups_leave_out_what_is_not_placed(tmp_path):
     assert control_point_files.read(path)[0].tolist() == [[-1, -2, 3]]
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["1,5;2;3;4;5;-6,25\n", "px;py;pz;qx;qy;qz\n1,5;2,0;3;4;5;-6,25\n", "a;1,5;2;3;4;5;-6.25\n"],
+)
+def test_a_table_with_semicolons_may_have_decimal_commas(tmp_path, text):
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    rest, deformed, *_ = control_point_files.read(path)
+    assert (rest.tolist(), deformed.tolist()) == ([[1.5, 2, 3]], [[4, 5, -6.25]])
+
+
+def test_semicolons_in_a_label_part_nothing(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("a;b;c,1,2,3,4,5,6\n")
+    assert control_point_files.read(path)[0].tolist() == [[1, 2, 3]]
+
+
 def _markups(positions, system="LPS"):
     points = [{"id": "1", "position": position} for position in positions]
     return json.dumps({"markups": [{"coordinateSystem": system, "controlPoints": points}]})

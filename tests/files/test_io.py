@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from vtk_fixtures import TURNED, TYPES, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
@@ -546,3 +546,10 @@ def test_cells_that_a_format_cannot_hold_are_not_left_out(tmp_path, suffix, kind
     with pytest.raises(ValueError, match=rf"cannot hold {kind}; write \.vtp"):
         io.write_dataset(polydata, tmp_path / f"x{suffix}")
     assert not list(tmp_path.iterdir())
+
+
+def test_the_output_of_a_filter_that_failed_is_not_written(tmp_path):
+    path = tmp_path / "out.nii.gz"
+    with pytest.raises(ValueError, match="is not written: the image is empty; has its filter"):
+        io.write_dataset(vtkImageData(), path)
+    assert not path.exists()

@@ -286,7 +286,7 @@ def _markups(point, **more):
         ("x.csv", "1,2,3\na,4,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
         ("x.csv", "1,2,3\n1_0,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
         ("x.csv", "1,2,3,4\n", r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`$"),
-        ("x.csv", "1;2;3\n1;2;3\n", r"`, line 2: expected numbers px,py,pz,"),
+        ("x.csv", "1;2\n1;2\n", r"`, line 2: expected numbers px,py,pz,"),
         ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
         ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
         ("x.csv", BIGWARP + '"p","yes",1,2,3,4,5,6', r"line 4: expected name,active,x,y,z,u,v,w"),

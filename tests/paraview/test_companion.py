@@ -32,6 +32,7 @@ def home(tmp_path, monkeypatch):
     (tmp_path / "bin").mkdir()
     monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:/usr/bin:/bin")
     monkeypatch.delenv("PYTHONPATH", raising=False)
+    monkeypatch.setenv("DISPLAY", "of none")
     monkeypatch.setattr(caches, "folder", lambda: tmp_path / "caches")
     monkeypatch.setattr(installation, "_USUAL_FOLDERS", ())
     return tmp_path

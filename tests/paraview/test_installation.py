@@ -36,6 +36,7 @@ def pretend(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda name: None)
     monkeypatch.setattr(installation, "_USUAL_FOLDERS", ())
     monkeypatch.delenv("PYTHONPATH", raising=False)
+    monkeypatch.setenv("DISPLAY", "of none")
 
     def make(version, found="", name="pv"):
         folder = tmp_path / name / "bin"
@@ -135,13 +136,14 @@ def test_the_doctor_looks_into_it(pretend, monkeypatch):
     assert any("does not run" in problem for problem in problems)
 
 
-def test_started_with_what_was_asked(pretend, capfd):
-    folder = pretend("5.13.2", json.dumps(GOOD))
+def test_started_with_what_was_asked(pretend, tmp_path, capfd):
+    folder, file = pretend("5.13.2", json.dumps(GOOD)), tmp_path / "a.vti"
+    file.touch()
     (folder / "paraview").write_text('#!/bin/sh\necho "$VTK_MLS_OPEN" "$@"; exit 5\n')
-    assert main(["paraview", "a.vti", "--paraview", str(folder), "--option=--mesa"]) == 5
+    assert main(["paraview", str(file), "--paraview", str(folder), "--option=--mesa"]) == 5
     out, err = capfd.readouterr()
     assert "ParaView 5.13.2" in out
-    assert f"{os.path.abspath('a.vti')} --mesa --script={installation.SCENE}" in out
+    assert f"{file} --mesa --script={installation.SCENE}" in out
     assert err == ""
     assert main(["paraview", "--paraview", str(folder), "--venv", "/nowhere"]) == 1
     assert "`--venv` /nowhere is not a virtual environment" in capfd.readouterr().err

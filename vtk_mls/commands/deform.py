@@ -8,6 +8,8 @@ from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
+_WITH_ALL_ARRAYS = (".vti", ".vtk")  # of the formats of images
+
 
 def add(commands):
     """Add the command to its parent's parsers."""
@@ -84,6 +86,11 @@ def _deform_one(steps, deform, options):
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # what becomes of a mesh depends on cuts
         io.check_writable(options.output, dataset)
+        if options.gradient_array and not options.output.lower().endswith(_WITH_ALL_ARRAYS):
+            raise ValueError(
+                "`--gradient` adds an array, and only .vti and .vtk hold more than one, "
+                f"got `{options.output}`"
+            )
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
     update(deform, options)

@@ -71,7 +71,7 @@ def run(options):
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
     with step("write", options.output):
         (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
-    print(f"{options.output}: {_summary(output, options)}")
+    print(f"{options.output}: {_summary(output, options)}{map_options.remark(field)}")
     for sentence in _remarks(output, options):
         print(f"vtk-mls: `{options.output}`: {sentence}", file=sys.stderr)
     return 0
@@ -112,10 +112,11 @@ def _corners(blocks):
 def _summary(output, options):
     size = " x ".join(str(n) for n in output.GetDimensions())
     direction = "forward" if options.inverse else "backward"
+    void = f"; void: {_number_of(output, 'Void')}" if output.GetPointData().HasArray("Void") else ""
     if not options.jacobian:
-        return f"{size} {direction} displacements, {options.kind}"
+        return f"{size} {direction} displacements, {options.kind}{void}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)
-    return f"{size} {direction} determinants, {options.kind}; {folded} of them not above 0"
+    return f"{size} {direction} determinants, {options.kind}; {folded} of them not above 0{void}"
 
 
 def _remarks(output, options):

@@ -25,7 +25,7 @@ def add(parser, has_progress=True):
         help="the positions q that the control points have moved to, any of the files of points: "
         "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
         "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtk. They go to the control points "
-        "with the same labels if each point has one of its own, else to those at the same position",
+        "with the same labels if each point has one of its own, else in their order",
     )
     add(
         "--handles-space",
@@ -79,12 +79,34 @@ def apply(options, algorithm):
 
 
 def remark(algorithm):
-    """What is to be said of control points that all rest, as in a file of positions alone."""
+    """What is to be said of what may not have been meant."""
     from vtk_mls import arrays
 
-    displacement = algorithm.GetInputDataObject(1, 0).GetPointData().GetArray("Displacement")
-    moves = arrays.to_numpy(displacement).any()
-    return "" if moves else "; nothing moves, for all control points rest (see --deformed)"
+    dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
+    displacement = handles.GetPointData().GetArray("Displacement")
+    if not arrays.to_numpy(displacement).any():
+        return "; nothing moves, for all control points rest (see --deformed)"
+    if _are_far_away(arrays.to_numpy(handles.GetPoints().GetData()), dataset):
+        return "; all control points are far from the data: is their frame right (--handles-space)?"
+    has_degree = algorithm.GetDegree() != property_options.value("Degree")
+    if has_degree and algorithm.GetKind() != "polynomial":
+        return "; the degree is that of polynomials, and counts for nothing here"
+    return ""
+
+
+def _are_far_away(points, dataset):
+    """Whether none is in the bounds of the data, enlarged by half of their longest side."""
+    import numpy as np
+
+    from vtk_mls.files.blocks import blocks
+
+    bounds = [np.reshape(each.GetBounds(), (3, 2)) for each in blocks(dataset)]
+    bounds = [each for each in bounds if (each[:, 0] <= each[:, 1]).all()]
+    if not bounds or len(points) == 0:
+        return False
+    low, high = np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]
+    margin = (high - low).max() / 2
+    return not ((points >= low - margin) & (points <= high + margin)).all(axis=1).any()
 
 
 def deformation(options):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from vtk_mls import display
+
 
 def add(commands):
     """Add the command to its parent's parsers."""
@@ -31,7 +33,17 @@ def run(options):
     from vtk_mls.paraview import installation
 
     found = installation.find(options.paraview)
+    if not options.setup:
+        _check_can_start(options)
     return (_set_up if options.setup else _start)(found, options)
+
+
+def _check_can_start(options):
+    """Raise OSError if there is no such file, or nothing to show it on."""
+    if options.file is not None and not os.path.exists(options.file):
+        raise FileNotFoundError(f"there is no file `{options.file}`")
+    if not os.environ.get("QT_QPA_PLATFORM"):
+        display.check()
 
 
 def _set_up(found, options):

@@ -37,8 +37,13 @@ def apply(options, algorithm):
 
 def default(name):
     """The default of a property as an option has it."""
-    value = _properties()[name].default
-    return ",".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
+    found = value(name)
+    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+
+
+def value(name):
+    """The default of a property."""
+    return _properties()[name].default
 
 
 def _properties():

@@ -91,7 +91,7 @@ def _web_server():
         if (error.name or "").partition(".")[0] not in _OF_WEB:
             raise
         raise OSError(
-            "`--web` needs trame, which is not installed: pip install 'vtk-mls[web]'"
+            "`--web` needs trame, which is not installed: pip install trame trame-vuetify"
         ) from (error)
     return server
 

@@ -1,7 +1,7 @@
 """The demo's second part: a brain cut from above and pulled open, and the face of the cut close up.
 
 Run as `python -m vtk_mls.demo.cut DIRECTORY`, a process of its own like `picture`. It leaves
-cut.vti, cut.png and void.png in the directory.
+brain.vti, cut.vti, cut.png and void.png in the directory.
 """
 
 from __future__ import annotations
@@ -38,8 +38,10 @@ CLOSE_LIGHTS = {(0.9, 0.38, 0.34): 1.05, (0.0, 0.8, 0.6): 0.18}
 
 
 def draw(directory: Path):
-    """Write cut.vti, cut.png and void.png to `directory`."""
+    """Write brain.vti, cut.vti, cut.png and void.png to `directory`."""
     uncut = brain()
+    t1 = vtk_to_numpy(uncut.GetPointData().GetArray("T1"))
+    _save(uncut, directory / "brain.vti", t1)
     cut = _deformed(uncut, directory / "cut.vti")
     outside = _clipped(_contour(cut, "T1", SURFACE), "VoidDistance", 0.0)
     face = _clipped(_contour(cut, "VoidDistance", 0.0), "T1", SURFACE)
@@ -105,17 +107,18 @@ def _deformed(image, file):
     image.ShallowCopy(deform.GetOutputDataObject(0))
     solid = 1 - vtk_to_numpy(image.GetPointData().GetArray("Void")).astype(np.float32)
     add(image, "Solid", solid)
-    _save(image, file, solid)
+    t1 = vtk_to_numpy(image.GetPointData().GetArray("T1"))
+    _save(image, file, solid * t1, ["Void", "VoidDistance"])  # with nothing in the void
     return image
 
 
-def _save(image, file, solid):
-    """Write what one may want to look at elsewhere, with nothing in the void."""
+def _save(image, file, t1, names=()):
+    """Write what one may want to look at elsewhere: T1, and some other arrays."""
     part = vtkImageData()
     part.CopyStructure(image)
-    for name in ("Void", "VoidDistance"):
+    for name in names:
         part.GetPointData().AddArray(image.GetPointData().GetArray(name))
-    add(part, "T1", solid * vtk_to_numpy(image.GetPointData().GetArray("T1")))
+    add(part, "T1", t1)
     part.GetPointData().SetActiveScalars("T1")
     writer = vtkXMLImageDataWriter()
     writer.SetInputData(part)

@@ -124,7 +124,7 @@ def draw(directory):
 
 
 def cut_open(directory):
-    """Cut a brain open: cut.vti, cut.png and void.png; say what to install if that fails.
+    """Cut a brain open; say what to install if that fails.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def cut_open(directory):
     except FileNotFoundError as error:
         print(f"No brain is cut open: {error}")
         return
-    print("A brain of 197 x 233 x 189 voxels, cut by a half-plane and pulled open (cut.vti)")
+    print("A brain (brain.vti) of 197 x 233 x 189 voxels, cut and pulled open (cut.vti)")
     _run("cut", directory, ["cut.png", "void.png"])
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from pathlib import Path
 
 import vtkmodules.vtkInteractionStyle  # registers interactors
@@ -13,11 +11,11 @@ from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
+from vtk_mls import display
 from vtk_mls.editor.drafts import Drafts
 from vtk_mls.editor.editor import Editor
 
 _SIZE = 1200, 850
-_DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY"
 _HIDDEN = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # what VTK makes without a display
 
 
@@ -54,8 +52,7 @@ def show(datasets, state, paths, folder=None):
 
 def _window():
     """A window on the display."""
-    if sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
-        raise _no_display()  # VTK before 9.4 crashes
+    display.check()  # without one VTK before 9.4 crashes
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
@@ -63,12 +60,5 @@ def _window():
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
     if window.GetClassName() in _HIDDEN:
-        raise _no_display()
+        raise display.missing()
     return window
-
-
-def _no_display():
-    return OSError(
-        "there is no display to open a window on; set DISPLAY, or work where there is one"
-        + " (over ssh: ssh -X)" * (sys.platform != "win32")
-    )

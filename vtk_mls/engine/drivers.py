@@ -56,10 +56,11 @@ def own_loader():
 def advice() -> str:
     """What to install for OpenCL on this machine's CPU."""
     if sys.platform == "darwin":
-        return "macOS brings its own OpenCL, and pip install 'vtk-mls[cpu]' what uses it"
+        return "macOS brings its own OpenCL, and pip install pyopencl what uses it"
     if _is_x86():
-        return "pip install 'vtk-mls[cpu]' (Intel's runtime, for processors of AMD, too)"
-    return "pip install 'vtk-mls[cpu]' and your system's PoCL (apt-get install pocl-opencl-icd)"
+        packages = "pyopencl intel-opencl-rt intel-cmplr-lib-rt"
+        return f"pip install {packages} (Intel's runtime, for processors of AMD, too)"
+    return "pip install pyopencl and your system's PoCL (apt-get install pocl-opencl-icd)"
 
 
 def is_fastest(name: str) -> bool:

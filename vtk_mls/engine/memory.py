@@ -89,7 +89,7 @@ class _Address:
 
     def __init__(self, memory, array):
         self.memory, self.array = memory, array
-        assert array.flags.forc
+        assert array.flags.c_contiguous
         # of bytes that may be written, which pyopencl wants also of those that are only read
         place = (ctypes.c_char * array.nbytes).from_address(array.ctypes.data)
         self.argument = cl.SVM(place)

@@ -1,7 +1,8 @@
 """Tables of points in text, one in a line: of positions, or of pairs p and q.
 
-Cells are separated by commas or, in lines without one, by blanks. A first line without a number is
-a header. What follows a # is skipped, in lines without quotation marks. What the columns are is
+Cells are separated by commas or, in lines without one, by blanks; or by semicolons, as spreadsheets
+do where the comma is the decimal mark, which it may then be. A first line without a number is a
+header. What follows a # is skipped, in lines without quotation marks. What the columns are is
 said by the names in a header, in any order and letters of any case:
 
     px py pz qx qy qz           control points
@@ -306,15 +307,18 @@ class _Table:
     def _cells(self):
         """(number of its last line, cells) of each row with something in it."""
         with self._path.open(newline="", encoding="utf-8-sig") as file:
-            lines = (line if '"' in line else line.partition("#")[0] for line in file)
-            rows = csv.reader(lines)
-            try:
-                for row in rows:
-                    if any(cell.strip() for cell in row):
-                        self.has_commas |= len(row) > 1
-                        yield rows.line_num, row if len(row) > 1 else row[0].split()
-            except csv.Error as error:
-                raise ValueError(f"`{self._path}`, line {rows.line_num}: {error}") from None
+            lines = [line if '"' in line else line.partition("#")[0] for line in file]
+        has_semicolons = _has_semicolons(next(filter(str.strip, lines), ""))
+        rows = csv.reader(lines, delimiter=";" if has_semicolons else ",")
+        try:
+            for row in rows:
+                if any(cell.strip() for cell in row):
+                    self.has_commas |= len(row) > 1
+                    if has_semicolons:
+                        row = [_with_point(cell) for cell in row]
+                    yield rows.line_num, row if len(row) > 1 else row[0].split()
+        except csv.Error as error:
+            raise ValueError(f"`{self._path}`, line {rows.line_num}: {error}") from None
 
     def _named(self, number, header):
         """The layout that the names in a header say; None if they are others."""
@@ -390,3 +394,15 @@ def _numbers(row):
         return [] if any("_" in cell for cell in row) else [float(cell) for cell in row]
     except ValueError:
         return []
+
+
+def _has_semicolons(line):
+    """Whether these are between the cells of a line, which have a decimal comma at most."""
+    cells = line.split(";")
+    return len(cells) > 2 and all(cell.count(",") <= 1 for cell in cells)
+
+
+def _with_point(cell):
+    """A cell with a point as decimal mark, if it is a number with a comma."""
+    number = cell.replace(",", ".")
+    return number if _numbers([number]) else cell

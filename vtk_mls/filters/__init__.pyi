@@ -403,8 +403,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def GetMapTolerance(self) -> float: ...
     def SetDevice(self, text: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device
-        as in 0:1; reference for the slow float64 specification in numpy.
+        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+        platform:device as in 0:1; reference for the slow float64 specification in numpy.
 
         A text; default: "".
         """
@@ -616,8 +616,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def GetMapTolerance(self) -> float: ...
     def SetDevice(self, text: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device
-        as in 0:1; reference for the slow float64 specification in numpy.
+        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+        platform:device as in 0:1; reference for the slow float64 specification in numpy.
 
         A text; default: "".
         """

@@ -292,8 +292,8 @@ MAP_TOLERANCE = Number(
 DEVICE = Text(
     "Device",
     "",
-    """Where to compute: empty for the first GPU, else the first CPU; cpu; gpu; platform:device as
-    in 0:1; reference for the slow float64 specification in numpy.""",
+    """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+    platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
     is_advanced=True,
 )
 
