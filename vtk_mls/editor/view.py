@@ -60,13 +60,16 @@ class View:
         ValueError, TypeError, RuntimeError, MemoryError
             If there is no map, or nobody who computes it.
         """
-        started, pace = time.perf_counter(), self._pace
-        nodes = pace.nodes_at_rest() if is_final else pace.nodes_while_moving()
         deformation = state.deformation()
-        self.scene.show(deformation, nodes, is_final)
-        self.slices.show(is_final)
-        if deformation is not None:
-            pace.note_map(nodes, time.perf_counter() - started)
+
+        def make_map(nodes):
+            self.scene.show(deformation, nodes, is_final)
+            self.slices.show(is_final)
+
+        if deformation is None:
+            make_map(self._pace.nodes)
+        else:
+            self._pace.make(make_map, not is_final)
 
     def change_look(self):
         """Draw the data by their next look, whose name is returned."""

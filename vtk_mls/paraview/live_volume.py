@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
@@ -76,11 +74,11 @@ class LiveVolume(LiveProp):
     def _show(self, pending, is_held):
         # fitted is large enough for all, in steps of a voxel
         within = None if pending.is_fitted else pending.geometry(self._data).grid
-        pace = self._pace
-        nodes = pace.nodes_while_moving() if is_held else pace.nodes_at_rest()
-        started = time.perf_counter()
-        self._drawn.update(pending.deformation, nodes, within)
-        pace.note_map(nodes, time.perf_counter() - started)
+
+        def make_map(nodes):
+            self._drawn.update(pending.deformation, nodes, within)
+
+        self._pace.make(make_map, is_held)
 
     def end(self):
         """Let ParaView's volume be seen again."""
