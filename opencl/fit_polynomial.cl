@@ -60,7 +60,7 @@ inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->num
 
 // The basis functions at a control point: in the table of the map they follow the coefficients.
 inline __global const float *values_at(const map_t *map, int i) {
-  return map->table + (long)(FUNCTIONS + i) * FUNCTIONS;
+  return map->table + (long)(FUNCTIONS + row_of(map, i)) * FUNCTIONS;
 }
 
 inline void clear_sums(const map_t *map, sums_t *sums) {
@@ -76,7 +76,7 @@ inline void clear_sums(const map_t *map, sums_t *sums) {
 
 // p - q of control point i less that of k.
 inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
-  __global const control_point_t *at = map->control_points + i;
+  __global const control_point_t *at = control_point_of(map, i);
   return (sum_vec){TO_SUM(at->u[0] - pivot->u.x), TO_SUM(at->u[1] - pivot->u.y),
                    TO_SUM(at->u[2] - pivot->u.z)};
 }

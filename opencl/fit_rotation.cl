@@ -48,7 +48,7 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 
 HOT void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                        const view_t *view) {
-  __global const control_point_t *at = map->control_points + i;
+  __global const control_point_t *at = control_point_of(map, i);
   vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   add_pair(sums, control_point_weight(map, i, pivot, view), q, u);
@@ -77,7 +77,7 @@ inline vec on_axis(vec a, integer doubtful) {
 
 // p - p_k and q - q_k of a control point.
 inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *q) {
-  __global const control_point_t *at = map->control_points + i;
+  __global const control_point_t *at = control_point_of(map, i);
   *q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   *p = (vec){q->x + (at->u[0] - pivot->u.x), q->y + (at->u[1] - pivot->u.y),
              q->z + (at->u[2] - pivot->u.z)};

@@ -18,7 +18,7 @@
 inline integer hides(const map_t *map, const view_t *view) {
   integer hidden = 0;
   for (int i = 0; i < map->numbers.count; ++i)
-    hidden |= is_hidden(&map->cuts, view, i, seen_point(map, map->control_points + i));
+    hidden |= is_hidden(&map->cuts, view, i, seen_point(map, control_point_of(map, i)));
   return hidden;
 }
 

@@ -20,6 +20,9 @@ typedef struct {
   map_numbers_t numbers;
   __global const control_point_t *control_points;
   __global const float *table;  // of the kind
+#if CLUSTERS
+  __global const int *listed;   // which control points count, and which stand-ins of clusters
+#endif
 #if CUTS
   cuts_t cuts;
 #endif
@@ -63,6 +66,19 @@ typedef struct {
   real r;     // (d_k / e)^(2 alpha)
 } pivot_t;
 
+// The row in tables of the i-th control point that counts.
+inline int row_of(const map_t *map, int i) {
+#if CLUSTERS
+  return map->listed[i];
+#else
+  return i;
+#endif
+}
+
+inline __global const control_point_t *control_point_of(const map_t *map, int i) {
+  return map->control_points + row_of(map, i);
+}
+
 inline vec point_of(__global const control_point_t *at) {
   return (vec){at->q[0], at->q[1], at->q[2]};
 }
@@ -84,7 +100,7 @@ inline vec seen_point(const map_t *map, __global const control_point_t *at) {
 #endif
 
 HOT real control_point_distance2(const map_t *map, int i, const view_t *view, integer *hides) {
-  __global const control_point_t *at = map->control_points + i;
+  __global const control_point_t *at = control_point_of(map, i);
   real d2 = straight_distance2(at, view->v);
 #if CUTS
   d2 = damped_distance2(&map->cuts, view, i, seen_point(map, at), d2, hides);
@@ -110,13 +126,13 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
 #endif
   pivot_t pivot;
   pivot.k = k;
-  __global const control_point_t *nearest = map->control_points + LANE_INT(k, 0);
+  __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
   pivot.q = point_of(nearest);
   pivot.c = nearest->c;
   pivot.u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
   if (ANY(k != LANE_INT(k, 0)))  // neighbours mostly share their nearest control point
     for (int l = 1; l < LANES; ++l) {
-      nearest = map->control_points + LANE_INT(k, l);
+      nearest = control_point_of(map, LANE_INT(k, l));
       LANE(pivot.q.x, l) = nearest->q[0];
       LANE(pivot.q.y, l) = nearest->q[1];
       LANE(pivot.q.z, l) = nearest->q[2];
@@ -141,7 +157,7 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 #else
   real d2 = control_point_distance2(map, i, view, &hides);
 #endif
-  real w = map->control_points[i].c *
+  real w = control_point_of(map, i)->c *
            power(pivot->e2 / most(d2, pivot->e2), map->numbers.alpha);
 #if CUTS
   w = select(w, (real)(0), d2 >= UNREACHABLE);
@@ -151,7 +167,7 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 
 // d log(w_i)/dv.
 inline vec weight_slope(const map_t *map, int i, const view_t *view) {
-  __global const control_point_t *at = map->control_points + i;
+  __global const control_point_t *at = control_point_of(map, i);
   vec q = point_of(at);
   real d2 = straight_distance2(at, view->v);
   vec slope = vec_scale(2 * map->numbers.alpha / most(d2, 1e-30f), vec_sub(q, view->v));
@@ -180,7 +196,7 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *vie
 #if AT_REST
 // d log(w_i)/dx for the place x of the material, view->seen.
 inline vec origin_slope(const map_t *map, int i, const view_t *view) {
-  vec p = seen_point(map, map->control_points + i);
+  vec p = seen_point(map, control_point_of(map, i));
   return damping_slope(&map->cuts, view, i, p, (real)(0));
 }
 

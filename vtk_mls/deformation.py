@@ -127,6 +127,8 @@ class Deformation:
         Above, `displacement_field`, `resample` and `source_bounds` interpolate them between nodes,
         every fourth point, in all cells where a check finds that close enough: not so near control
         points and cuts, and on grids of few or flat layers. Void distances there keep their sign.
+        Where some thousand control points are, alpha is at most 1.5 and nothing is cut, those far
+        away may count by clusters instead, where a check finds that close enough.
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable

@@ -8,7 +8,7 @@ import pyopencl as cl
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.grid import Grid
 
-_STEP = 4  # points of the grid from node to node
+STEP = 4  # points of the grid from node to node
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
 # Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
 # most so many times: 6.5 times in the worst of 2,100 random sets.
@@ -29,11 +29,11 @@ def _in_c(rows):
     return "{" + ", ".join("{" + ", ".join(f"{w!r}f" for w in row) + "}" for row in rows) + "}"
 
 
-_CONSTANTS = (
+CONSTANTS = (
     ("COARSE", kernel_arguments.members(kernel_arguments.COARSE)),
     ("CHECK", kernel_arguments.members(kernel_arguments.CHECK)),
-    ("COARSE_STEP", _STEP),
-    ("COARSE_WEIGHTS", _in_c([_weights(k / _STEP) for k in range(_STEP)])),
+    ("COARSE_STEP", STEP),
+    ("COARSE_WEIGHTS", _in_c([_weights(k / STEP) for k in range(STEP)])),
 )
 
 
@@ -52,14 +52,16 @@ class CoarseMap:
         self.map = map_
         self._grid = None
 
-    def is_worth_it(self, grid):
-        """Whether nodes are much fewer than points, and most cells have no control point near."""
-        cells = _cells(grid.whole)[1]
-        if np.prod(cells + 5.0) + np.prod(cells) >= _WORTH * grid.whole.size:
-            return False
-        if 27 * len(self.map.control_points) < _ALONE * np.prod(cells):
-            return True
-        return self._near(grid.whole).mean() < _ALONE
+    def share(self, grid):
+        """The share of a grid's points for which the map is evaluated, about; 1 if not worth it."""
+        cells = cells_of(grid.whole)[1]
+        at_nodes = (np.prod(cells + 5.0) + np.prod(cells)) / grid.whole.size
+        if at_nodes >= _WORTH:
+            return 1.0
+        near = 27 * len(self.map.control_points) / np.prod(cells)
+        if near >= _ALONE:
+            near = self._near(grid.whole).mean()
+        return at_nodes + near if near < _ALONE else 1.0
 
     def launch(self, name, grid, part, between, *arguments):
         """Launch a kernel for the points `part` of a grid.
@@ -72,9 +74,9 @@ class CoarseMap:
             self._find(grid)
             self._grid = grid
         points = kernel_arguments.grid_points(grid, part, self.map.control_points)
-        first, cells = _cells(grid)
+        first, cells = cells_of(grid)
         nx, ny, _ = grid.dimensions
-        low, high = ((grid.first[2] + n // (nx * ny)) // _STEP for n in (part.start, part.stop - 1))
+        low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
         described = (grid.whole, False)
         here = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
         record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
@@ -88,9 +90,9 @@ class CoarseMap:
             kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
         )
         self.map.launch(
-            *(name, described, (b - a) * _STEP**3, points, *between(), record, self._listed),
+            *(name, described, (b - a) * STEP**3, points, *between(), record, self._listed),
             *arguments,
-            constants=(*_CONSTANTS, ("CELLS", 1)),
+            constants=(*CONSTANTS, ("CELLS", 1)),
         )
 
     def _launch_blocks(self, name, described, here, *arguments):
@@ -98,18 +100,18 @@ class CoarseMap:
         lanes = dict(self.map.launcher.sums(False))["LANES"]
         nx, ny, nz = map(int, here["cells"])
         self.map.launch(
-            name, described, -(-nx // lanes) * lanes * ny * nz, *arguments, constants=_CONSTANTS
+            name, described, -(-nx // lanes) * lanes * ny * nz, *arguments, constants=CONSTANTS
         )
 
     def _find(self, grid):
         """Find the nodes around a grid, and its cells that are far from the map."""
-        first, cells = _cells(grid)
-        most = _cells(grid.whole)[1]
+        first, cells = cells_of(grid)
+        most = cells_of(grid.whole)[1]
         # cells beside those of the grid are looked at, too
         low, high = np.maximum(first - 1, 0), np.minimum(first + cells + 1, most)
         checked = high - low
         self._around = {"first_node": low, "nodes": checked + len(_AROUND) - 1}
-        self._nodes = self._at_nodes(grid, low, checked + len(_AROUND) - 1, _AROUND[0] * _STEP)
+        self._nodes = self._at_nodes(grid, low, checked + len(_AROUND) - 1, _AROUND[0] * STEP)
         far = self._check(grid, low, checked)
         elsewhere = (far & _ELSEWHERE).astype(bool)
         off = np.zeros(cells[::-1] + 2, bool)
@@ -122,7 +124,7 @@ class CoarseMap:
 
     def _check(self, grid, low, checked):
         """What coarse_check.cl says of the cells from `low` on (nz, ny, nx)."""
-        middles = self._at_nodes(grid, low, checked, _STEP / 2)
+        middles = self._at_nodes(grid, low, checked, STEP / 2)
         here = {"first_cell": low, "cells": checked}
         record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
         to_index = np.linalg.inv(grid.index_to_world) * self.map.control_points.scale
@@ -142,13 +144,13 @@ class CoarseMap:
         return far
 
     def _at_nodes(self, grid, first, dimensions, start):
-        """A buffer with the map at every _STEP-th point of the whole grid from `start` on.
+        """A buffer with the map at every STEP-th point of the whole grid from `start` on.
 
         Of these the `dimensions` from `first` on.
         """
         whole, map_ = grid.whole, self.map
         every = Grid(
-            first + dimensions, whole.at([[start] * 3])[0], _STEP * whole.spacing, whole.direction
+            first + dimensions, whole.at([[start] * 3])[0], STEP * whole.spacing, whole.direction
         )
         nodes = every.part(first, dimensions)
         planes = 4 if map_.deformation.cuts else 3
@@ -167,9 +169,9 @@ class CoarseMap:
 
         Narrow peaks and kinks there may be between all nodes.
         """
-        first, cells = _cells(grid)
+        first, cells = cells_of(grid)
         near = np.zeros(cells[::-1] + 2, bool)
-        at = grid.whole.index_of(self.map.control_points.deformed) // _STEP - (first - 1)
+        at = grid.whole.index_of(self.map.control_points.deformed) // STEP - (first - 1)
         at = at[np.all((at >= 0) & (at < cells + 2), axis=1)].astype(int)
         near[tuple(at.T[::-1])] = True
         return _beside(near)
@@ -184,8 +186,8 @@ def _beside(cells):
     return cells
 
 
-def _cells(grid):
+def cells_of(grid):
     """The first cell that a grid's points are in, and how many, along each axis: (3,) ints."""
-    first = np.array(grid.first) // _STEP
-    last = (np.array(grid.first) + grid.dimensions - 1) // _STEP
+    first = np.array(grid.first) // STEP
+    last = (np.array(grid.first) + grid.dimensions - 1) // STEP
     return first, last - first + 1

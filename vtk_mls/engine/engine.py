@@ -127,7 +127,7 @@ class Engine:
         displacement = np.empty((grid.size, 3), dtype=np.float32)
         void_distance = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
         launches = self._launches(deformation)
-        for part in progress.over(self.launcher.slabs(grid.size, deformation, 16)):
+        for part in progress.over(self.launcher.slabs(grid.size, deformation, 16, coarsely=True)):
             with ExitStack() as buffers:
                 out = buffers.enter_context(self.memory.written(displacement[part]))
                 distance = None
@@ -261,7 +261,9 @@ class Engine:
 
         Void distances of the target are written, if there is an array for them.
         """
-        slabs = self.launcher.sampled_slabs(sampling.target.size, deformation, bytes_per_point)
+        slabs = self.launcher.sampled_slabs(
+            sampling.target.size, deformation, bytes_per_point, coarsely=True
+        )
         index = self.memory.scratch("sources", 12 * slabs[0].stop)
         launches, rivals = self._launches(deformation), self._rivals(deformation, slabs)
         for part in progress.over(slabs):
