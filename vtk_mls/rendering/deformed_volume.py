@@ -5,7 +5,7 @@ from __future__ import annotations
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from vtkmodules.vtkCommonCore import reference, vtkCommand, vtkOutputWindow
+from vtkmodules.vtkCommonCore import reference, vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
@@ -65,7 +65,7 @@ class DeformedVolume:
         self._texture, self._box, self._stretched = MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
-        self._unproven = None
+        self._is_proven, self._messages = False, None
         self._observers = []
 
     @property
@@ -115,6 +115,7 @@ class DeformedVolume:
         for observer in self._observers:
             self._renderer.RemoveObserver(observer)
         self._observers = []
+        self._is_built()
         _drawn.pop(self._volume, None)
         if self._mapper.GetInput() is self._stretched and self._stretched is not None:
             producer, port = self._producer
@@ -137,7 +138,7 @@ class DeformedVolume:
                 (vtkCommand.EndEvent, self._end),
             ):
                 self._observers.append(self._renderer.AddObserver(event, what))
-            self._unproven = True
+            self._is_proven = False
         self._volume.Modified()
 
     def _stretch(self, box):
@@ -182,18 +183,21 @@ class DeformedVolume:
             self._fail(str(error))
             return
         shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
-        if self._unproven:
-            self._unproven = Messages()
+        if not self._is_proven and self._messages is None:
+            self._messages = Messages()
 
     def _end(self, renderer, event):
         self._texture.release()
-        if isinstance(self._unproven, Messages):
-            said = self._unproven.finish()
-            self._unproven = None
-            if "hader" in said:
-                self._fail("the graphics driver does not build the shader of the deformed volume")
-            elif said:
-                vtkOutputWindow.GetInstance().DisplayText(said)
+        if not self._is_built():
+            self._fail("the graphics driver does not build the shader of the deformed volume")
+
+    def _is_built(self):
+        """Whether VTK did not complain of the shader, if this picture was to tell."""
+        messages, self._messages = self._messages, None
+        if messages is None:
+            return True
+        self._is_proven = True
+        return not messages.finish("hader")
 
     def _fail(self, why):
         self.failure = f"{why}; it is drawn undeformed"
