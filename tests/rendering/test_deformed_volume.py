@@ -418,8 +418,9 @@ def test_what_cannot_be_drawn_is_said():
     with pytest.raises(TypeError, match="`volume` must have a vtkGPU.*, got vtkFixed"):
         DeformedVolume(on_cpu, renderer)
     flat = DeformedVolume(volume_of(image_of(VALUES[:1])), renderer)
-    with pytest.raises(ValueError, match=r"`volume` must have at least two points .*\(48, 48, 1\)"):
-        flat.update(deformation())
+    for _ in range(2):
+        with pytest.raises(ValueError, match=r"must have at least two points .*\(48, 48, 1\)"):
+            flat.update(deformation())
     empty = volume_of(image_of(VALUES))
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 from vtkmodules.vtkCommonCore import reference, vtkCommand
@@ -21,7 +21,7 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
-_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation
+_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom
 
 
 class DeformedVolume:
@@ -60,6 +60,7 @@ class DeformedVolume:
 
     def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
         self.failure: str | None = None
+        _check_is_free(volume, self)
         self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = MapTexture(), None, None
@@ -90,9 +91,12 @@ class DeformedVolume:
         ------
         RenderingError
             If an earlier update could not be drawn.
+        ValueError
+            If the volume cannot be drawn so.
         """
         if self.failure is not None:
             raise RenderingError(self.failure)
+        _check_is_free(self._volume, self)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             self._take_source()
@@ -108,20 +112,21 @@ class DeformedVolume:
                 break
             box = fitted
         self._show(box, grid, values)
-        _drawn[self._volume] = self._source, deformation
+        _drawn[self._volume] = self._source, deformation, ref(self)
 
     def detach(self) -> None:
         """Draw the volume undeformed again, as if nothing had been here."""
-        for observer in self._observers:
+        observers, self._observers = self._observers, []
+        for observer in observers:
             self._renderer.RemoveObserver(observer)
-        self._observers = []
         self._is_built()
-        _drawn.pop(self._volume, None)
-        if self._mapper.GetInput() is self._stretched and self._stretched is not None:
-            producer, port = self._producer
-            self._mapper.SetInputConnection(producer.GetOutputPort(port))
-        shader.remove(self._volume.GetShaderProperty())
-        self._texture.free()
+        if observers:
+            del _drawn[self._volume]
+            if self._mapper.GetInput() is self._stretched:
+                producer, port = self._producer
+                self._mapper.SetInputConnection(producer.GetOutputPort(port))
+            shader.remove(self._volume.GetShaderProperty())
+            self._texture.free()
         self._box = self._source = self._stretched = None
 
     def _show(self, box, grid, values):
@@ -151,9 +156,9 @@ class DeformedVolume:
 
     def _take_source(self):
         """The image as it is now."""
-        self._source = _image_of(self._producer)
-        self._source_time = self._source.GetMTime()
-        _check_image(self._source)
+        image = _image_of(self._producer)
+        _check_image(image)
+        self._source, self._source_time = image, image.GetMTime()
 
     def _geometry(self):
         return ImageGeometry.of_image(self._source), _has_cell_values(self._mapper, self._source)
@@ -217,6 +222,16 @@ def _checked_mapper(volume):
     return mapper
 
 
+def _owner(volume):
+    """The DeformedVolume that draws a vtkVolume; None if none does."""
+    return _drawn[volume][2]() if volume in _drawn else None
+
+
+def _check_is_free(volume, wanted):
+    if _owner(volume) not in (None, wanted):
+        raise ValueError("`volume` is drawn deformed already; update or detach that one")
+
+
 def _producer_of(mapper):
     """Whose output a mapper shows, and which; the pipeline itself keeps no producer alive."""
     connection = mapper.GetInputConnection(0, 0)
@@ -242,7 +257,7 @@ def _check_image(image):
 
 def drawn_as(volume):
     """The image and the Deformation that a vtkVolume is drawn from; None if it is not deformed."""
-    return _drawn.get(volume)
+    return _drawn[volume][:2] if volume in _drawn else None
 
 
 def _has_cell_values(mapper, image):
