@@ -21,6 +21,7 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
+_ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
 _drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom
 
 
@@ -97,6 +98,7 @@ class DeformedVolume:
         if self.failure is not None:
             raise RenderingError(self.failure)
         _check_is_free(self._volume, self)
+        _check_mode(self._mapper)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             self._take_source()
@@ -182,6 +184,8 @@ class DeformedVolume:
 
     def _begin(self, renderer, event):
         try:
+            _check_mode(self._mapper)
+            _check_support(self._volume, renderer.GetRenderWindow())
             self._follow_source()
             unit = self._texture.bind(renderer.GetRenderWindow())
         except (ValueError, TypeError, RenderingError) as error:
@@ -219,7 +223,34 @@ def _checked_mapper(volume):
         )
     if mapper.GetNumberOfInputConnections(0) != 1:
         raise ValueError("the mapper of `volume` must have one input, got none or several")
+    _check_mode(mapper)
     return mapper
+
+
+def _check_mode(mapper):
+    """Whether a mapper is not told to draw otherwise than on the graphics card."""
+    if isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        return
+    mode = mapper.GetRequestedRenderMode()
+    if mode not in _ON_CARD:
+        names = (name for name, value in vars(vtkSmartVolumeMapper).items() if value == mode)
+        name = next(name for name in names if name.endswith("RenderMode"))
+        raise ValueError(
+            "the mapper of `volume` must draw on the graphics card, "
+            f"got {name}; call its SetRequestedRenderModeToGPU()"
+        )
+
+
+def _check_support(volume, window):
+    """Whether VTK can draw a volume on the graphics card."""
+    mapper = volume.GetMapper()
+    if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        mapper = vtkGPUVolumeRayCastMapper()
+    if not mapper.IsRenderSupported(window, volume.GetProperty()):
+        raise RenderingError(
+            "`volume` must be drawn on the graphics card, which VTK cannot do in this window; "
+            "draw the resampled volume instead"
+        )
 
 
 def _owner(volume):
