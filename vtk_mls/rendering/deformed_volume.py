@@ -113,6 +113,9 @@ class DeformedVolume:
             if fitted is box:
                 break
             box = fitted
+        else:
+            grid = box.nodes(nodes)
+            values = layers(deformation, grid)
         self._show(box, grid, values)
         _drawn[self._volume] = self._source, deformation, ref(self)
 
