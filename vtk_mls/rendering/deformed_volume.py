@@ -191,8 +191,8 @@ class DeformedVolume:
             _check_support(self._volume, renderer.GetRenderWindow())
             self._follow_source()
             unit = self._texture.bind(renderer.GetRenderWindow())
-        except (ValueError, TypeError, RenderingError) as error:
-            self._fail(str(error))
+        except (ValueError, TypeError, RuntimeError, MemoryError) as error:
+            self._fail(str(error) or "there is not enough memory")
             return
         shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
         if not self._is_proven and self._messages is None:
