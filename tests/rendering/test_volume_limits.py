@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
-from drawing import Scene, image_of, volume_of
-from test_deformed_volume import VALUES, deformation
+from drawing import Scene, assert_alike, image_of, volume_of
+from test_deformed_volume import VALUES, deformation, resampled
 from vtk_fixtures import messages, opengl  # noqa: F401  (fixtures)
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from vtk_mls.rendering import DeformedVolume, RenderingError, deformed_volume
+from vtk_mls.engine.device import DeviceError
+from vtk_mls.rendering import DeformedVolume, RenderingError, deformed_volume, map_texture
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -91,3 +95,58 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
     drawn.update(deformation())
     why = "`volume` must be drawn on the graphics card, which VTK cannot do in this window"
     assert_refused(drawn, scene, before, messages, why)
+
+
+@pytest.mark.parametrize("error", [DeviceError("the device is gone"), MemoryError()])
+def test_a_map_that_cannot_be_made_when_the_data_change(error, monkeypatch, messages):
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume)
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    scene.picture()
+
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr(deformed_volume, "layers", fail)
+    volume.GetMapper().SetInputData(image_of(255 - VALUES))
+    before = Scene(volume_of(image_of(255 - VALUES))).picture()
+    assert_refused(drawn, scene, before, messages, str(error) or "there is not enough memory")
+
+
+def test_a_texture_that_the_graphics_card_refuses(monkeypatch, messages):
+    class Refusing(map_texture.vtkTextureObject):
+        def Create3DFromRaw(self, *_):
+            return False
+
+    monkeypatch.setattr(map_texture, "vtkTextureObject", Refusing)
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume)
+    before = scene.picture()
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    why = r"the graphics driver has no 3-D texture of \d+ x \d+ x \d+ points with four floats"
+    assert_refused(drawn, scene, before, messages, why)
+
+
+def test_a_box_that_grows_too_often_has_its_own_map(monkeypatch):
+    monkeypatch.setattr(deformed_volume, "_GROWTHS", 1)
+    volume, d = volume_of(image_of(VALUES)), deformation(right=(25, 2, 0))
+    scene = Scene(volume)
+    DeformedVolume(volume, scene.renderer).update(d)
+    assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
+
+
+def test_what_nobody_holds_says_nothing(capfd):
+    """Python's collector empties what only VTK's observers hold, and VTK calls it still."""
+    volume = volume_of(image_of(VALUES))
+    scene = Scene(volume)
+    window, drawn = scene.window, DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    scene.picture()
+    alive = weakref.ref(drawn)
+    del drawn, scene
+    gc.collect()
+    assert alive() is None
+    window.Render()
+    assert "Traceback" not in capfd.readouterr().err

@@ -186,6 +186,8 @@ class DeformedVolume:
         self.update(self._deformation, self._nodes, self._within)
 
     def _begin(self, renderer, event):
+        if not vars(self):  # Python's collector has emptied it before VTK let the renderer go
+            return
         try:
             _check_mode(self._mapper)
             _check_support(self._volume, renderer.GetRenderWindow())
@@ -199,6 +201,8 @@ class DeformedVolume:
             self._messages = Messages()
 
     def _end(self, renderer, event):
+        if not vars(self):
+            return
         self._texture.release()
         if not self._is_built():
             self._fail("the graphics driver does not build the shader of the deformed volume")
