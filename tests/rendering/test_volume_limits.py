@@ -150,3 +150,20 @@ def test_what_nobody_holds_says_nothing(capfd):
     assert alive() is None
     window.Render()
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_shader_that_does_not_build_later(monkeypatch, messages):
+    volume = volume_of(image_of(VALUES), Shade=False)
+    scene = Scene(volume)
+    drawn = DeformedVolume(volume, scene.renderer)
+    drawn.update(deformation())
+    scene.picture()
+    shader = volume.GetShaderProperty()
+    tag = "//VTK::Clipping::Impl"
+    shader.AddFragmentShaderReplacement(tag, True, "not GLSL;", False)
+    volume.GetProperty().ShadeOn()
+    scene.picture()
+    messages.assert_one("DeformedVolume: the graphics driver does not build the shader")
+    shader.ClearFragmentShaderReplacement(tag, True)
+    before = Scene(volume_of(image_of(VALUES))).picture()
+    np.testing.assert_array_equal(scene.picture(), before)

@@ -67,7 +67,7 @@ class DeformedVolume:
         self._texture, self._box, self._stretched = MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
-        self._is_proven, self._messages = False, None
+        self._proven, self._messages = None, None
         self._observers = []
 
     @property
@@ -148,7 +148,7 @@ class DeformedVolume:
                 (vtkCommand.EndEvent, self._end),
             ):
                 self._observers.append(self._renderer.AddObserver(event, what))
-            self._is_proven = False
+            self._proven = None
         self._volume.Modified()
 
     def _stretch(self, box):
@@ -197,8 +197,10 @@ class DeformedVolume:
             self._fail(str(error) or "there is not enough memory")
             return
         shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
-        if not self._is_proven and self._messages is None:
-            self._messages = Messages()
+        # of which VTK makes its shader
+        looks = self._volume.GetProperty().GetMTime(), self._mapper.GetMTime()
+        if looks != self._proven and self._messages is None:
+            self._proven, self._messages = looks, Messages()
 
     def _end(self, renderer, event):
         if not vars(self):
@@ -212,7 +214,6 @@ class DeformedVolume:
         messages, self._messages = self._messages, None
         if messages is None:
             return True
-        self._is_proven = True
         return not messages.finish("hader")
 
     def _fail(self, why):
