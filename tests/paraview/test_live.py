@@ -142,3 +142,90 @@ def test_what_is_drawn_live_follows_the_display(gui):
     gui.run("simple.SetActiveView(view); simple.SetActiveSource(deform)")
     gui.run("simple.Delete(deform); del deform; simple.Render(view); simple.Render(other)")
     assert gui.value("volumes() + volumes(other)") == []
+
+
+OTHER = """
+other, layout = simple.CreateView("RenderView"), simple.GetLayout(view)
+layout.SplitVertical(0, 0.5)
+layout.AssignView(2, other)
+simple.Show(deform, other)
+simple.GetDisplayProperties(deform, other).SetRepresentationType("Volume")
+simple.ColorBy(simple.GetDisplayProperties(deform, other), ("POINTS", "RTData"))
+simple.SetActiveView(view)
+simple.SetActiveSource(deform)
+simple.Render(view)
+simple.Render(other)
+rendered = []
+other.GetRenderWindow().AddObserver("EndEvent", lambda *_: rendered.append(volumes(other)))
+"""
+
+
+def test_another_view_follows_when_the_mouse_lets_go(gui):
+    gui.run(LIVE)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    gui.run(OTHER)
+    own = gui.value("volumes(other)")
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged(pending=True) and drawn")
+        gui.shake(0.5)
+        gui.run("rendered.clear()")
+    gui.until("rendered")
+    gui.shake(0.5)
+    assert gui.value("rendered") == [["vtkVolume"]]  # once
+    gui.screenshot("1_let_go")
+    switch = "deform.SMProxy.GetProperty('Live')"
+    gui.run(f"rendered.clear(); {switch}.SetUncheckedElement(0, 0)")
+    gui.until("rendered")
+    assert gui.value("rendered") == [own]
+    gui.run(f"rendered.clear(); {switch}.SetUncheckedElement(0, 1)")
+    gui.until("rendered")
+    assert gui.value("rendered") == [["vtkVolume"]]
+    gui.press("alt+r")
+    gui.until("rendered[-1] != ['vtkVolume']")
+    gui.screenshot("2_reset")
+
+
+CUT = """
+deform.CutType, deform.CutOrigin, deform.CutNormal = "plane", [0, 0, 0], [1, 0, 0]
+moved = np.reshape(deform.DeformedPoints, (-1, 3))
+moved = moved + np.sign(moved[:, :1]) * [2, 0, 0]
+deform.DeformedPoints = moved.ravel().tolist()
+camera = view.GetActiveCamera()
+camera.Azimuth(45)
+simple.Render(view)
+
+def ended(*_):
+    frames.append(bool(drawn) and drawn[1].cuts[0].point.tolist() == cut())
+
+def cut():
+    changed = deform.SMProxy.GetProperty("CutOrigin")
+    return [changed.GetUncheckedElement(i) for i in range(3)]
+
+view.GetRenderer().AddObserver("EndEvent", ended)
+"""
+
+
+def test_a_cut_is_drawn_where_the_mouse_moves_it(gui):
+    gui.run(LIVE)
+    gui.launch("MLS Deform")
+    gui.run("deform = simple.GetActiveSource()")
+    gui.press("alt+a")
+    gui.until("is_straight()")
+    gui.run(CUT)
+    gui.until("is_bent()")
+    with gui.dragging((0, 5, 3), (90, 0)):
+        gui.until("cut()[0] > 2 and drawn")
+        gui.run("frames.clear()")
+        gui.shake_until("len(frames) >= 5")
+        frames = gui.value("frames")
+        gui.screenshot("1_dragging")
+        assert sum(frames) >= 0.9 * len(frames)
+        assert gui.value("list(deform.CutOrigin)") == [0, 0, 0]
+        assert gui.value("drawn[2]") <= 64
+    gui.until("drawn[2] > 64")
+    gui.press("alt+a")
+    gui.until("deform.CutOrigin[0] > 2")
+    gui.screenshot("2_applied")

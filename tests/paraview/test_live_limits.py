@@ -50,6 +50,22 @@ def test_a_shader_that_does_not_build(start):
 
 
 @pytest.mark.matrix
+def test_a_volume_that_is_not_drawn_by_the_graphics_card(start):
+    with start() as gui:
+        gui.run(SETUP + LIVE + "display = simple.GetDisplayProperties(wavelet, view)")
+        gui.run("display.VolumeRenderingMode = 'Ray Cast Only'; simple.Render(view)")
+        gui.launch("MLS Deform")
+        gui.run(LAUNCHED)
+        with gui.dragging(HANDLE, PULL):
+            gui.until("dragged(pending=True) and not deform.Live")
+            gui.shake(0.5)
+        assert gui.value("volumes() == own and not drawn")
+        gui.press("alt+a")
+        gui.until("is_bent()")
+        assert gui.printed.count("is neither Smart nor GPU Based. Apply shows the result") == 1
+
+
+@pytest.mark.matrix
 def test_what_cannot_be_drawn_is_said_once(start):
     with start() as gui:
         gui.run(SETUP + FAILS)

@@ -91,6 +91,30 @@ def test_cells_edges_and_boxes_of_images_follow(gui):
     check(gui, "Outline", "Surface", "Slice", name="fitted_")
 
 
+INPUT_CHANGES = {
+    "Surface": "Center = [4, 0, 0]",
+    "Slice": "Center = [8, 0, 0]",
+    "Outline": "WholeExtent = [-10, 6, -10, 10, -10, 10]",
+}
+
+
+def test_changes_of_the_input_are_followed(gui):
+    begin(gui, "wavelet", ("POINTS", "RTData"))
+    gui.run("simple.HideInteractiveWidgets(proxy=deform)")
+    gui.run("changed = deform.SMProxy.GetProperty('DeformedPoints')")
+    gui.run("moved = rest.copy(); moved[-1] += [-4, 3, 2]")
+    for look, change in INPUT_CHANGES.items():
+        gui.run(f"display.SetRepresentationType({look!r}); simple.Render(view)")
+        gui.run("changed.SetUncheckedElements(moved.ravel().tolist(), moved.size)")
+        gui.run(f"before = seen(); wavelet.{change}; pending = seen()")
+        gui.screenshot(look)
+        gui.run("deform.DeformedPoints = moved.ravel().tolist()")
+        gui.run("simple.UpdatePipeline(proxy=deform); applied = seen()")
+        gui.run("deform.DeformedPoints = rest.ravel().tolist()")
+        assert gui.value("share(before, pending)") > 5, look
+        assert gui.value("share(pending, applied)") < 0.1, look
+
+
 @pytest.mark.matrix
 def test_a_volume_steps_unseen_from_drag_to_apply(gui):
     """A map of 64 nodes while it is dragged, of 128 when it is let go, then the filter's result."""

@@ -181,6 +181,7 @@ LOOKS = {
     "jittered": {"prepare": _jittered},
     "shadowed": {"prepare": _shadowed},
 }
+BLENDED = ["shaded", *(name for name, look in LOOKS.items() if "blend" in look)]
 
 
 @pytest.mark.parametrize("look", LOOKS)
@@ -252,6 +253,18 @@ def test_every_kind(kind):
 )
 def test_voids_of_every_cut(cut, moved, kind):
     d = deformation(*moved, kind, cuts=CUTS[cut])
+    assert_alike(*pictures(d), mean=1.5, p99=30)
+
+
+@pytest.mark.parametrize("look", BLENDED)
+def test_a_cut_in_every_blend_mode(look):
+    d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"])
+    assert_alike(*pictures(d, **LOOKS[look]), mean=1.5, p99=30)
+
+
+@pytest.mark.parametrize("cut", CUTS)
+def test_a_cut_with_the_polynomial_kind(cut):
+    d = deformation((0, 0, 0), (10, 2, 0), "polynomial", cuts=CUTS[cut])
     assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
@@ -418,8 +431,9 @@ def test_what_cannot_be_drawn_is_said():
     with pytest.raises(TypeError, match="`volume` must have a vtkGPU.*, got vtkFixed"):
         DeformedVolume(on_cpu, renderer)
     flat = DeformedVolume(volume_of(image_of(VALUES[:1])), renderer)
-    with pytest.raises(ValueError, match=r"`volume` must have at least two points .*\(48, 48, 1\)"):
-        flat.update(deformation())
+    for _ in range(2):
+        with pytest.raises(ValueError, match=r"must have at least two points .*\(48, 48, 1\)"):
+            flat.update(deformation())
     empty = volume_of(image_of(VALUES))
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):

@@ -3,7 +3,7 @@
 Where the filter, or before the first Apply its input, is shown, the input is drawn deformed beside
 it, and what ParaView shows is hidden. This is no part of the pipeline: states, Undo and the panel
 do not know of it. It is brought up to date once a frame, whatever number of edits came since the
-last: so it never falls behind the mouse.
+last: so it never falls behind the mouse. Views that the mouse is not in are drawn when it lets go.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from contextlib import suppress
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
+from vtk_mls.paraview import late_render
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
@@ -56,9 +57,12 @@ class Live:
         self._is_stale, self._is_held = True, is_held
         for view in proxies(proxy.GetSessionProxyManager(), "views"):
             self._hook(view)
+            if not is_held and view.GetGlobalID() in self._hooks and _shown(proxy, view):
+                late_render.ask([view.GetGlobalID()])
 
     def end(self):
         """Show what ParaView shows."""
+        late_render.ask({number for number, *_ in self._drawn})
         for window, tags in self._hooks.values():
             for tag in tags:
                 window.RemoveObserver(tag)

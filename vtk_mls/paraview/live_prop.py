@@ -60,8 +60,9 @@ class LiveProp:
         self._hidden.SetVisibility(False)
         for name in _PLACEMENT:
             getattr(self._prop, f"Set{name}")(getattr(self._hidden, f"Get{name}")())
-        if self._latest != (pending.edits, is_held):
-            self._latest = pending.edits, is_held
+        latest = pending.edits, is_held, self._data.GetMTime()
+        if self._latest != latest:
+            self._latest = latest
             self._show(pending, is_held)
             self._renderer.ResetCameraClippingRange()
 

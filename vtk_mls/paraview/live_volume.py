@@ -13,6 +13,7 @@ from vtk_mls.rendering.map_pace import MapPace
 from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
 _MOST = 128  # nodes of the map at rest
+_ON_CARD = (0, 2)  # modes of ParaView's volumes: Smart, GPU Based
 
 
 class LiveVolume(LiveProp):
@@ -22,6 +23,8 @@ class LiveVolume(LiveProp):
     """
 
     def __init__(self, display, image, renderer, index=0):
+        if _mode(display) not in _ON_CARD:
+            raise ValueError("`Volume Rendering Mode` is neither Smart nor GPU Based")
         mapper = vtkGPUVolumeRayCastMapper()
         mapper.SetInputData(image)
         # as ParaView's own at rest; that one makes steps longer, not rays fewer, while it moves
@@ -58,7 +61,7 @@ class LiveVolume(LiveProp):
 
     @staticmethod
     def look(display):
-        return colors.array(display), _blend(display)
+        return colors.array(display), _blend(display), _mode(display)
 
     def update(self, pending, is_held):
         """Draw the volume as pending edits have it."""
@@ -88,5 +91,13 @@ class LiveVolume(LiveProp):
 
 
 def _blend(display):
-    blend = display.GetProperty("BlendMode")
-    return blend.GetElement(0) if blend else 0
+    return _value(display, "BlendMode")
+
+
+def _mode(display):
+    return _value(display, "VolumeRenderingMode")
+
+
+def _value(display, name):
+    wanted = display.GetProperty(name)
+    return wanted.GetElement(0) if wanted else 0

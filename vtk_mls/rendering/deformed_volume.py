@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
-from vtkmodules.vtkCommonCore import reference, vtkCommand, vtkOutputWindow
+from vtkmodules.vtkCommonCore import reference, vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
@@ -21,7 +21,8 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
-_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation
+_ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
+_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom
 
 
 class DeformedVolume:
@@ -60,12 +61,13 @@ class DeformedVolume:
 
     def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
         self.failure: str | None = None
+        _check_is_free(volume, self)
         self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
-        self._unproven = None
+        self._proven, self._messages = None, None
         self._observers = []
 
     @property
@@ -90,9 +92,13 @@ class DeformedVolume:
         ------
         RenderingError
             If an earlier update could not be drawn.
+        ValueError
+            If the volume cannot be drawn so.
         """
         if self.failure is not None:
             raise RenderingError(self.failure)
+        _check_is_free(self._volume, self)
+        _check_mode(self._mapper)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             self._take_source()
@@ -107,20 +113,25 @@ class DeformedVolume:
             if fitted is box:
                 break
             box = fitted
+        else:
+            grid = box.nodes(nodes)
+            values = layers(deformation, grid)
         self._show(box, grid, values)
-        _drawn[self._volume] = self._source, deformation
+        _drawn[self._volume] = self._source, deformation, ref(self)
 
     def detach(self) -> None:
         """Draw the volume undeformed again, as if nothing had been here."""
-        for observer in self._observers:
+        observers, self._observers = self._observers, []
+        for observer in observers:
             self._renderer.RemoveObserver(observer)
-        self._observers = []
-        _drawn.pop(self._volume, None)
-        if self._mapper.GetInput() is self._stretched and self._stretched is not None:
-            producer, port = self._producer
-            self._mapper.SetInputConnection(producer.GetOutputPort(port))
-        shader.remove(self._volume.GetShaderProperty())
-        self._texture.free()
+        self._is_built()
+        if observers:
+            del _drawn[self._volume]
+            if self._mapper.GetInput() is self._stretched:
+                producer, port = self._producer
+                self._mapper.SetInputConnection(producer.GetOutputPort(port))
+            shader.remove(self._volume.GetShaderProperty())
+            self._texture.free()
         self._box = self._source = self._stretched = None
 
     def _show(self, box, grid, values):
@@ -137,7 +148,7 @@ class DeformedVolume:
                 (vtkCommand.EndEvent, self._end),
             ):
                 self._observers.append(self._renderer.AddObserver(event, what))
-            self._unproven = True
+            self._proven = None
         self._volume.Modified()
 
     def _stretch(self, box):
@@ -150,9 +161,9 @@ class DeformedVolume:
 
     def _take_source(self):
         """The image as it is now."""
-        self._source = _image_of(self._producer)
-        self._source_time = self._source.GetMTime()
-        _check_image(self._source)
+        image = _image_of(self._producer)
+        _check_image(image)
+        self._source, self._source_time = image, image.GetMTime()
 
     def _geometry(self):
         return ImageGeometry.of_image(self._source), _has_cell_values(self._mapper, self._source)
@@ -175,25 +186,35 @@ class DeformedVolume:
         self.update(self._deformation, self._nodes, self._within)
 
     def _begin(self, renderer, event):
+        if not vars(self):  # Python's collector has emptied it before VTK let the renderer go
+            return
         try:
+            _check_mode(self._mapper)
+            _check_support(self._volume, renderer.GetRenderWindow())
             self._follow_source()
             unit = self._texture.bind(renderer.GetRenderWindow())
-        except (ValueError, TypeError, RenderingError) as error:
-            self._fail(str(error))
+        except (ValueError, TypeError, RuntimeError, MemoryError) as error:
+            self._fail(str(error) or "there is not enough memory")
             return
         shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
-        if self._unproven:
-            self._unproven = Messages()
+        # of which VTK makes its shader
+        looks = self._volume.GetProperty().GetMTime(), self._mapper.GetMTime()
+        if looks != self._proven and self._messages is None:
+            self._proven, self._messages = looks, Messages()
 
     def _end(self, renderer, event):
+        if not vars(self):
+            return
         self._texture.release()
-        if isinstance(self._unproven, Messages):
-            said = self._unproven.finish()
-            self._unproven = None
-            if "hader" in said:
-                self._fail("the graphics driver does not build the shader of the deformed volume")
-            elif said:
-                vtkOutputWindow.GetInstance().DisplayText(said)
+        if not self._is_built():
+            self._fail("the graphics driver does not build the shader of the deformed volume")
+
+    def _is_built(self):
+        """Whether VTK did not complain of the shader, if this picture was to tell."""
+        messages, self._messages = self._messages, None
+        if messages is None:
+            return True
+        return not messages.finish("hader")
 
     def _fail(self, why):
         self.failure = f"{why}; it is drawn undeformed"
@@ -210,7 +231,44 @@ def _checked_mapper(volume):
         )
     if mapper.GetNumberOfInputConnections(0) != 1:
         raise ValueError("the mapper of `volume` must have one input, got none or several")
+    _check_mode(mapper)
     return mapper
+
+
+def _check_mode(mapper):
+    """Whether a mapper is not told to draw otherwise than on the graphics card."""
+    if isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        return
+    mode = mapper.GetRequestedRenderMode()
+    if mode not in _ON_CARD:
+        names = (name for name, value in vars(vtkSmartVolumeMapper).items() if value == mode)
+        name = next(name for name in names if name.endswith("RenderMode"))
+        raise ValueError(
+            "the mapper of `volume` must draw on the graphics card, "
+            f"got {name}; call its SetRequestedRenderModeToGPU()"
+        )
+
+
+def _check_support(volume, window):
+    """Whether VTK can draw a volume on the graphics card."""
+    mapper = volume.GetMapper()
+    if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        mapper = vtkGPUVolumeRayCastMapper()
+    if not mapper.IsRenderSupported(window, volume.GetProperty()):
+        raise RenderingError(
+            "`volume` must be drawn on the graphics card, which VTK cannot do in this window; "
+            "draw the resampled volume instead"
+        )
+
+
+def _owner(volume):
+    """The DeformedVolume that draws a vtkVolume; None if none does."""
+    return _drawn[volume][2]() if volume in _drawn else None
+
+
+def _check_is_free(volume, wanted):
+    if _owner(volume) not in (None, wanted):
+        raise ValueError("`volume` is drawn deformed already; update or detach that one")
 
 
 def _producer_of(mapper):
@@ -238,7 +296,7 @@ def _check_image(image):
 
 def drawn_as(volume):
     """The image and the Deformation that a vtkVolume is drawn from; None if it is not deformed."""
-    return _drawn.get(volume)
+    return _drawn[volume][:2] if volume in _drawn else None
 
 
 def _has_cell_values(mapper, image):
