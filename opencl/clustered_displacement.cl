@@ -2,7 +2,7 @@
 #include "clusters.cl"
 
 #ifndef POINTS_PER_LIST
-#error "POINTS_PER_LIST is missing: how many points in turn have a list of their own"
+#error "POINTS_PER_LIST is missing: how many points one behind the other have a list of their own"
 #endif
 
 // What point_displacement writes, where each POINTS_PER_LIST points have a list.

@@ -78,8 +78,8 @@ class Clusters:
             self._levels.insert(0, _Level(start, stop, child, mean, radius, stand_in))
         self.q, self.p, self.weights = (np.concatenate(column) for column in zip(*tables))
 
-    def near(self, low, high, opening):
-        """What counts in boxes: clusters whose radius is below `opening` times their distance.
+    def near(self, low, high, relative_size):
+        """What counts in boxes: clusters whose radius is below `relative_size` times their distance.
 
         Those nearer than half a box are not taken: their errors would change within it.
 
@@ -87,7 +87,7 @@ class Clusters:
         ----------
         low, high : (b, 3) float64, local frame
             Corners of the boxes.
-        opening : float, < 1
+        relative_size : float, < 1
 
         Returns
         -------
@@ -109,7 +109,7 @@ class Clusters:
             mean = level.mean[cube]
             apart = np.maximum(np.maximum(low[box] - mean, mean - high[box]), 0)
             distance = np.sqrt((apart * apart).sum(axis=1))
-            is_far = is_cluster & (level.radius[cube] < opening * distance)
+            is_far = is_cluster & (level.radius[cube] < relative_size * distance)
             is_far &= distance > clearance[box]
             first = level.stand_in[cube[is_far]]
             take(box[is_far], first, first + len(_STAND_INS))

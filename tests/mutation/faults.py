@@ -672,29 +672,31 @@ add("live: corners between cuts are missed", "_ROUNDS = 8", "_ROUNDS = 0")
 add = _in("vtk_mls/files/point_tables.py", "tests/files/test_control_point_files.py")
 add("tables: decimal commas", 'cell.replace(",", ".")', "cell")
 
-_clusters = _in("vtk_mls/clusters.py", "tests/core/test_clusters.py")
-_clusters(
+# Clusters
+
+add = _in("vtk_mls/clusters.py", "tests/core/test_clusters.py")
+add(
     "clusters: stand-ins do not move as their control points",
     "dq, dp = (axes * spread[:, None, :]) @ corners, motion @ corners",
     "dq, dp = (axes * spread[:, None, :]) @ corners, 0 * motion @ corners",
 )
-_clusters(
+add(
     "clusters: those of any size count, however near",
-    "is_far = is_cluster & (level.radius[cube] < opening * distance)",
+    "is_far = is_cluster & (level.radius[cube] < relative_size * distance)",
     "is_far = is_cluster & (level.radius[cube] < 9 * distance)",
 )
-_clusters(
+add(
     "clusters: what is open ends at its first cube",
     "cube, owner = _ranges(level.child[cube], level.child[cube + 1])",
     "cube, owner = _ranges(level.child[cube], level.child[cube] + 1)",
 )
-_lists = _in("vtk_mls/engine/clustered_map.py", "tests/core/test_clusters.py")
-_lists(
+add = _in("vtk_mls/engine/clustered_map.py", "tests/core/test_clusters.py")
+add(
     "clusters: blocks that are off keep their lists",
     "return far <= self.map.deformation.map_tolerance / _SAFETY",
     "return far <= 1e9 * self.map.deformation.map_tolerance",
 )
-_lists(
+add(
     "clusters: a layer has the lists of the one before",
     "if self._layer is None or self._layer[:2] != (grid, number):",
     "if self._layer is None:",

@@ -15,7 +15,7 @@ _ALONG = 2
 _BLOCK = _ALONG * STEP
 # How large clusters may be next to their distance: the first of these with which a block keeps to
 # the tolerance. With none of them all of its control points count.
-_OPENINGS = 0.5, 0.35, 0.25, 0.15
+_RELATIVE_SIZES = 0.5, 0.35, 0.25, 0.15
 _SAFETY = 4  # times that errors may be larger than at the points of a block that are looked at
 _MANY = 1 << 11  # control points, from which on lists are much shorter
 LISTED = 3000  # for a block, as a rule
@@ -150,8 +150,8 @@ class ClusteredMap:
         everything = np.arange(len(control_points), dtype=np.int32)
         spans = np.tile(np.array([0, len(everything)], np.int32), (len(blocks), 1))
         lists, length, rest = [everything], len(everything), np.arange(len(blocks))
-        for opening in _OPENINGS:
-            numbers, stops = self._clusters.near(low[rest], high[rest], opening)
+        for relative_size in _RELATIVE_SIZES:
+            numbers, stops = self._clusters.near(low[rest], high[rest], relative_size)
             starts = np.append(0, stops[:-1])
             found = np.stack([starts, stops - starts], axis=1).astype(np.int32)
             at = (_GROUP * rest[:, None] + np.arange(_GROUP)).ravel()
