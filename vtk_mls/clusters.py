@@ -79,7 +79,7 @@ class Clusters:
         self.q, self.p, self.weights = (np.concatenate(column) for column in zip(*tables))
 
     def near(self, low, high, relative_size):
-        """What counts in boxes: clusters whose radius is below `relative_size` times their distance.
+        """What counts in boxes: clusters with a radius below `relative_size` times their distance.
 
         Those nearer than half a box are not taken: their errors would change within it.
 
