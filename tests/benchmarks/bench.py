@@ -100,6 +100,7 @@ def questions(is_large):
     yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
     for n in (64, 128):
         yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
+    yield "live map of a drag, 64^3", "rigid", contestants.live_maps(), 0, DRAGS, DRAGS
 
 
 def machine():

@@ -19,6 +19,8 @@ from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.rendering.map_layers import layers
+from vtk_mls.rendering.map_pace import MapPace
 
 HANDLES = 15
 TOLERANCE = 0.02  # voxels
@@ -144,6 +146,30 @@ def drags(n):
         reslice.Update()
 
     yield "vtkImageReslice (TPS)", drag_spline
+
+
+def live_maps():
+    """What a renderer draws through while a control point is dragged, as (name, function).
+
+    At all nodes, and at as many as `MapPace` lets it have while the mouse moves.
+    """
+    n = 64
+    rest, deformed = _handles(n)
+    grid = vtk_mls.Grid((n, n, n))
+    for name, cuts in (
+        ("rigid", []),
+        ("plane", [vtk_mls.Plane((n / 2, n / 2, n / 2), (1, 0.1, 0.2))]),
+        ("half-plane", [_half_plane(n)]),
+    ):
+        places, pace = _dragged(n, deformed), MapPace(n)
+
+        def make(nodes, cuts=cuts, places=places):
+            value = vtk_mls.Deformation(rest, next(places), cuts=cuts)
+            spacing = (n - 1) / (nodes - 1)
+            layers(value, vtk_mls.Grid((nodes,) * 3, spacing=(spacing,) * 3) if nodes < n else grid)
+
+        yield name, lambda make=make: make(n)
+        yield f"{name}, as fine as the mouse allows", lambda make=make, p=pace: p.make(make, True)
 
 
 def _dragged(n, deformed):
