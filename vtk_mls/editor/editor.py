@@ -168,6 +168,7 @@ class Editor:
             Whether it could be shown.
         """
         before, self.state = self.state, state
+        self._forget_rows_that_are_gone()
         if not self._show(is_final=True):
             self.state = before
             self._show(is_final=True, is_quiet=True)
@@ -233,7 +234,7 @@ class Editor:
         """Replace the handles by a lattice over the data; each time another one."""
         self._lattices += 1
         count = _LATTICES[self._lattices % len(_LATTICES)]
-        self.selected = _NOTHING
+        self.selected, self.hovered = _NOTHING, None
         if self.change(self.state.with_handles_at(self._lattice(count))):
             self.say(f"{count} x {count} x {count} handles; Z brings the others back.")
 
@@ -340,8 +341,9 @@ class Editor:
         state = self._unsaved.accepted()
         if state is None:
             self.say("Nothing is offered.")
-        elif self.change(state):
-            self.selected = _NOTHING
+            return
+        self.selected, self.hovered = _NOTHING, None
+        if self.change(state):
             self.say("They are back; Z takes the others again.")
 
     def say(self, sentence):
@@ -419,11 +421,17 @@ class Editor:
         if not has_stepped:
             self.say(otherwise)
             return
-        self.state = self.settled
-        self.selected = self.selected[self.selected < len(self.state)]
-        self.hovered = None
+        self.state, self.hovered = self.settled, None
+        self._forget_rows_that_are_gone()
         self._show(is_final=True)
         self._keep()
+
+    def _forget_rows_that_are_gone(self):
+        """Neither select nor hover what the state has not."""
+        count = len(self.state)
+        self.selected = self.selected[self.selected < count]
+        if self.hovered is not None and self.hovered >= count:
+            self.hovered = None
 
     def _keep(self):
         """Keep the state as it is now, unless it is saved."""
