@@ -256,10 +256,12 @@ def test_kind_alpha_and_before_and_after(hands, monkeypatch):
     monkeypatch.setattr(Pace, "pixels_at_rest", lambda pace: 1.0)
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     after = hands.picture()
+    state = hands.editor.state
     hands.press("b")
-    assert hands.editor.state.deformation() is None
+    assert "as it was before" in hands.editor.status
     assert np.abs(hands.picture() - after).mean() > 0.1
     hands.press("b")
+    assert hands.editor.state is state
     assert np.abs(hands.picture() - after).mean() < 0.5
     kinds = set()
     for _ in range(4):
@@ -268,6 +270,47 @@ def test_kind_alpha_and_before_and_after(hands, monkeypatch):
     assert kinds == {"affine", "rigid", "similarity", "polynomial"}
     hands.press("plus")
     assert hands.editor.state.deformation().alpha == 1.25
+
+
+def test_before_and_after_is_a_matter_of_looking(mesh_hands, tmp_path):
+    hands = mesh_hands
+    row = front_row(hands)
+    hands.drag(hands.pixel_of(row), (30, 18))
+    after = hands.picture()
+    hands.editor.change(hands.editor.state.changed(blend=0.7))
+    hands.press("k")
+    hands.press("z")
+    hands.press("b")
+    hands.press("b")
+    assert hands.editor.state.blend == 0.7
+    hands.press("y")
+    assert "nothing" not in hands.editor.message
+    assert hands.editor.state.kind == "similarity"
+    for press in ("b", "z", "b"):
+        hands.press(press)
+    assert hands.editor.shows_before
+    at = hands.pixel_of(row)
+    hands.drag(at, (0, 3))  # which is seen
+    assert not hands.editor.shows_before
+    assert np.abs(hands.picture() - after).mean() < 6
+    assert hands.editor.state.blend == 0.7
+
+
+@pytest.mark.parametrize("blend", [0.7, 0.0])
+def test_what_is_set_is_saved_while_it_is_seen_as_before(blend, mesh_hands, tmp_path):
+    hands = mesh_hands
+    hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
+    hands.editor.change(hands.editor.state.changed(blend=blend))
+    hands.editor.saver.folder = tmp_path / "first"
+    hands.press("s")
+    hands.press("b")
+    hands.editor.saver.folder = tmp_path / "second"
+    hands.press("s")
+    assert not hands.editor.shows_before
+    first, second = tmp_path / "first", tmp_path / "second"
+    for name in ("picture.png", "data-1-deformed.vtp", "deform.py", "displacement-field.nrrd"):
+        assert (second / name).read_bytes() == (first / name).read_bytes(), name
+    assert f"SetBlend({blend})" in (second / "deform.py").read_text()
 
 
 def test_keys_have_the_names_of_methods_and_lines_in_the_legend():

@@ -115,3 +115,27 @@ def test_a_large_image_is_edited():
     assert hands.editor.state.is_resting.all()
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
     assert grown < 6, f"{grown:.1f} GiB more"
+
+
+def test_handles_that_are_gone_are_neither_hovered_nor_selected(tmp_path):
+    """The mouse stays over a handle while others, and fewer, take its place."""
+    fewer = State([(3, 3, 3), (20, 20, 20)], [(4, 3, 3), (20, 20, 20)])
+    Drafts("ball.vtp", tmp_path).keep(fewer)
+    hands = Hands(ball_mesh(), drafts=Drafts("ball.vtp", tmp_path))
+    hands.move(hands.pixel_of(26))
+    hands.click(hands.pixel_of(26))
+    hands.press("Return")
+    assert hands.editor.state.rest.tolist() == fewer.rest.tolist()
+    assert hands.editor.selected.tolist() == []
+    hands.press("z")
+    hands.move(hands.pixel_of(26))
+    assert hands.editor.hovered == 26
+    for count in (64, 125, 8, 27):
+        hands.press("l")
+        assert len(hands.editor.state) == count
+        assert hands.editor.hovered is None
+    hands.move(hands.pixel_of(26))
+    hands.editor.select([1, 26])
+    hands.editor.change(hands.editor.state.without([26]))
+    assert hands.editor.selected.tolist() == [1]
+    assert hands.editor.hovered is None

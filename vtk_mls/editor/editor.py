@@ -50,6 +50,8 @@ class Editor:
     scene : Scene
     slices : Slices
     saver : Saver
+    shows_before : bool
+        Whether the data are seen as they were; the next edit shows them deformed again.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Editor:
         self.saver = Saver(datasets, paths)
         self.selected, self.hovered, self.grabbed = _NOTHING, None, None
         self._held, self._is_wanted, self._lattices = _NOTHING, False, 0
+        self.shows_before = False
         state = State([], []) if state is None else state  # one without handles is falsy
         if len(state) == 0:
             state = state.with_handles_at(self._lattice(_LATTICES[0]))
@@ -111,6 +114,7 @@ class Editor:
 
     def take(self, rows, grabbed):
         """Hold handles by one of them."""
+        self._show_after()
         self._held, self.grabbed = np.asarray(rows, int), grabbed
         if self.state.anchored[self._held].all():
             self.say("This handle is fixed; F frees it.")
@@ -135,6 +139,7 @@ class Editor:
 
     def preview(self, state):
         """Show a state that is no edit yet; the newest one at the next tick."""
+        self.shows_before = False
         self.state, self._is_wanted = state, True
         if not self._view.ticks:
             self._follow()
@@ -167,7 +172,9 @@ class Editor:
         bool
             Whether it could be shown.
         """
+        self.shows_before = False
         before, self.state = self.state, state
+        self._forget_rows_that_are_gone()
         if not self._show(is_final=True):
             self.state = before
             self._show(is_final=True, is_quiet=True)
@@ -186,6 +193,7 @@ class Editor:
 
     def add_under_mouse(self):
         """Add a handle on the surface under the mouse."""
+        self._show_after()
         pane = self.slices.pane_at(self._mouse.pixel)
         if pane is not None:
             self.add(pane.point_at(self._mouse.pixel))
@@ -233,7 +241,7 @@ class Editor:
         """Replace the handles by a lattice over the data; each time another one."""
         self._lattices += 1
         count = _LATTICES[self._lattices % len(_LATTICES)]
-        self.selected = _NOTHING
+        self.selected, self.hovered = _NOTHING, None
         if self.change(self.state.with_handles_at(self._lattice(count))):
             self.say(f"{count} x {count} x {count} handles; Z brings the others back.")
 
@@ -263,16 +271,18 @@ class Editor:
 
     def draw_line_to(self, pixel):
         """Go on with a line on the surface; whether one is being drawn."""
+        self._show_after()
         is_drawn = self._cutting.draw_line_to(pixel)
         if is_drawn:
             self._draw(is_moving=True)
         return is_drawn
 
-    def compare(self):
-        """Show the data as they were, or deformed again."""
-        self.change(self.state.changed(blend=0.0 if self.state.blend else 1.0))
-
     # what is seen
+
+    def compare(self):
+        """Show the data as they were, or deformed again; no edit."""
+        self.shows_before = not self.shows_before
+        self._show(is_final=True)
 
     def change_look(self):
         """Draw the data by their next look."""
@@ -319,6 +329,7 @@ class Editor:
             Whether all are saved.
         """
         self.finish()
+        self._show_after()
         self.say("Saving ...")
         self._draw(is_moving=True)
         self._cutting.set_visible(False)
@@ -340,8 +351,9 @@ class Editor:
         state = self._unsaved.accepted()
         if state is None:
             self.say("Nothing is offered.")
-        elif self.change(state):
-            self.selected = _NOTHING
+            return
+        self.selected, self.hovered = _NOTHING, None
+        if self.change(state):
             self.say("They are back; Z takes the others again.")
 
     def say(self, sentence):
@@ -401,7 +413,7 @@ class Editor:
     def _show(self, is_final, is_quiet=False):
         """Draw the state as it is; whether there is a map for it."""
         try:
-            self._view.show(self.state, is_final)
+            self._view.show(self._seen, is_final)
         except _FAILURES as error:
             if not is_quiet:
                 self.say(_sentence(error))
@@ -413,17 +425,34 @@ class Editor:
     def _draw(self, is_moving=False):
         """Make a picture; a coarse one while something moves."""
         self._cutting.show(self.state)
+        self._view.shows_before = self.shows_before
         self._view.draw(self.state, self.selected, self.hovered, self._held, is_moving)
+
+    @property
+    def _seen(self):
+        """The state by which the data are drawn."""
+        return self.state.changed(blend=0.0) if self.shows_before else self.state
+
+    def _show_after(self):
+        """Show the data deformed, for the mouse is to find what it sees."""
+        if self.shows_before:
+            self.compare()
 
     def _step(self, has_stepped, otherwise):
         if not has_stepped:
             self.say(otherwise)
             return
-        self.state = self.settled
-        self.selected = self.selected[self.selected < len(self.state)]
-        self.hovered = None
+        self.state, self.hovered, self.shows_before = self.settled, None, False
+        self._forget_rows_that_are_gone()
         self._show(is_final=True)
         self._keep()
+
+    def _forget_rows_that_are_gone(self):
+        """Neither select nor hover what the state has not."""
+        count = len(self.state)
+        self.selected = self.selected[self.selected < count]
+        if self.hovered is not None and self.hovered >= count:
+            self.hovered = None
 
     def _keep(self):
         """Keep the state as it is now, unless it is saved."""

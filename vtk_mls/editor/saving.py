@@ -58,7 +58,6 @@ class Saver:
         OSError, ValueError
             Naming the file.
         """
-        state = state.changed(blend=state.blend or 1.0)  # also while it is shown as it was before
         folder = self._made_folder()
         _write_picture(window, folder / PICTURE)
         self._write_handles(state, folder)

@@ -32,13 +32,15 @@ class View:
     ticks : bool
         Whether a timer is known to run, so that coarse pictures are replaced by finer ones.
     hides_handles : bool
+    shows_before : bool
+        Whether the corner says that the data are seen as they were.
     """
 
     def __init__(self, interactor, datasets):
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
         self.slices = Slices(self.scene)
-        self.ticks = self.hides_handles = False
+        self.ticks = self.hides_handles = self.shows_before = False
         self._overlay, self._pace = Overlay(self.scene.overlay, keys.legend()), Pace()
         self._looks, self._shows_times, self._moved_at = 0, False, None
         self._tags = [
@@ -179,7 +181,8 @@ class View:
         parts = [f"{len(state)} handles", state.kind, f"alpha {state.alpha:g}"]
         parts += [f"{len(selected)} selected"] * (len(selected) > 0)
         parts += [f"{int(state.anchored.sum())} fixed"] * bool(state.anchored.any())
-        parts += ["shown as it was before; B"] * (state.blend == 0)
+        parts += [f"blend {state.blend:g}"] * (state.blend != 1)
+        parts += ["shown as it was before; B"] * self.shows_before
         if self._shows_times:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
