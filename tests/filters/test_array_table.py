@@ -15,8 +15,8 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.array_table import (
     ARROWS,
     CELLS,
-    FIELD,
     CONTROL_POINTS,
+    FIELD,
     IMAGE,
     MAP,
     MESH,
