@@ -20,12 +20,20 @@ PAGES = [page for page in PAGES if not page.startswith("_")]
 
 pytestmark = pytest.mark.matrix
 
-# What of a page is wider than the window, and which of its pictures are not there.
+# What of a page is wider than it may be: than the window, or than its own box, unless it or what
+# holds it is scrolled; and which of its pictures are not there.
 WIDE = """
-() => document.documentElement.scrollWidth <= document.documentElement.clientWidth ? [] :
-  [...document.querySelectorAll("body *")]
-    .filter((each) => each.getBoundingClientRect().right > document.documentElement.clientWidth)
-    .map((each) => each.outerHTML.slice(0, 100))
+() => {
+  const room = document.documentElement.clientWidth;
+  const scrolls = (each) => ["auto", "scroll"].includes(getComputedStyle(each).overflowX);
+  const held = (each) =>
+    each && each.matches(".bd-article *") && (scrolls(each) || held(each.parentElement));
+  const wide = [...document.querySelectorAll(".bd-article *")].filter((each) =>
+    getComputedStyle(each).display === "block" && each.scrollWidth > each.clientWidth + 1 ||
+    each.getBoundingClientRect().right > room + 1);
+  const found = wide.filter((each) => !held(each)).map((each) => each.outerHTML.slice(0, 100));
+  return document.documentElement.scrollWidth > room ? ["the page", ...found] : found;
+}
 """
 LOST = """
 async () => {
