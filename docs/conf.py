@@ -48,6 +48,7 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 add_module_names = False
+toc_object_entries_show_parents = "hide"  # beside the page there is no room for them
 
 plot_formats = [("png", 160)]
 plot_html_show_formats = False
@@ -63,6 +64,7 @@ sphinx_gallery_conf = {
     "ignore_pattern": r"paraview_deform",
     "image_scrapers": ("gallery_pictures.written",),
     "reset_modules": (),
+    "capture_repr": (),
     "default_thumb_file": str(DOCS / "void.png"),
     "download_all_examples": False,
     "remove_config_comments": True,
@@ -77,6 +79,9 @@ html_title = f"vtk_mls {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_context = {
+    "default_mode": "auto"
+}  # of light and dark: a script of the theme complains of none
 html_theme_options = {
     "logo": {"text": "vtk_mls"},
     "navbar_align": "left",
@@ -85,7 +90,7 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["theme-version"],
 }
-html_sidebars = {"index": []}
+html_sidebars = {"index": [], "install": []}
 copybutton_prompt_text = r"^\$ "
 
 

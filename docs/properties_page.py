@@ -11,6 +11,7 @@ from pathlib import Path
 import filter_stubs
 
 from vtk_mls.commands import deform, field
+from vtk_mls.filters import array_table
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.filters.properties import Cuts, Items, Rows
 
@@ -27,6 +28,10 @@ Which point arrays of the input ControlPoints hold q - p and weights, if not `Di
 `Weight`, say `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)` and
 the same with 1 first; in ParaView the properties DisplacementArray and WeightArray. Drag and
 LatticeDimensions of ParaView's panel are for the mouse alone."""
+OUTPUTS = """\
+What the filters write beside the arrays of their inputs, which they carry along: from
+`vtk_mls/filters/array_table.py`, which a test compares with what they do write.
+"""
 SECTIONS = (
     ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),
     ("MLSDeform", "Beside those above:", tables.DEFORM),
@@ -44,7 +49,17 @@ def page():
         flags = {} if table is tables.CONTROL_POINTS else options
         parts.append(f"## {title}\n" + f"\n{text}\n" * bool(text))
         parts += [_entry(each, flags.get(each.option)) for each in own]
-    return "\n".join(parts)
+    return "\n".join([*parts, _arrays()])
+
+
+def _arrays():
+    """The section of what the filters write."""
+    lines = ["## Arrays\n", OUTPUTS, "| array | data | of | values | |", "|---|---|---|---|---|"]
+    for each in array_table.TABLE:
+        about = f"{each.help} {each.when}." if each.when else each.help
+        cells = (f"`{each.name}`", each.of, ", ".join(each.writers), each.values, about)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
 
 
 def _entry(each, flag):

@@ -2,7 +2,10 @@
 =================
 
 Half a plane cuts a brain from above, between front and back, and both halves are turned outward by
-35 degrees. The face of the cut shows the tissue that it went through.
+35 degrees.
+
+You will see the brain before and after: the face of the cut shows the tissue that it went through.
+The end checks that the volume of the tissue is kept.
 
 The brain is the ICBM 152 average that nilearn's package carries.
 """

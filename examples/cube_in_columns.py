@@ -1,8 +1,9 @@
 """A cube in five columns
 =======================
 
-The paper's third figure: the same handle on top of a cube is pulled up, and from left to right the
-cube is at rest, deformed by affine, similarity and rigid maps, and by polynomials of degree 2.
+The paper's third figure: the same handle on top of a cube is pulled up. You will see, from left to
+right, the cube at rest, and deformed by affine, similarity and rigid maps and by polynomials of
+degree 2.
 
 Affine maps stretch the cube, similarity widens its top, rigid keeps sizes and so makes a bump, and
 polynomials bend it.

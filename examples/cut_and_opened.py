@@ -2,8 +2,10 @@
 ==============
 
 The paper's second figure: half a plane cuts a body from above, and rigid maps pull both sides
-apart. Control points do not act through the cut, and where it opens there is nothing. Here the
-body is a ball of layers, so that the faces of the cut show what was inside.
+apart. Control points do not act through the cut, and where it opens there is nothing.
+
+You will see a ball of layers with the plane, and then opened: the faces of the cut show what was
+inside. The end checks that they are where the distance from the void is 0.
 """
 
 import numpy as np

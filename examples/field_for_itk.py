@@ -2,7 +2,9 @@
 ===============
 
 The displacement field goes to a file that SimpleITK, ANTs and 3D Slicer take as a transform. What
-they resample with it is what vtk_mls makes itself: the picture shows both, and their difference.
+they resample with it is what vtk_mls makes itself.
+
+You will see a slice at rest, both results, and their difference, which is black; the end checks it.
 """
 
 import tempfile

@@ -6,7 +6,8 @@ All kinds move the head and leave the legs where they are; look at the eyes to t
 Affine shears the head, similarity and rigid turn it, and a polynomial of degree 2, which has more
 freedom between so few control points, also squeezes it.
 
-The volume is the segmented frog of PyVista's package; its labels are carried to the nearest voxel.
+You will see the frog at rest, and by each kind. The end checks that the control points arrive. The
+volume is the segmented frog of PyVista's package; its labels are carried to the nearest voxel.
 """
 
 import numpy as np

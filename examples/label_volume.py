@@ -4,6 +4,9 @@
 A segmentation must not be interpolated: between liver (10) and bone (13) there is no spleen. Label
 arrays are taken from the nearest voxel; all others are interpolated. Files that say that they are
 segmentations (.seg.nrrd, NIfTI with intent) need not be named.
+
+You will see a slice at rest, deformed as labels, and deformed as numbers, with wrong labels at the
+edges. The end checks that labels bring none that was not there before.
 """
 
 import numpy as np

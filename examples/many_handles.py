@@ -4,6 +4,9 @@
 Control points need not come from a mouse: here 3,000 of them lie at random in a box, as landmarks
 of a registration would, and follow a wave. Their number costs time in proportion; nothing is
 solved.
+
+You will see the box, its layers and the control points at rest and after the wave. The end checks
+how well points between them follow it.
 """
 
 import time

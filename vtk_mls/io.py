@@ -24,6 +24,16 @@ from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.cut_inputs import surfaces
 
+__all__ = [
+    "control_points",
+    "read_control_points",
+    "read_cuts",
+    "read_dataset",
+    "read_landmarks",
+    "read_surface",
+    "write_dataset",
+    "write_field",
+]
 _PathLike = str | PathLike[str]
 _DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
 

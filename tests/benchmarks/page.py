@@ -18,7 +18,8 @@ HEAD = """# Benchmarks
 What `make bench` has measured, in milliseconds, one run for each kind of machine: the smallest of
 several times, the median, and the **processor** time of all threads, as a multiple of that of the
 row in bold; of drags the 99th percentile, too. Figures of one table were taken in turns and can be
-compared; those of different machines cannot. [Speed](speed.md) says what they mean.
+compared; those of different machines cannot. [Speed](speed.md) says what they mean. The paper's
+figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of 2 GHz.
 
 To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
 `make pages`.

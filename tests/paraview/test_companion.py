@@ -153,7 +153,7 @@ def test_uv_brings_a_python(home, paraview, capsys):
     ],
 )
 def test_where_it_cannot_be_made_a_sentence_says_why(
-    version, pip, with_venv, message, paraview, python, capsys
+    version, pip, with_venv, message, home, paraview, python, capsys
 ):
     if pip is not None:
         python(pip)
@@ -161,6 +161,8 @@ def test_where_it_cannot_be_made_a_sentence_says_why(
     error = capsys.readouterr().err
     assert len(error.strip().splitlines()) == 1
     assert re.search(message, error), error
+    is_whole = "is made" in message
+    assert (home / "caches/vtk_mls/paraview-python3.77").exists() == is_whole
 
 
 def test_a_paraview_that_has_all_needs_nothing(home, paraview, capsys):

@@ -1,4 +1,4 @@
-"""Links of README and the pages of the site exist, their commands parse, their code compiles."""
+"""Links of README and the pages of the site exist, their commands parse, their Python runs."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from vtk_fixtures import can_draw
 
 import vtk_mls
 from vtk_mls import cli, filters
+from vtk_mls.files import field_files
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"
@@ -25,7 +28,10 @@ PAGES = [
     *sorted((DOCS / "reference").glob("*.md")),
 ]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-COMMANDS = ("vtk-mls", "make", "python", ".ci/run")
+COMMANDS = ("vtk-mls", "make", "python", "pip", ".ci/run")
+_EXTRA_TABLE = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")
+_EXTRA_TABLE = _EXTRA_TABLE.partition("[project.optional-dependencies]")[2].partition("\n[")[0]
+EXTRAS = set(re.findall(r"^(\w+) = \[", _EXTRA_TABLE, re.MULTILINE))
 
 
 def named(path):
@@ -42,10 +48,27 @@ def blocks(text, language):
 
 def shell_lines(text):
     """Commands in fences without a language or of `sh`, and in indented blocks."""
-    lines = re.findall(r"^ {4}(\S.*)$", FENCE.sub("", text), re.MULTILINE)
+    prose = FENCE.sub("", text)
+    lines = re.findall(r"^ {4}(\S.*)$", prose, re.MULTILINE)
     for language in ("", "sh"):
         lines += "\n".join(blocks(text, language)).splitlines()
-    return [line for line in lines if line.split(" ")[0] in COMMANDS]
+    return [each for line in lines for each in commands(line)]
+
+
+def mentions(text):
+    """Commands within a sentence, perhaps without their files."""
+    return [
+        each for line in re.findall(r"`([^`]+)`", FENCE.sub("", text)) for each in commands(line)
+    ]
+
+
+def commands(line):
+    """The commands of ours in a line of a shell, in loops and in $() too."""
+    line = re.sub(r"(^|\s)#.*", "", line)
+    inner = re.findall(r"\$\(([^)]*)\)", line)
+    parts = re.split(r";|&&|\|", re.sub(r"\$\([^)]*\)", "", line)) + inner
+    parts = [re.sub(r"^(do|then) ", "", part.strip()) for part in parts]
+    return [part for part in parts if " " in part and part.split(" ")[0] in COMMANDS]
 
 
 def wrong(line, targets):
@@ -55,15 +78,22 @@ def wrong(line, targets):
         missing = [word for word in words if "=" not in word and word not in targets]
         return f"no target {missing}" if missing else None
     if program == "vtk-mls":
-        if "..." in words:  # quoted for its options alone
-            return None
-        try:
-            cli._parser().parse_args(cli._with_values(words))
-        except SystemExit as end:
-            return None if end.code == 0 else "the command does not take it"
+        return None if is_taken(words) else "the command does not take it"
+    if program == "pip":
+        asked = re.findall(r"(?:\.|vtk-mls)\[([\w,]+)\]", line)
+        missing = sorted({each for group in asked for each in group.split(",")} - EXTRAS)
+        return f"no extra {missing}" if missing else None
     files = [word for word in words if word.endswith(".py") and "/" in word]
     lost = [word for word in files if not (PROJECT / word).is_file()]
     return f"no file {lost}" if lost else None
+
+
+def is_taken(words):
+    try:
+        cli._parser().parse_args(cli._with_values(words))
+    except SystemExit as end:
+        return end.code == 0
+    return True
 
 
 @pages
@@ -86,6 +116,9 @@ def test_commands_are_taken(page, capsys):
     targets = re.findall(r"^(\w+):", (PROJECT / "Makefile").read_text(), re.MULTILINE)
     text = page.read_text(encoding="utf-8")
     told = {line: wrong(line, targets) for line in shell_lines(text)}
+    for line in mentions(text):
+        files = ("", " a", " a b", " a b c")
+        told[line] = line.startswith("vtk-mls ") and all(wrong(line + each, ()) for each in files)
     assert not {line: what for line, what in told.items() if what}
 
 
@@ -116,29 +149,113 @@ def test_python_names_exist(page):
 def test_a_wrong_command_is_found():
     assert wrong("vtk-mls deform a.vti b.csv c.vti --no-such", ()) == "the command does not take it"
     assert wrong("make nothing", ("docs",)) == "no target ['nothing']"
+    assert wrong("pip install '.[vtk,none]'", ()) == "no extra ['none']"
+    loop = "for i in 0 1; do vtk-mls deform a_$i.vti b.csv c_$i.vti; done  # both"
+    assert shell_lines(f"```sh\n{loop}\n```\n") == ["vtk-mls deform a_$i.vti b.csv c_$i.vti"]
+    assert commands('export A="$(vtk-mls plugin-path)"') == ["vtk-mls plugin-path"]
+    assert mentions("so `vtk-mls field` and\n`a`") == ["vtk-mls field"]
     assert wrong("python docs/nothing.py", ()) == "no file ['docs/nothing.py']"
 
 
-# Whole programs, from a file to a file.
-COOKED = blocks((DOCS / "python.md").read_text(encoding="utf-8"), "python")[:1]
-COOKED += blocks((DOCS / "cookbook.md").read_text(encoding="utf-8"), "python")
+# What a block of Python finds there: the names that the text around it tells of, or those of the
+# blocks before it. A page's blocks that are not listed are whole programs.
+CONTROL_POINTS = """
+import numpy as np
+rest = np.array([(0, 0, 0), (20, 0, 0), (0, 20, 0), (0, 0, 20), (20, 20, 20)], float)
+deformed = rest + [(2, 0, 0), (0, 0, 0), (0, 0, 0), (0, 1, 0), (0, 0, 0)]
+points = np.array([(1.0, 2, 3), (4, 5, 6)])
+"""
+HEAD = 'import SimpleITK as sitk\nhead = sitk.ReadImage("head.nii.gz", sitk.sitkFloat32)\n'
+WAVELET = """
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+reader = vtkRTAnalyticSource()
+reader.SetWholeExtent(0, 20, 0, 20, 0, 20)
+reader.Update()
+"""
+DRAWN = """
+import vtkmodules.vtkRenderingOpenGL2, vtkmodules.vtkRenderingVolumeOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkVolume
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+from vtk_mls import Deformation
+mapper, volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
+mapper.SetInputConnection(reader.GetOutputPort())
+volume.SetMapper(mapper)
+renderer, window = vtkRenderer(), vtkRenderWindow()
+window.SetOffScreenRendering(True)
+window.AddRenderer(renderer)
+renderer.AddViewProp(volume)
+deformation = Deformation(rest, deformed)
+"""
+CUT = """
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtk_mls.filters import MLSControlPoints, MLSDeform
+scalpel, handles, deform = vtkPlaneSource(), MLSControlPoints(), MLSDeform()
+scalpel.SetOrigin(10, 0, 10)
+scalpel.SetPoint1(10, 20, 10)
+scalpel.SetPoint2(10, 0, 20)
+handles.SetRestPoints(rest)
+handles.SetDeformedPoints(deformed)
+deform.SetInputConnection(0, reader.GetOutputPort())
+deform.SetInputConnection(1, handles.GetOutputPort())
+reader.GetOutput().GetPointData().GetScalars().SetName("T1")
+image = reader.GetOutput()
+deform.SetInputData(0, image)
+"""
+PYVISTA = """
+import pyvista as pv
+import vtk_mls.pyvista
+pv.OFF_SCREEN = True
+"""
+MESH = "mesh = pv.examples.load_hexbeam()\nplotter = pv.Plotter()\n"
+GIVEN = {
+    ("README", 0): CONTROL_POINTS + "point, normal, inward = (10, 0, 10), (1, 0, 0), (0, 0, 1)\n",
+    ("README", 1): CONTROL_POINTS + PYVISTA + MESH,
+    ("python", 1): WAVELET,
+    ("python", 2): CONTROL_POINTS + WAVELET + DRAWN,
+    ("python", 3): PYVISTA,
+    ("python", 4): CONTROL_POINTS + "volume = np.zeros((256, 256, 256), np.float32)\n",
+    ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
+    ("shell", 0): HEAD,
+    ("cookbook", 3): PYVISTA,
+}
+BLOCKS = [
+    pytest.param(GIVEN.get((page.stem, number), ""), code, id=f"{page.stem}-{number}")
+    for page in PAGES
+    if page.stem != "CONTRIBUTING"
+    for number, code in enumerate(blocks(page.read_text(encoding="utf-8"), "python"))
+]
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("code", COOKED, ids=range(len(COOKED)))
-def test_programs_run(code, tmp_path):
-    if "jupyter" in code:
-        pytest.skip("tests/pyvista executes a notebook")
-    sitk = pytest.importorskip("SimpleITK")
-    sitk.WriteImage(sitk.GaussianSource(size=[24] * 3), str(tmp_path / "head.nii.gz"))
-    (tmp_path / "handles.csv").write_text("px,py,pz,qx,qy,qz\n1,2,3,4,5,6\n9,8,7,9,8,7\n")
+@pytest.mark.parametrize(("given", "code"), BLOCKS)
+def test_python_runs(given, code, tmp_path):
+    for package in ("pyvista", "SimpleITK"):
+        if re.search(rf"^import {package}", given + code, re.MULTILINE):
+            pytest.importorskip(package)
+    if re.search(r"Plotter\(|vtkRenderWindow", given + code) and not can_draw():
+        pytest.skip("VTK cannot draw here")
+    write_files(tmp_path)
     done = subprocess.run(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", given + code],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        env={**os.environ, "PYTHONPATH": str(PROJECT), "PYVISTA_OFF_SCREEN": "true"},
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=240,
     )
     assert done.returncode == 0, done.stderr
+    assert "ERR|" not in done.stderr, done.stderr
+
+
+def write_files(folder):
+    """The files that blocks read: an image, control points, and a field."""
+    sitk = pytest.importorskip("SimpleITK")
+    sitk.WriteImage(sitk.GaussianSource(size=[24] * 3), str(folder / "head.nii.gz"))
+    (folder / "handles.csv").write_text("px,py,pz,qx,qy,qz\n1,2,3,4,5,6\n9,8,7,9,8,7\n")
+    grid = vtk_mls.Grid((4, 4, 4), (0, 0, 0), (8, 8, 8))
+    field_files.write(np.zeros((4, 4, 4, 3), np.float32), grid, folder / "warp.nii.gz")
+
+
+def test_what_is_given_has_a_block():
+    assert set(GIVEN) <= {(block.id.partition("-")[0], int(block.id[-1])) for block in BLOCKS}

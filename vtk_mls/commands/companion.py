@@ -92,13 +92,12 @@ def make(paraview, contents, folder=None, note=print):
     # whichever ParaView finds first, its own numpy or this one, they are the same
     packages = [f"numpy=={contents['numpy']}", *_requirements()]
     note(f"making {folder} with Python {_minor(python)} ...")
-    _make_empty(folder, _minor(python))
-    names = dict.fromkeys(each.partition(";")[0].strip() for each in packages)
-    note(f"installing {', '.join(names)} ...")
-    pip = [_python_of(folder), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    problem = _problem([*pip, *packages])
-    if problem:
-        raise ValueError(f"pip could not install into {folder}: {problem}")
+    try:
+        _make_empty(folder, _minor(python))
+        _install(packages, folder, note)
+    except BaseException:  # Ctrl-C, too: half of one would be taken for a whole one
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     return folder
 
 
@@ -124,6 +123,16 @@ def _make_empty(folder, minor):
         f"no Python {minor} makes a virtual environment here, which is the version that ParaView "
         f"has: install one, or uv, which brings any (pip install uv){''.join(problems)}"
     )
+
+
+def _install(packages, folder, note):
+    """Install packages into an environment by its own pip."""
+    names = dict.fromkeys(each.partition(";")[0].strip() for each in packages)
+    note(f"installing {', '.join(names)} ...")
+    pip = [_python_of(folder), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    problem = _problem([*pip, *packages])
+    if problem:
+        raise ValueError(f"pip could not install into {folder}: {problem}")
 
 
 def _requirements():

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class HalfPlane(Obstacle):
-    """A cut with an edge: {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
+    """A cut with an edge, which it ends at.
+
+    It is {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
 
     Parameters
     ----------

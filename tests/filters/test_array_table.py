@@ -1,0 +1,135 @@
+"""The filters write the arrays of the table, all of them and no others."""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import product
+
+import numpy as np
+import pytest
+from mesh_fixtures import mixed, rectilinear, sphere, structured
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image, messages, update  # noqa: F401
+
+from vtk_mls import Plane, arrays
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters.array_table import (
+    ARROWS,
+    CELLS,
+    CONTROL_POINTS,
+    FIELD,
+    IMAGE,
+    MAP,
+    MESH,
+    POINTS,
+    TABLE,
+)
+from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
+
+CUT = Plane((4.2, 4.1, 3.3), (1, 0, 0))
+KINDS = {POINTS: "GetPointData", CELLS: "GetCellData", FIELD: "GetFieldData"}
+SWITCHES = "GenerateOverlap", "GenerateJacobian", "GenerateJacobianDeterminant"
+
+
+def names(dataset):
+    """(kind of data, name, values as of the table) of the arrays of a dataset."""
+    data = {kind: getattr(dataset, get)() for kind, get in KINDS.items()}
+    return {
+        (kind, array.GetName(), values(array))
+        for kind, each in data.items()
+        for array in map(each.GetAbstractArray, range(each.GetNumberOfArrays()))
+    }
+
+
+def values(array):
+    """Type and number of values; flags are bytes."""
+    if array.IsA("vtkStringArray"):
+        return "text"
+    dtype = arrays.to_numpy(array).dtype
+    return "bytes" if dtype == np.uint8 else f"{array.GetNumberOfComponents()} {dtype}"
+
+
+def told_values(each):
+    """The same of a line of the table."""
+    is_flag = each.values in ("0 or 1", "flags of VTK")
+    return "bytes" if is_flag else each.values.partition(",")[0]
+
+
+def written(algorithm, dataset, cut, **properties):
+    """The arrays that a filter adds."""
+    connect(algorithm, dataset, control_points())
+    algorithm.SetDevice(FAST)
+    if cut:
+        algorithm.AddCut(CUT)
+    for name, value in properties.items():
+        getattr(algorithm, f"Set{name}")(value)
+    return names(update(algorithm)) - names(dataset)
+
+
+def switched():
+    return {name: True for name in SWITCHES}
+
+
+def image():
+    image = make_image()
+    add_array(image.GetPointData(), "values", np.arange(image.GetNumberOfPoints()) % 17)
+    return image
+
+
+def of_image():
+    found = set()
+    for cut, switches, hide in product((False, True), ({}, switched()), (False, True)):
+        gradient = {"GradientArray": "values"} if switches else {}
+        deform = MLSDeform()
+        found |= written(deform, image(), cut, HideVoid=hide, **switches, **gradient)
+    return found
+
+
+def of_mesh():
+    found = set()
+    for mesh, cut, switches, split in product(
+        (mixed(), rectilinear(), sphere(), structured()),
+        (False, True),
+        ({}, switched()),
+        (False, True),
+    ):
+        found |= written(MLSDeform(), mesh, cut, SplitCells=split, **switches)
+    return found
+
+
+def of_map():
+    found = set()
+    for dataset, cut, switches, inverse in product(
+        (image(), sphere()), (False, True), ({}, switched()), (False, True)
+    ):
+        field = MLSDisplacementField()
+        field.SetSampleDimensions(4, 4, 4)
+        found |= written(field, dataset, cut, Inverse=inverse, **switches)
+    return found
+
+
+@pytest.fixture
+def of_port(tmp_path):
+    def run(port):
+        markups = tmp_path / "points.fcsv"
+        markups.write_text("# CoordinateSystem = LPS\n# columns = id,x,y,z,label\na,1,2,3,tip\n")
+        listed = control_points(weights=np.ones(8))
+        read = MLSControlPoints()
+        read.SetMode("file")
+        read.SetFileName(str(markups))
+        outputs = []
+        for algorithm in (listed, read):
+            update(algorithm)
+            outputs.append(algorithm.GetOutputDataObject(port))
+        return set().union(*map(names, outputs))
+
+    return run
+
+
+@pytest.mark.parametrize("writer", [IMAGE, MESH, MAP, CONTROL_POINTS, ARROWS])
+def test_what_is_written_is_what_the_table_says(writer, of_port):
+    find = {IMAGE: of_image, MESH: of_mesh, MAP: of_map}
+    find |= {CONTROL_POINTS: partial(of_port, 0), ARROWS: partial(of_port, 1)}
+    told = {(each.of, each.name, told_values(each)) for each in TABLE if writer in each.writers}
+    if writer == IMAGE and not CAN_HIDE_CELLS:
+        told.remove((CELLS, arrays.GHOSTS, "bytes"))
+    assert find[writer]() == told

@@ -1,0 +1,191 @@
+"""The arrays that the filters write beside those of their inputs: the page of properties has them.
+
+Nothing here needs VTK.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+POINTS, CELLS, FIELD = "point", "cell", "field"  # the data that an array belongs to
+# What writes it.
+IMAGE, MESH = "MLSDeform of an image", "MLSDeform of a mesh"
+MAP = "MLSDisplacementField"
+CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of an output.
+
+    Attributes
+    ----------
+    name : str
+    of : str
+        POINTS, CELLS or FIELD.
+    writers : tuple of str
+        Of those above.
+    values : str
+        Type and number of the values, with unit or frame.
+    help : str
+        What it holds.
+    when : str
+        What it is made with; always if empty.
+    """
+
+    name: str
+    of: str
+    writers: tuple[str, ...]
+    values: str
+    help: str
+    when: str = ""
+
+
+_CUTS = "With cuts"
+_WORLD = "3 float32, world coordinates"
+_COUNT = "1 int64"
+TABLE = (
+    Array(
+        "BackwardDisplacement",
+        POINTS,
+        (MAP,),
+        _WORLD,
+        "G(v) - v: from a point to where its material came from.",
+        "Unless Inverse",
+    ),
+    Array(
+        "ForwardDisplacement",
+        POINTS,
+        (MESH, MAP),
+        _WORLD,
+        "F(x) - x: how far the material that rested at a point has moved.",
+        "In MLSDisplacementField with Inverse",
+    ),
+    Array(
+        "NoInverse",
+        POINTS,
+        (MESH, MAP),
+        "0 or 1",
+        "Whether no position maps back to the point, which lies at the nearest that was found.",
+        "In MLSDisplacementField with Inverse",
+    ),
+    Array(
+        "FailedInverses",
+        FIELD,
+        (MESH, MAP),
+        _COUNT,
+        "How many points have no inverse.",
+        "In MLSDisplacementField with Inverse",
+    ),
+    Array(
+        "Void",
+        POINTS,
+        (IMAGE, MAP),
+        "0 or 1",
+        "Whether there is no material: VoidDistance is negative.",
+        f"{_CUTS}; in MLSDisplacementField unless Inverse",
+    ),
+    Array(
+        "VoidDistance",
+        POINTS,
+        (IMAGE, MAP),
+        "1 float32, world units",
+        "Distance from the void, negative in it: its zero level is the face of the cut.",
+        f"{_CUTS}; in MLSDisplacementField unless Inverse",
+    ),
+    Array("Void", CELLS, (IMAGE,), "0 or 1", "Whether a cell's centre is void.", _CUTS),
+    Array(
+        "Void",
+        CELLS,
+        (MESH,),
+        "0 or 1",
+        "Whether a cut has torn the cell.",
+        f"{_CUTS}, unless SplitCells",
+    ),
+    Array(
+        "vtkGhostType",
+        POINTS,
+        (IMAGE,),
+        "flags of VTK",
+        "Hides points that are void.",
+        f"{_CUTS} and HideVoid",
+    ),
+    Array(
+        "vtkGhostType",
+        CELLS,
+        (IMAGE, MESH),
+        "flags of VTK",
+        "Hides cells that are void or torn; of an image from VTK 9.3 on.",
+        f"{_CUTS}; in an image with HideVoid, in a mesh unless SplitCells",
+    ),
+    Array(
+        "Overlap",
+        POINTS,
+        (IMAGE, MAP),
+        "0 or 1",
+        "Whether material of both sides of a cut has come here.",
+        "With GenerateOverlap",
+    ),
+    Array(
+        "OverlappingPoints",
+        FIELD,
+        (IMAGE, MAP),
+        _COUNT,
+        "How many points overlap.",
+        "With GenerateOverlap",
+    ),
+    Array(
+        "Gradient",
+        POINTS,
+        (IMAGE,),
+        "3 float32, per world unit",
+        "Gradient of the deformed volume.",
+        "With GradientArray",
+    ),
+    Array(
+        "Jacobian",
+        POINTS,
+        (IMAGE, MESH, MAP),
+        "9 float32",
+        "Component 3 i + j is the derivative of G_j in the direction i.",
+        "With GenerateJacobian",
+    ),
+    Array(
+        "JacobianDeterminant",
+        POINTS,
+        (IMAGE, MESH, MAP),
+        "1 float32",
+        "det dG/dv: not above 0 where space is folded.",
+        "With GenerateJacobianDeterminant",
+    ),
+    Array(
+        "FoldedVoxels",
+        FIELD,
+        (IMAGE, MAP),
+        _COUNT,
+        "How many points that are not void are folded.",
+        "With GenerateJacobianDeterminant",
+    ),
+    Array(
+        "InvertedCells",
+        FIELD,
+        (MESH,),
+        _COUNT,
+        "How many cells of a vtkUnstructuredGrid are inside out.",
+        "With GenerateJacobianDeterminant",
+    ),
+    Array("Displacement", POINTS, (CONTROL_POINTS,), "3 float64, world coordinates", "q - p."),
+    Array("Displacement", POINTS, (ARROWS,), _WORLD, "q - p of the arrow's control point."),
+    Array("Weight", POINTS, (CONTROL_POINTS,), "1 float64", "The factor of each.", "With Weights"),
+    Array(
+        "Label", POINTS, (CONTROL_POINTS,), "text", "The name of each.", "With a file that has them"
+    ),
+    Array(
+        "Space",
+        FIELD,
+        (CONTROL_POINTS, ARROWS),
+        "text",
+        "Frame of the positions: LPS.",
+        "With a file",
+    ),
+)
