@@ -140,10 +140,21 @@ class Session:
             self._tell()
 
     def _tick(self):
-        if self.editor is not None:
+        if self.editor is None:
+            return
+        try:
             self._interactor.InvokeEvent("TimerEvent")
             self._tell()
             self.idle()
+        except Exception as error:  # whatever it is, nobody else has this thread's work
+            self._tell_failure(error)
+
+    def _tell_failure(self, error):
+        reason = " ".join(str(error).split()) or type(error).__name__
+        sentence = f"The page could not be kept up to date ({reason}): reload it."
+        with suppress(Exception):  # nobody can be told then
+            self.editor.say(sentence)
+            self._told({"message": sentence})
 
     def _tell(self):
         if self.editor is None:
@@ -156,8 +167,8 @@ class Session:
             if name not in self._said or self._said[name] != value
         }
         if changed:
-            self._said.update(changed)
             self._told(changed)
+            self._said.update(changed)
 
 
 def _window():
