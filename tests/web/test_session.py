@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, arrays
 from vtk_mls.editor import State
 from vtk_mls.web import edits
+from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
 
 
@@ -84,3 +86,51 @@ def test_what_a_device_says_to_the_panel_is_a_sentence(monkeypatch):
     assert session.editor.state is before
     monkeypatch.undo()
     np.testing.assert_allclose(do(session, "undo")["rows"][0]["moved"], 0)
+
+
+def test_data_that_cannot_be_shown_leave_what_is_shown():
+    session = opened(ball_mesh())
+    do(session, "lay_lattice")
+    without, before = vtkImageData(), session.editor
+    without.SetDimensions(3, 3, 3)
+    arrays.add(without.GetCellData(), "of cells", np.arange(8.0))
+    shown = session.call(lambda: session.open([without], State([], []), ["cells.vti"], None))
+    with pytest.raises(ValueError, match="no values at its points"):
+        shown.result()
+    assert session.editor is before
+    assert do(session, "undo")["count"] == 27
+    assert "nothing" not in session._told.values["message"]
+    session.call(lambda: session.open([ball_mesh()], State([], []), ["x.vtp"], None)).result()
+    assert session.editor is not before
+    assert do(session, "lay_lattice")["count"] == 64
+
+
+def test_a_page_that_is_gone_holds_nothing():
+    session = opened(ball_mesh())
+    picture = Picture(session)
+    width, height = session.window.GetSize()
+
+    def send(kind, by=0, **more):
+        x, y = session.editor.projection.pixels(session.editor.settled.deformed[[13]])[0, :2]
+        at = {"x": (x + by) / (width - 1), "y": 1 - y / (height - 1)}
+        session.call(lambda: session.send({"type": kind, **at, **more})).result()
+
+    send("move")
+    send("down", button=0)
+    send("move", by=40)
+    assert session.editor.grabbed == 13
+    picture._let_go()
+    session.call(lambda: None).result()
+    assert session.editor.grabbed is None
+    assert not session.editor.settled.is_resting[13]
+    moved = session.editor.state
+    send("move", by=80)
+    assert session.editor.state is moved
+    # nor is the camera held, beside handles
+    camera = session.editor.scene.renderer.GetActiveCamera()
+    session.call(lambda: session.send({"type": "down", "x": 0, "y": 0, "button": 0})).result()
+    picture._let_go()
+    session.call(lambda: None).result()
+    seen_from = camera.GetPosition()
+    session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
+    assert camera.GetPosition() == seen_from
