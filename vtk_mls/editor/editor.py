@@ -89,7 +89,7 @@ class Editor:
             interactor.Initialize()
         self._timer = interactor.CreateRepeatingTimer(_TICK)
         self._show(is_final=True)
-        self.say(self._unsaved.offer())
+        self.say(self.offer)
         self._draw()  # as fine as the first picture has shown to be possible
 
     # what the mouse does
@@ -351,13 +351,19 @@ class Editor:
 
     def accept(self):
         """Take what is offered."""
-        state = self._unsaved.accepted()
+        state = self._unsaved.offered
         if state is None:
             self.say("Nothing is offered.")
             return
         self.selected, self.hovered = _NOTHING, None
         if self.change(state):
-            self.say("They are back; Z takes the others again.")
+            self._unsaved.take()
+            self.say(f"They are back; Z takes the others again. {self.offer}".strip())
+
+    @property
+    def offer(self):
+        """A sentence that offers what another session has left; empty if there is nothing."""
+        return self._unsaved.offer()
 
     def say(self, sentence):
         """Show a sentence in the window."""
