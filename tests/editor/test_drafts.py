@@ -51,11 +51,52 @@ def test_it_is_offered_again_until_something_is_saved(tmp_path, monkeypatch):
     assert len([*folder.iterdir()]) == 2
     third = hands_for(folder)
     assert third.editor.message
+    third.press("Return")
+    np.testing.assert_array_equal(third.editor.state.deformed, second.editor.state.deformed)
     third.press("s")
-    assert [*folder.iterdir()] == []
     third.press("0")
     third.press("z")
+    (left,) = folder.iterdir()
+    fourth = hands_for(folder)
+    fourth.press("Return")
+    fourth.press("s")
+    assert not left.exists()
+    assert hands_for(folder).editor.message == ""
+
+
+def test_what_nobody_has_seen_outlives_a_save(tmp_path, monkeypatch):
+    """Also that of a session that still runs; older ones are offered after the newest."""
+    monkeypatch.chdir(tmp_path)
+    folder, states = tmp_path / "drafts", []
+    for _ in range(2):
+        hands = hands_for(folder)
+        drag(hands)
+        for _ in range(len(states) + 1):
+            hands.press("k")
+        states.append(hands.editor.state)
+    other = hands_for(folder)
+    drag(other)
+    other.press("s")
+    assert len([*folder.iterdir()]) == 2
+    assert "were not saved: Return" in other.editor.offer
+    for state in reversed(states):
+        other.press("Return")
+        assert other.editor.state.kind == state.kind
+    assert other.editor.message == "They are back; Z takes the others again."
+    other.press("Return")
+    assert "Nothing is offered" in other.editor.message
+    other.press("s")
     assert [*folder.iterdir()] == []
+
+
+def test_data_without_a_path_are_known_again_in_any_folder(tmp_path, monkeypatch):
+    state = State([(0, 0, 0)], [(1, 1, 1)])
+    for number, folder in enumerate(("a", "b")):
+        (tmp_path / folder).mkdir()
+        monkeypatch.chdir(tmp_path / folder)
+        drafts = Drafts("x.vti", tmp_path / "drafts", digest="0123")
+        assert bool(drafts.found()) == bool(number)
+        drafts.keep(state)
 
 
 def test_closing_during_a_drag_loses_nothing(tmp_path):

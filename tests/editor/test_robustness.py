@@ -7,7 +7,7 @@ import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Surface, arrays
+from vtk_mls import Deformation, Surface, arrays
 from vtk_mls.editor import State, keys
 from vtk_mls.editor.drafts import Drafts
 
@@ -139,3 +139,63 @@ def test_handles_that_are_gone_are_neither_hovered_nor_selected(tmp_path):
     hands.editor.change(hands.editor.state.without([26]))
     assert hands.editor.selected.tolist() == [1]
     assert hands.editor.hovered is None
+
+
+def test_a_device_that_fails_between_edits_is_told_and_nothing_is_lost(monkeypatch):
+    """Handles that are added, slices, lines and rays ask the map, too."""
+    hands = Hands(ball_image(), pixels=360)
+    hands.press("h")
+    hands.drag(hands.pixel_of(13), (25, 10))
+    hands.press("p")
+    hands.click((160, 190))
+    hands.click((200, 190))
+    state, works = hands.editor.state, Deformation.backward
+
+    def broken(*arguments):
+        raise RuntimeError("the device is lost; set `VTK_MLS_DEVICE`")
+
+    def told():
+        assert hands.editor.message == "The device is lost; set `VTK_MLS_DEVICE`."
+        assert hands.editor.state is state
+        hands.editor.say("")
+
+    monkeypatch.setattr(Deformation, "backward", broken)
+    hands.press("p")
+    told()
+    hands.click((180, 200))
+    told()
+    hands.move((180, 200))
+    hands.press("a")
+    told()
+    hands.press("m")
+    told()
+    hands.send("MouseWheelForwardEvent", (340, 60))
+    told()
+    hands.click((345, 50))
+    told()
+    hands.press("v")
+    told()
+    hands.press("m")
+    monkeypatch.setattr(Deformation, "backward", works)
+    hands.press("p")
+    (cut,) = hands.editor.state.cuts
+    assert len(cut.points) == 6
+
+
+@pytest.mark.parametrize("modifier", ["Ctrl", "Shift"])
+def test_a_device_that_fails_during_a_drag_is_told(modifier, monkeypatch):
+    hands = Hands(ball_image())
+    hands.drag(hands.pixel_of(13), (25, 10))
+    camera, works = hands.camera, Deformation.backward
+    hands.send("LeftButtonPressEvent", hands.pixel_of(13))
+
+    def broken(*arguments):
+        raise MemoryError
+
+    monkeypatch.setattr(Deformation, "backward", broken)
+    hands.move(hands.pixel_of(13) + (10, 0), modifier)
+    assert hands.editor.message == "There is not enough memory."
+    monkeypatch.setattr(Deformation, "backward", works)
+    hands.send("LeftButtonReleaseEvent")
+    assert hands.camera == camera
+    assert hands.editor.grabbed is None

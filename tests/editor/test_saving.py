@@ -103,6 +103,27 @@ def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypa
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    paths = [f"{folder}/ball.vtp" for folder in "abc"]
+    for number, path in enumerate(paths):
+        (tmp_path / path).parent.mkdir()
+        mesh = ball_mesh()
+        mesh.GetPoints().SetPoint(0, 0, 0, number)
+        io.write_dataset(mesh, path)
+    hands = Hands([*map(io.read_dataset, paths)], state(np.random.default_rng(5)), paths=paths)
+    hands.press("s")
+    made = [
+        tmp_path / "ball-edited" / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")
+    ]
+    before = [path.read_bytes() for path in made]
+    assert len(set(before)) == 3
+    monkeypatch.chdir(tmp_path / "ball-edited")
+    for each, path in zip(command_of(tmp_path / "ball-edited" / "deform.py"), made):
+        assert run(*each)[::2] == (0, "")
+    assert [path.read_bytes() for path in made] == before
+
+
 def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(
     tmp_path, monkeypatch
 ):

@@ -64,15 +64,16 @@ class Cutting:
                 "Click on the surface along the cut, at last on its beginning to close it; P cuts."
             )
             return
-        self.drop_line()
         if len(line.points) < 2:
+            self.drop_line()
             editor.say("A cut needs at least two points on the surface.")
             return
         size = np.ptp(editor.scene.bounds, axis=0).max()
         state = editor.state
         in_rest = state.cut_frame == "rest"
         cut = line.cut(self._away(line), size, state.deformation() if in_rest else None)
-        editor.change(state.changed(cuts=(cut, *state.cuts)))
+        if editor.change(state.changed(cuts=(cut, *state.cuts))):
+            self.drop_line()
 
     def draw_line_to(self, pixel):
         """Go on with a line on the surface; whether one is being drawn."""
@@ -82,7 +83,9 @@ class Cutting:
         if not line.is_closed and len(line.points) > 2 and self._is_first(pixel):
             line.close()
             editor.say("The line is closed: P cuts along it, straight into the depth.")
-        point = None if line.is_closed else editor.surfaces().hit(editor.projection, pixel)
+        point = None
+        with editor.telling():
+            point = None if line.is_closed else editor.surfaces().hit(editor.projection, pixel)
         if point is not None:
             line.add(point)
         return True

@@ -30,15 +30,17 @@ class Drafts:
         Of the data.
     folder : path, optional
         Where drafts are; the user's caches if not given.
+    digest : str, optional
+        Of the data's bytes, if these are to be known again wherever they lie.
     """
 
-    def __init__(self, path, folder=None):
-        self._path = os.path.abspath(path)
+    def __init__(self, path, folder=None, digest=None):
+        self._path = os.path.abspath(path) if digest is None else digest
         cache = caches.folder()
         folder = folder or (cache and cache.joinpath(*_FOLDER))
         name = hashlib.sha256(self._path.encode()).hexdigest()[:16]
         self._file = folder and Path(folder) / f"{name}-{time.time_ns()}-{os.getpid()}.json"
-        self._pattern = f"{name}-*.json"
+        self._pattern, self._found, self._taken = f"{name}-*.json", None, []
 
     def keep(self, state):
         """Keep a `State` until it is saved; it replaces the one before.
@@ -55,26 +57,35 @@ class Drafts:
             new.write_text(_text(self._path, state), encoding="utf-8")
 
     def found(self):
-        """The newest `State` that another session has left, and when (seconds); None without."""
+        """The newest `State` that another session has left, and when (seconds); None without.
+
+        What was taken is passed over.
+        """
         for file in self._others():
             with suppress(OSError, ValueError, KeyError, TypeError):
-                return _state(file.read_text(encoding="utf-8")), file.stat().st_mtime
+                found = _state(file.read_text(encoding="utf-8")), file.stat().st_mtime
+                self._found = file
+                return found
         return None
+
+    def take(self):
+        """Count what was found last as one's own."""
+        self._taken.append(self._found)
 
     def forget(self):
         """Remove the own one, for it is saved, or nothing is changed."""
         self._remove([self._file])
 
-    def forget_all(self):
-        """Remove all of them for these data."""
-        self._remove([self._file, *self._others()])
+    def forget_taken(self):
+        """Remove the own one and what was taken; others have not been seen, or are still edited."""
+        self._remove([self._file, *self._taken])
 
     def _others(self):
         """Files of other sessions, the newest first."""
         if self._file is None:
             return []
-        files = [each for each in self._file.parent.glob(self._pattern) if each != self._file]
-        return sorted(files, reverse=True)
+        own = {self._file, *self._taken}
+        return sorted({*self._file.parent.glob(self._pattern)} - own, reverse=True)
 
     def _remove(self, files):
         for file in files:

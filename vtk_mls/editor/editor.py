@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 import numpy as np
 
 from vtk_mls.editor.cutting import Cutting
@@ -19,7 +21,7 @@ _TICK = 15  # milliseconds
 _LATTICES = 3, 4, 5, 2  # handles along each axis
 _NOTHING = np.zeros(0, int)
 # What a deformation that cannot be had is told by, in the window.
-_FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
+FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
 
 
 class Editor:
@@ -87,7 +89,7 @@ class Editor:
             interactor.Initialize()
         self._timer = interactor.CreateRepeatingTimer(_TICK)
         self._show(is_final=True)
-        self.say(self._unsaved.offer())
+        self.say(self.offer)
         self._draw()  # as fine as the first picture has shown to be possible
 
     # what the mouse does
@@ -296,7 +298,8 @@ class Editor:
 
     def look_at(self, point, is_moving=False):
         """Lay the slices through a point (3,)."""
-        self.slices.move_to(point, not is_moving)
+        with self.telling():
+            self.slices.move_to(point, not is_moving)
         self._draw(is_moving)
 
     def hide_handles(self):
@@ -337,7 +340,7 @@ class Editor:
         self._cutting.set_visible(not self._view.hides_handles)
         try:
             sentence = self.saver.save(self.state, self.scene.window)
-        except (OSError, *_FAILURES) as error:
+        except (OSError, *FAILURES) as error:
             sentence, is_saved = _sentence(error), False
         else:
             is_saved = True
@@ -348,13 +351,19 @@ class Editor:
 
     def accept(self):
         """Take what is offered."""
-        state = self._unsaved.accepted()
+        state = self._unsaved.offered
         if state is None:
             self.say("Nothing is offered.")
             return
         self.selected, self.hovered = _NOTHING, None
         if self.change(state):
-            self.say("They are back; Z takes the others again.")
+            self._unsaved.take()
+            self.say(f"They are back; Z takes the others again. {self.offer}".strip())
+
+    @property
+    def offer(self):
+        """A sentence that offers what another session has left; empty if there is nothing."""
+        return self._unsaved.offer()
 
     def say(self, sentence):
         """Show a sentence in the window."""
@@ -392,9 +401,18 @@ class Editor:
         """Do what a key is for: one of the methods, with its argument or None."""
         self.finish()
         self.say("")
-        getattr(self, name)(*(() if value is None else (value,)))
+        with self.telling():
+            getattr(self, name)(*(() if value is None else (value,)))
         if self.message:
             self._draw()
+
+    @contextmanager
+    def telling(self):
+        """Say in one sentence what fails in a block, a device as a rule; the editor goes on."""
+        try:
+            yield
+        except FAILURES as error:
+            self.say(_sentence(error))
 
     def _tick(self, interactor, event):
         self._view.ticks = True
@@ -414,7 +432,7 @@ class Editor:
         """Draw the state as it is; whether there is a map for it."""
         try:
             self._view.show(self._seen, is_final)
-        except _FAILURES as error:
+        except FAILURES as error:
             if not is_quiet:
                 self.say(_sentence(error))
             self._draw(is_moving=True)

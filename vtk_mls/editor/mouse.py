@@ -80,7 +80,8 @@ class Mouse:
         if self._drag is not None:
             if np.linalg.norm(self.pixel - self._pressed) > _STILL:
                 self._pressed = np.full(2, np.inf)  # it is no click
-                self._editor.drag_to(self._positions())
+                with self._editor.telling():
+                    self._editor.drag_to(self._positions())
         elif self._band is not None:
             self._editor.show_band((self._band, self.pixel))
         else:

@@ -66,7 +66,9 @@ class Saver:
         self._done = 0
         for algorithm in (deform, field):
             _apply(algorithm, state, folder, surfaces)
-        targets = [self._write_deformed(deform, number, folder) for number in self._numbers]
+        targets = []
+        for number in self._numbers:
+            targets.append(self._write_deformed(deform, number, folder, targets))
         field.SetInputData(0, self._datasets[0])
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
@@ -126,12 +128,19 @@ class Saver:
                 io.write_dataset(_polydata_of(cut), folder / names[-1])
         return names
 
-    def _write_deformed(self, deform, number, folder):
-        """The name of the file."""
+    def _write_deformed(self, deform, number, folder, taken):
+        """The name of the file; none that is taken."""
         stem, ending = self._name(number)
+        endings = ending, *_OTHERS
+        numbers = ("" if i == 1 else f"-{i}" for i in range(1, 2 + len(taken)))
+        stem = next(
+            each
+            for each in (f"{stem}-deformed{number}" for number in numbers)
+            if not {each + ending for ending in endings} & set(taken)
+        )
         deform.SetInputData(0, self._datasets[number])
         self._update(deform)
-        return _write_dataset(deform.GetOutput(), folder, f"{stem}-deformed", ending)
+        return _write_dataset(deform.GetOutput(), folder, stem, ending)
 
 
 def _apply(algorithm, state, folder, surfaces):

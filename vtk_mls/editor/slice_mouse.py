@@ -95,8 +95,7 @@ class SliceMouse:
     def _wheel(self, interactor, event):
         pane = self._slices.pane_at(self._pixel)
         if pane is not None:
-            self._slices.step(pane, 1 if "Forward" in event else -1)
-            self._editor.look_at(self._slices.point)
+            self._editor.look_at(self._slices.point_after(pane, 1 if "Forward" in event else -1))
             self._abort(event)
 
     def _other(self, interactor, event):

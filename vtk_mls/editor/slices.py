@@ -77,10 +77,10 @@ class Slices:
         if self._marks is not None:
             self.mark(self._marks)
 
-    def step(self, pane, count):
-        """Move one of them by so many steps of the wheel."""
+    def point_after(self, pane, count):
+        """The point to go through when one of them is moved by so many steps of the wheel."""
         size = np.ptp(self._bounds, axis=0)[pane.axis]
-        self.move_to(self.point + count * size / _STEPS * np.eye(3)[pane.axis])
+        return self.point + count * size / _STEPS * np.eye(3)[pane.axis]
 
     def _near(self, pane, state):
         """Rows of the handles that are in a slice."""

@@ -17,7 +17,8 @@ class Unsaved:
     """
 
     def __init__(self, drafts, state):
-        self._drafts, self._saved, self._offered = drafts, state, None
+        self._drafts, self._saved = drafts, state
+        self._found = drafts and drafts.found()
 
     def keep(self, state):
         """Keep a state, unless it is saved.
@@ -35,21 +36,24 @@ class Unsaved:
             self._drafts.keep(state)
 
     def note_saved(self, state):
-        """Keep nothing any more, for this state is saved."""
+        """Keep nothing of this session any more, for this state is saved."""
         self._saved = state
         if self._drafts is not None:
-            self._drafts.forget_all()
+            self._drafts.forget_taken()
+
+    @property
+    def offered(self):
+        """The newest state of another session that was not taken yet; None if there is none."""
+        return self._found[0] if self._found else None
 
     def offer(self):
-        """A sentence that offers what another session has left; empty if there is nothing."""
-        found = self._drafts and self._drafts.found()
-        if not found:
+        """A sentence that offers it; empty if there is nothing."""
+        if not self._found:
             return ""
-        self._offered, when = found
-        text = time.strftime("%d %B, %H:%M", time.localtime(when))
-        return f"{len(self._offered)} handles of {text} were not saved: Return brings them back."
+        text = time.strftime("%d %B, %H:%M", time.localtime(self._found[1]))
+        return f"{len(self.offered)} handles of {text} were not saved: Return brings them back."
 
-    def accepted(self):
-        """The state that was offered, once; None if there is none."""
-        state, self._offered = self._offered, None
-        return state
+    def take(self):
+        """Offer it no more, but what was left before it; it is gone when this session saves."""
+        self._drafts.take()
+        self._found = self._drafts.found()

@@ -34,10 +34,17 @@ def apply(session, name, value=None):
         As JSON has it; one that is impossible is told on the page.
     """
     editor = session.editor
-    editor.say("")
     if name in PLAIN:
-        getattr(editor, name)()
-    elif name in _RANGES:
+        editor.do(name)
+        return
+    editor.finish()
+    editor.say("")
+    with editor.telling():
+        _apply(session, editor, name, value)
+
+
+def _apply(session, editor, name, value):
+    if name in _RANGES:
         _set_number(editor, name, value)
     elif name in _CHOICES and value in _CHOICES[name]:
         if value != getattr(editor.state, name):

@@ -142,22 +142,33 @@ def _stage(edit, save):
         absolute=True,
         style="z-index: 5;",
     )
-    with html.Div(
-        v_if="message", classes="mls-message", role="status", click=(edit, "['say', '']")
-    ):
-        html.Span("{{ message }}")
-        v.VBtn(
-            "Bring them back",
-            v_if="message.includes('were not saved')",
-            variant="tonal",
-            size="small",
-            classes="ml-3",
-            click_stop=(edit, "['accept']"),
+    with html.Div(classes="mls-messages"):
+        html.Div(
+            "{{ message }}",
+            v_if="message && message !== offer",
+            classes="mls-message",
+            role="status",
+            click=(edit, "['say', '']"),
         )
+        _offer(edit)
     with html.Div(v_if="prepared < 100", classes="mls-prepared", role="status"):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Making other kinds and cuts ready: {{ prepared }} %")
     html.Div("{{ status }}", classes="mls-status")
+
+
+def _offer(edit):
+    """What another session has left, until it is taken or put off: no other message hides it."""
+    with html.Div(v_if="offer && offer !== put_off", classes="mls-message", role="status"):
+        html.Span("{{ offer }}")
+        v.VBtn(
+            "Bring them back",
+            variant="tonal",
+            size="small",
+            classes="ml-3",
+            click=(edit, "['accept']"),
+        )
+        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="put_off = offer")
 
 
 def _legend():

@@ -29,6 +29,7 @@ def values_of(editor, before, look):
         has_lines=any(isinstance(cut, Surface) for cut in state.cuts),
         selected=editor.selected.tolist(),
         message=editor.message,
+        offer=editor.offer,
         status=editor.status,
         looks=[getattr(each, "name", each) for each in looks],
         look=look % len(looks),

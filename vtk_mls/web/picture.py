@@ -17,6 +17,7 @@ _QUALITY = 88
 TAKEN_OVER = 4001  # the socket is closed with this code when another tab goes on
 _LONGEST = 4096  # characters of a message
 _SIDES = 64, 4096  # pixels
+_LEAVE = {"type": "leave"}
 
 
 class Picture:
@@ -41,6 +42,7 @@ class Picture:
         before, self._socket, self._loop = self._socket, socket, asyncio.get_running_loop()
         if before is not None:
             await before.close(code=TAKEN_OVER)
+        self._let_go()
         self._is_awaited = True
         self._session.call(self._refresh)
         async for message in socket:
@@ -50,8 +52,14 @@ class Picture:
                 self._hear(json.loads(message.data))
         if socket is self._socket:
             self._socket = None
-        self._session.call(lambda: self._session.send({"type": "leave"}))
+            self._let_go()
         return socket
+
+    def _let_go(self):
+        """Let go of what a page's mouse held that is gone: no other page has its button."""
+        with self._lock:
+            self._pending.extend([*({"type": "up", "button": i} for i in range(3)), _LEAVE])
+        self._session.call(self._work)
 
     def send_frame(self):
         """Send a frame if there is a new one, and the page waits; called by the worker."""

@@ -63,6 +63,7 @@ class Page:
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
+                "put_off": "",  # the offer that is not to be seen now
                 "files": [],
                 "files_at": "",
             }

@@ -57,21 +57,31 @@ class Session:
         return self._worker.call(lambda: self._watched(function))
 
     def open(self, datasets, state, paths, drafts):
-        """Show data instead of those that were shown; in the editor's thread."""
-        if self.window is None:
-            self._make_window()
-        else:
-            self.editor.detach()
-            self.editor = None
-            for renderer in [*self.window.GetRenderers()]:
-                self.window.RemoveRenderer(renderer)
-            self.window.SetNumberOfLayers(1)
-            self._interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-            gc.collect()
-        self.look = 0
-        self.editor = Editor(self._interactor, datasets, state, paths, drafts)
+        """Show data instead of those that were shown; in the editor's thread.
+
+        Raises
+        ------
+        TypeError, ValueError, RuntimeError, MemoryError
+            If they cannot be shown; all is then as before.
+        """
+        before, size = self.editor, self.window.GetSize() if self.window else _SIZE
+        if before is not None:
+            before.finish()
+        window, interactor = self._new_window(size)
+        try:
+            editor = Editor(interactor, datasets, state, paths, drafts)
+        except BaseException:
+            window.Finalize()
+            raise
+        if before is not None:
+            before.detach()
+            self.window.Finalize()
+        self.editor, self.window, self._interactor, self.look = editor, window, interactor, 0
+        del before
+        gc.collect()
         _leave_texts_to_the_page(self.editor)
         self._saved = self.editor.state
+        self._see_all_of_narrow(size)
         self._warm_up()
 
     def send(self, event):
@@ -123,15 +133,16 @@ class Session:
             self._interactor.InvokeEvent("TimerEvent")
         self.editor.preview(self.editor.settled)
 
-    def _make_window(self):
-        self.window = _window()
-        self.window.SetOffScreenRendering(True)
-        self.window.SetMultiSamples(0)
-        self.window.SetSize(*_SIZE)
-        self.window.AddObserver("EndEvent", lambda *_: self.drawn())
-        self._interactor = vtkGenericRenderWindowInteractor()
-        self._interactor.SetRenderWindow(self.window)
-        self._interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
+    def _new_window(self, size):
+        """A window off the screen, and its interactor."""
+        window, interactor = _window(), vtkGenericRenderWindowInteractor()
+        window.SetOffScreenRendering(True)
+        window.SetMultiSamples(0)
+        window.SetSize(*size)
+        window.AddObserver("EndEvent", lambda *_: self.drawn())
+        interactor.SetRenderWindow(window)
+        interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
+        return window, interactor
 
     def _watched(self, function):
         try:
@@ -140,10 +151,21 @@ class Session:
             self._tell()
 
     def _tick(self):
-        if self.editor is not None:
+        if self.editor is None:
+            return
+        try:
             self._interactor.InvokeEvent("TimerEvent")
             self._tell()
             self.idle()
+        except Exception as error:  # whatever it is, nobody else has this thread's work
+            self._tell_failure(error)
+
+    def _tell_failure(self, error):
+        reason = " ".join(str(error).split()) or type(error).__name__
+        sentence = f"The page could not be kept up to date ({reason}): reload it."
+        with suppress(Exception):  # nobody can be told then
+            self.editor.say(sentence)
+            self._told({"message": sentence})
 
     def _tell(self):
         if self.editor is None:
@@ -156,8 +178,8 @@ class Session:
             if name not in self._said or self._said[name] != value
         }
         if changed:
-            self._said.update(changed)
             self._told(changed)
+            self._said.update(changed)
 
 
 def _window():

@@ -108,7 +108,7 @@ class Transfers:
         self._opened(path.name)
 
     def _show(self, dataset, path, digest):
-        drafts = Drafts(Path(f"sent-{digest}"))  # the same data are known again
+        drafts = Drafts(path, digest=digest)  # the same data are known again
         self._session.open([dataset], State([], []), [path], drafts)
 
 

@@ -1,0 +1,136 @@
+"""What a page edits, without a page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import Deformation, arrays
+from vtk_mls.editor import State
+from vtk_mls.web import edits
+from vtk_mls.web.picture import Picture
+from vtk_mls.web.session import Session
+
+
+class Told:
+    """What the panel is told; raises what it is asked to, once."""
+
+    def __init__(self):
+        self.values, self.error = {}, None
+
+    def __call__(self, changed):
+        error, self.error = self.error, None
+        if error is not None:
+            raise error
+        self.values.update(changed)
+
+
+def ball_mesh():
+    source = vtkSphereSource()
+    source.Update()
+    return source.GetOutput()
+
+
+def opened(*data, paths=("ball.vtp",)):
+    session = Session(Told())
+    session.call(lambda: session.open(list(data), State([], []), paths, None)).result()
+    return session
+
+
+def do(session, name, value=None):
+    session.call(lambda: edits.apply(session, name, value)).result()
+    return session._told.values
+
+
+def test_the_thread_outlives_a_failure_and_tells_it():
+    session = opened(ball_mesh())
+    failed = []
+
+    def idle():
+        session.idle = lambda: None
+        failed.append(True)
+        raise OSError("there is no memory for a frame")
+
+    session.idle = idle
+    for _ in range(1000):
+        session.call(lambda: None).result()
+        if failed and "frame" in session._told.values["message"]:
+            break
+    assert session._worker.is_alive()
+    assert session._told.values["message"].endswith("(there is no memory for a frame): reload it.")
+    assert do(session, "lay_lattice")["count"] == 64
+
+
+def test_a_panel_that_cannot_be_told_is_told_later():
+    session = opened(ball_mesh())
+    session._told.error = RuntimeError("the loop is busy")
+    with pytest.raises(RuntimeError, match="the loop is busy"):
+        do(session, "lay_lattice")
+    assert do(session, "say", "x")["count"] == 64
+
+
+def test_what_a_device_says_to_the_panel_is_a_sentence(monkeypatch):
+    session = opened(ball_mesh())
+    do(session, "position", [0, 1, 2, 3])
+
+    def broken(*arguments):
+        raise RuntimeError("the device is lost")
+
+    monkeypatch.setattr(Deformation, "forward_field", broken)
+    monkeypatch.setattr(Deformation, "forward", broken)
+    before = session.editor.state
+    values = do(session, "alpha", 2.0)
+    assert "The device is lost." in values["message"]
+    assert session.editor.state is before
+    monkeypatch.undo()
+    np.testing.assert_allclose(do(session, "undo")["rows"][0]["moved"], 0)
+
+
+def test_data_that_cannot_be_shown_leave_what_is_shown():
+    session = opened(ball_mesh())
+    do(session, "lay_lattice")
+    without, before = vtkImageData(), session.editor
+    without.SetDimensions(3, 3, 3)
+    arrays.add(without.GetCellData(), "of cells", np.arange(8.0))
+    shown = session.call(lambda: session.open([without], State([], []), ["cells.vti"], None))
+    with pytest.raises(ValueError, match="no values at its points"):
+        shown.result()
+    assert session.editor is before
+    assert do(session, "undo")["count"] == 27
+    assert "nothing" not in session._told.values["message"]
+    session.call(lambda: session.open([ball_mesh()], State([], []), ["x.vtp"], None)).result()
+    assert session.editor is not before
+    assert do(session, "lay_lattice")["count"] == 64
+
+
+def test_a_page_that_is_gone_holds_nothing():
+    session = opened(ball_mesh())
+    picture = Picture(session)
+    width, height = session.window.GetSize()
+
+    def send(kind, by=0, **more):
+        x, y = session.editor.projection.pixels(session.editor.settled.deformed[[13]])[0, :2]
+        at = {"x": (x + by) / (width - 1), "y": 1 - y / (height - 1)}
+        session.call(lambda: session.send({"type": kind, **at, **more})).result()
+
+    send("move")
+    send("down", button=0)
+    send("move", by=40)
+    assert session.editor.grabbed == 13
+    picture._let_go()
+    session.call(lambda: None).result()
+    assert session.editor.grabbed is None
+    assert not session.editor.settled.is_resting[13]
+    moved = session.editor.state
+    send("move", by=80)
+    assert session.editor.state is moved
+    # nor is the camera held, beside handles
+    camera = session.editor.scene.renderer.GetActiveCamera()
+    session.call(lambda: session.send({"type": "down", "x": 0, "y": 0, "button": 0})).result()
+    picture._let_go()
+    session.call(lambda: None).result()
+    seen_from = camera.GetPosition()
+    session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
+    assert camera.GetPosition() == seen_from
