@@ -119,7 +119,7 @@ def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
     before = [path.read_bytes() for path in made]
     assert len(set(before)) == 3
     monkeypatch.chdir(tmp_path / "ball-edited")
-    for each, path in zip(command_of(tmp_path / "ball-edited" / "deform.py"), made):
+    for each, _ in zip(command_of(tmp_path / "ball-edited" / "deform.py"), made):
         assert run(*each)[::2] == (0, "")
     assert [path.read_bytes() for path in made] == before
 
