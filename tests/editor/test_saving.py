@@ -113,9 +113,7 @@ def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
         io.write_dataset(mesh, path)
     hands = Hands([*map(io.read_dataset, paths)], state(np.random.default_rng(5)), paths=paths)
     hands.press("s")
-    made = [
-        tmp_path / "ball-edited" / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")
-    ]
+    made = [tmp_path / "ball-edited" / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")]
     before = [path.read_bytes() for path in made]
     assert len(set(before)) == 3
     monkeypatch.chdir(tmp_path / "ball-edited")
