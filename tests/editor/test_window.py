@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -75,6 +76,10 @@ class Window:
             time.sleep(0.03)
         self.do("mouseup", 1)
         time.sleep(0.5)
+
+    def click(self, at):
+        """Click with the mouse's left button."""
+        self.drag(at, (0, 0))
 
     def end(self):
         """Press Q; (exit status, stderr)."""
@@ -166,6 +171,34 @@ def test_drag_undo_add_save_and_quit(name, folder):
     before = made.read_bytes()
     status, _, stderr = run("deform", str(folder / name), str(edited / "handles.csv"), str(made))
     assert (status, stderr) == (0, "")
+    assert made.read_bytes() == before
+
+
+def test_handles_are_deleted_and_cuts_made(folder, monkeypatch):
+    (folder / "handles.csv").write_text(
+        "px,py,pz,qx,qy,qz\n11.5,11.5,11.5,11.5,11.5,11.5\n2,2,2,2,2,2\n21,21,21,23,21,20\n"
+    )
+    with window(folder, "ball.vtp", "handles.csv") as shown:
+        shown.click((600, 425))
+        shown.press("x", "c", "c", "p")
+        for at in ((540, 380), (600, 400), (660, 380)):
+            shown.click(at)
+        shown.press("p", "s")
+        edited = folder / "ball-edited"
+        shown.wait_for(edited / "deform.py")
+        assert shown.end() == (0, "")
+    rest, deformed, _ = control_point_files.read(edited / "handles.csv")
+    assert rest.tolist() == [[2, 2, 2], [21, 21, 21]]
+    assert deformed.tolist() == [[2, 2, 2], [23, 21, 20]]
+    (cut,) = io.read_cuts(edited / "cut-1.vtp")
+    assert len(cut.points) == 3 * 3
+    lines = (edited / "deform.py").read_text().splitlines()
+    (command,) = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
+    assert [each.partition("=")[0] for each in command[4:]] == ["--cut-half-plane", "--cut-surface"]
+    made = edited / "ball-deformed.vtp"
+    before = made.read_bytes()
+    monkeypatch.chdir(edited)
+    assert run(*command)[::2] == (0, "")
     assert made.read_bytes() == before
 
 

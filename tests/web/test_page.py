@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 from command_fixtures import PROJECT
 from page_mouse import drag
+from page_server import server
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
@@ -68,27 +68,6 @@ def folder(tmp_path_factory):
 
 def _write(path, positions):
     control_point_files.write(path, np.array(positions, float), np.array(positions, float))
-
-
-@contextmanager
-def server(folder, *arguments):
-    """A running server; (process, address)."""
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "vtk_mls", "view", *arguments, "--web", "--port", "0"],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        line = process.stdout.readline()
-        assert "http://" in line, process.communicate()[1]
-        yield process, line.split()[-1]
-    finally:
-        process.terminate()
-        process.communicate()
 
 
 @pytest.fixture(scope="module")

@@ -28,6 +28,7 @@ _VERBS = {"read": "read", "deform": "deformed", "write": "written", "show": "sho
 
 _journal = None  # memory that both share, where the worker writes what it does
 _written = ""  # file that the worker wrote to last
+_temporary = ""  # folder that is gone with the worker
 
 
 def supervise(work):
@@ -78,7 +79,7 @@ def supervise(work):
         signal.signal(each, stop)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
     status = os.waitstatus_to_exitcode(os.waitpid(worker, 0)[1])
-    doing, what, _ = _entry(journal)
+    doing, what, *_ = _entry(journal)
     if status >= 0 and doing in ("", "done"):
         return status
     if doing == "done":  # only the interpreter's end has failed
@@ -113,6 +114,19 @@ def step(doing, path):
         os.dup2(shown, 2)
         os.close(shown)
         os.close(nowhere)
+
+
+@contextmanager
+def temporary_folder():
+    """A folder that is removed at the end, also that of a worker which is killed."""
+    import tempfile
+
+    global _temporary
+    with tempfile.TemporaryDirectory(prefix="vtk-mls-") as folder:
+        _temporary = folder
+        if _journal is not None:
+            _note(*_entry(_journal)[:2])
+        yield folder
 
 
 def _processor_time(path):
@@ -158,21 +172,28 @@ def _note(doing, what):
     if doing == "write":
         _written = what
     if _journal is not None:
-        entry = os.fsencode(f"{doing}\0{what}\0{_written}\0")[:_JOURNAL]
+        entry = os.fsencode(f"{doing}\0{what}\0{_written}\0{_temporary}\0")[:_JOURNAL]
         _journal[: len(entry)] = entry
 
 
 def _entry(journal):
-    """What the worker did last, with what, and what it wrote to last; empty if it did not say."""
-    return tuple(os.fsdecode(part) for part in journal[:].split(b"\0", 3)[:3])
+    """What the worker did last, with what, what it wrote to last, and its temporary folder.
+
+    Each is empty if it did not say.
+    """
+    return tuple(os.fsdecode(part) for part in journal[:].split(b"\0", 4)[:4])
 
 
 def _remove_remains(worker, journal):
-    written = _entry(journal)[2]
+    written, temporary = _entry(journal)[2:]
     if written:
         from vtk_mls.files.replacing import remove_remains
 
         remove_remains(written, worker)
+    if temporary:
+        import shutil
+
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _obituary(doing, path, name):

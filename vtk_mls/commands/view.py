@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read
-from vtk_mls.commands.supervision import step
+from vtk_mls.commands.supervision import step, temporary_folder
 
 _OF_WEB = "aiohttp", "trame", "trame_client", "trame_vuetify"  # packages of the extra `web`
 
@@ -70,7 +70,9 @@ def run(options):
 def _show(options, datasets, state):
     paths = options.input, *options.others
     if options.web:
-        _web_server().serve(datasets, state, paths, options.output, (options.host, options.port))
+        address, server = (options.host, options.port), _web_server()
+        with temporary_folder() as temporary:
+            server.serve(datasets, state, paths, temporary, options.output, address)
     else:
         from vtk_mls.editor import window
 

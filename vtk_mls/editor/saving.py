@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,13 @@ class Saver:
 
     Attributes
     ----------
+    folder : Path or None
+    within : Path
+        Where a new one is made.
+    copies_data : bool
+        Whether the data are saved, too, as they came: their paths do not last.
+    files : list of Path
+        What the last `save` has written.
     progress : callable or None
         Called with the fraction that is done while it saves.
     """
@@ -43,6 +51,7 @@ class Saver:
     def __init__(self, datasets, paths=(), folder=None):
         self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
         self.folder = None if folder is None else Path(folder)
+        self.within, self.copies_data, self.files = Path(), False, []
         self.progress, self._done = None, 0
 
     def save(self, state, window):
@@ -59,6 +68,7 @@ class Saver:
             Naming the file.
         """
         folder = self._made_folder()
+        before = _versions(folder)
         _write_picture(window, folder / PICTURE)
         self._write_handles(state, folder)
         surfaces = self._write_surfaces(state, folder)
@@ -74,6 +84,7 @@ class Saver:
         io.write_field(field.GetOutput(), folder / FIELD)
         files = list(zip((self._source(number, folder) for number in self._numbers), targets))
         _write_text(folder / SCRIPT, script.script(state, HANDLES, surfaces, files))
+        self.files = sorted(path for path, _ in _versions(folder) - before)
         return f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
 
     def _update(self, algorithm):
@@ -93,7 +104,9 @@ class Saver:
             name = f"{self._name(0)[0]}-edited"
             numbers = ("" if i == 1 else f"-{i}" for i in range(1, 10_000))
             self.folder = next(
-                path for path in (Path(name + number) for number in numbers) if not path.exists()
+                path
+                for path in (self.within / (name + number) for number in numbers)
+                if not path.exists()
             )
         self.folder.mkdir(parents=True, exist_ok=True)
         return self.folder
@@ -109,7 +122,12 @@ class Saver:
     def _source(self, number, folder):
         """Where the script finds a dataset."""
         if number < len(self._paths):
-            return os.fspath(self._paths[number])
+            path = self._paths[number]
+            if not self.copies_data:
+                return os.fspath(path)
+            with replacing(folder / path.name) as new:
+                shutil.copyfile(path, new)
+            return path.name
         return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
 
     def _write_handles(self, state, folder):
@@ -183,6 +201,12 @@ def _polydata_of(surface):
     polydata.SetPoints(points)
     polydata.SetPolys(triangles)
     return polydata
+
+
+def _versions(folder):
+    """(path, version) of each file: what is replaced has another version."""
+    files = [path for path in folder.iterdir() if path.is_file()]
+    return {(path, (path.stat().st_ino, path.stat().st_mtime_ns)) for path in files}
 
 
 def _write_picture(window, path):

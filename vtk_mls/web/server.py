@@ -6,7 +6,6 @@ import asyncio
 import os
 import socket
 import sys
-import tempfile
 from pathlib import Path
 
 from aiohttp import web
@@ -33,18 +32,20 @@ class Page:
     Parameters
     ----------
     folder : Path
-        For what is sent and, if not told otherwise, saved.
+        For what is sent.
+    within : Path
+        Where folders are made for data that were sent and are saved.
     most : int
         Bytes that data may have that are sent.
     """
 
-    def __init__(self, folder, most=MOST):
+    def __init__(self, folder, within, most=MOST):
         os.environ.setdefault("TRAME_ARGS", "--server")  # the command's options are not trame's
         os.environ["WSLINK_READY_MSG"] = ""
-        self._folder, self._loop, self._preparing = folder, None, None
+        self._within, self._loop, self._preparing = within, None, None
         self.session = Session(self._told)
         self._picture = Picture(self.session)
-        self._transfers = Transfers(self.session, folder / "sent", most, self._opened)
+        self._transfers = Transfers(self.session, folder, most, self._opened)
         self._server = get_server("vtk-mls", client_type="vue3")
         self._server.enable_module(
             {
@@ -68,7 +69,6 @@ class Page:
                 "files_at": "",
             }
         )
-        (folder / "sent").mkdir()
 
     def open(self, datasets, state, paths, saved_in):
         """Show data before the first page asks for them."""
@@ -106,7 +106,8 @@ class Page:
     def _opened(self, name):
         """Called when the page has sent data that are shown now."""
         self._show(title=name, files=[])
-        self.session.editor.saver.folder = None
+        saver = self.session.editor.saver
+        saver.within, saver.copies_data = self._within, True
 
     async def _edit(self, name, value=None):
         await asyncio.wrap_future(self.session.call(lambda: edits.apply(self.session, name, value)))
@@ -116,11 +117,10 @@ class Page:
             return
         self._show(is_saving=True, progress=0)
         try:
-            if self.session.editor.saver.folder is None:
-                self.session.editor.saver.folder = Path(tempfile.mkdtemp(dir=self._folder))
             self.session.editor.saver.progress = self._progress
             folder = await asyncio.wrap_future(self.session.call(self.session.save))
-            self._show(files=_files(folder), files_at=str(folder), has_files=True)
+            files = _files(self.session.editor.saver.files)
+            self._show(files=files, files_at=str(folder.resolve()), has_files=True)
         except OSError:
             pass  # the editor has said why
         finally:
@@ -151,14 +151,15 @@ class Page:
             state.update(values)
 
 
-def serve(datasets, state, paths, folder=None, address=(LOOPBACK, None)):
+def serve(datasets, state, paths, temporary, folder=None, address=(LOOPBACK, None)):
     """Edit on a page until the process is ended.
 
     Parameters
     ----------
     datasets, state, paths, folder
-        As of `window.show`; without a folder what is saved lies in a temporary one, from which
-        the page takes it.
+        As of `window.show`.
+    temporary : path
+        A folder for what the page sends.
     address : (host, port or None)
         To listen on; for None the usual port, or any if that is taken.
 
@@ -169,11 +170,11 @@ def serve(datasets, state, paths, folder=None, address=(LOOPBACK, None)):
     """
     host, port = address
     port = _free_port(host, port)
-    with tempfile.TemporaryDirectory(prefix="vtk-mls-") as temporary:
-        page = Page(Path(temporary))
-        page.open(datasets, state, paths, None if folder is None else Path(folder))
-        _warn_of_others(host)
-        page.serve(host, port, _announce)
+    folder = None if folder is None else Path(folder)
+    page = Page(Path(temporary), folder or Path())
+    page.open(datasets, state, paths, folder)
+    _warn_of_others(host)
+    page.serve(host, port, _announce)
 
 
 def _announce(address):
@@ -196,19 +197,19 @@ def _free_port(host, port):
     """A port that can be listened on."""
     for each in (PORT, 0) if port is None else (port,):
         try:
-            with socket.create_server((host, each)) as one:
+            family, _, _, _, found = socket.getaddrinfo(host, each, type=socket.SOCK_STREAM)[0]
+            with socket.create_server(found[:2], family=family) as one:
                 return one.getsockname()[1]
         except OSError as error:
             reason = error
     raise OSError(f"`{host}:{port or PORT}` cannot be listened on: {reason.strerror or reason}")
 
 
-def _files(folder):
+def _files(paths):
     """Names and sizes for the list of files."""
     return [
         {"name": path.name, "size": _size(path.stat().st_size), "what": _what(path.name)}
-        for path in sorted(folder.iterdir())
-        if path.is_file()
+        for path in paths
     ]
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import io as streams
+import os
+import shutil
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from aiohttp import web
 from vtk_mls import io
 from vtk_mls.editor import State
 from vtk_mls.editor.drafts import Drafts
+from vtk_mls.files.replacing import replacing
 
 ALL = "all.zip"
 MOST_OF_HANDLES = 64 << 20  # bytes
@@ -39,7 +42,8 @@ class Transfers:
 
     def __init__(self, session, folder, most, opened):
         self._session, self._folder, self.most = session, folder, most
-        self._opened = opened
+        self._opened, self._shown = opened, None  # the folder of data that are shown
+        self._turn = asyncio.Lock()
 
     @property
     def routes(self):
@@ -51,15 +55,22 @@ class Transfers:
 
     async def saved(self, request):
         """One of the files that were saved last, or all of them."""
-        folder, name = self._session.editor.saver.folder, request.match_info["name"]
-        if folder is None or not folder.is_dir():
+        saver, name = self._session.editor.saver, request.match_info["name"]
+        files = {path.name: path for path in saver.files}
+        if not files:
             raise web.HTTPNotFound(text="Nothing is saved yet.")
         if name == ALL:
-            data = await asyncio.to_thread(_zipped, folder)
-            return web.Response(body=data, headers=_as_attachment(f"{folder.name}.zip"))
-        if name not in {path.name for path in folder.iterdir()}:
+            return await self._zipped(saver)
+        if name not in files:
             raise web.HTTPNotFound(text="There is no such file.")
-        return web.FileResponse(folder / name, headers=_as_attachment(name))
+        return web.FileResponse(files[name], headers=_as_attachment(name))
+
+    async def _zipped(self, saver):
+        """All files as one, which is made on the disk."""
+        path = self._folder / ALL
+        await asyncio.to_thread(_zip, path, saver.files)
+        headers = _as_attachment(f"{saver.folder.resolve().name}.zip")
+        return web.FileResponse(path, headers=headers)
 
     async def sent(self, request):
         """Take data, or handles for the data that are shown; a sentence says what became of it."""
@@ -67,21 +78,30 @@ class Transfers:
         most = {"data": self.most, "handles": MOST_OF_HANDLES}.get(kind)
         if most is None or not name.strip("."):
             raise web.HTTPNotFound()
-        try:
-            path, digest = await self._received(request, name, most)
-            await _try(_READERS[kind], path)
-            if kind == "handles":
-                await asyncio.wrap_future(self._session.call(lambda: self._take_handles(path)))
-            else:
-                await self._take_data(path, digest)
-        except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
-            text = " ".join(str(error).split()) or "There is not enough memory"
-            return web.Response(status=400, text=text.replace(f"{self._folder}/", ""))
+        async with self._turn:  # there is one file more than what is shown, at most
+            folder = Path(tempfile.mkdtemp(dir=self._folder))
+            try:
+                await self._taken(request, kind, folder / name, most)
+            except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
+                text = " ".join(str(error).split()) or "There is not enough memory"
+                return web.Response(status=400, text=text.replace(f"{folder}{os.sep}", ""))
+            finally:
+                if folder != self._shown:
+                    shutil.rmtree(folder, ignore_errors=True)
         return web.Response(text=f"{name} is shown.")
 
-    async def _received(self, request, name, most):
-        """The path of what is sent, and a digest of it."""
-        path, digest, size = self._folder / name, hashlib.sha256(), 0
+    async def _taken(self, request, kind, path, most):
+        """Receive a file, and show what is in it."""
+        digest = await self._received(request, path, most)
+        await _try(_READERS[kind], path)
+        if kind == "handles":
+            await asyncio.wrap_future(self._session.call(lambda: self._take_handles(path)))
+        else:
+            await self._take_data(path, digest)
+
+    async def _received(self, request, path, most):
+        """Write what is sent to a path; a digest of it."""
+        name, digest, size = path.name, hashlib.sha256(), 0
         with open(path, "wb") as file:
             async for chunk in request.content.iter_chunked(1 << 20):
                 size += len(chunk)
@@ -91,7 +111,7 @@ class Transfers:
                 file.write(chunk)
         if size == 0:
             raise ValueError(f"`{name}` is empty")
-        return path, digest.hexdigest()
+        return digest.hexdigest()
 
     def _take_handles(self, path):
         editor = self._session.editor
@@ -105,6 +125,9 @@ class Transfers:
         if not dataset.IsA("vtkDataSet"):
             raise ValueError(f"`{path.name}` has blocks; single images and meshes are shown")
         await asyncio.wrap_future(self._session.call(lambda: self._show(dataset, path, digest)))
+        before, self._shown = self._shown, path.parent
+        if before is not None:
+            shutil.rmtree(before, ignore_errors=True)
         self._opened(path.name)
 
     def _show(self, dataset, path, digest):
@@ -147,12 +170,11 @@ def _last_words(said):
     return text if name.isidentifier() else ""
 
 
-def _zipped(folder):
-    file = streams.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for path in sorted(folder.iterdir()):
-            archive.write(path, path.name)
-    return file.getvalue()
+def _zip(archive, files):
+    with replacing(archive) as new:
+        with zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as written:
+            for path in files:
+                written.write(path, path.name)
 
 
 def _as_attachment(name):

@@ -1,0 +1,179 @@
+"""Files to and from the page: what is served is what was saved, and what is sent has bounds."""
+
+from __future__ import annotations
+
+import asyncio
+import io as streams
+import os
+import socket
+import subprocess
+import sys
+import zipfile
+from urllib.error import HTTPError
+from urllib.request import urlopen
+
+import pytest
+from command_fixtures import PROJECT
+from page_server import server
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import io
+from vtk_mls.commands import supervision
+from vtk_mls.editor import State
+from vtk_mls.web.session import Session
+
+pytest.importorskip("trame", reason="the extra web is not installed")
+_PATIENCE = 60  # seconds
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    source = vtkSphereSource()
+    source.Update()
+    io.write_dataset(source.GetOutput(), tmp_path / "ball.vtp")
+    return tmp_path
+
+
+@pytest.fixture
+def client(folder):
+    client = Client(folder)
+    yield client
+    client.close()
+
+
+class Client:
+    """Asks the routes of one session."""
+
+    def __init__(self, folder, most=1 << 20):
+        from vtk_mls.web.transfers import Transfers
+
+        self.sent, self._loop = folder / "sent", asyncio.new_event_loop()
+        self.sent.mkdir()
+        self.session, self.opened = Session(lambda changed: None), []
+        data, paths = [io.read_dataset("ball.vtp")], ["ball.vtp"]
+        self.session.call(lambda: self.session.open(data, State([], []), paths, None)).result()
+        self.transfers = Transfers(self.session, self.sent, most, self.opened.append)
+
+    def ask(self, *requests):
+        """(status, body) of each of (method, path, data), all asked at once."""
+        return self._loop.run_until_complete(self._ask(requests))
+
+    def close(self):
+        self._loop.close()
+
+    async def _ask(self, requests):
+        from aiohttp import web
+        from aiohttp.test_utils import TestClient, TestServer
+
+        application = web.Application()
+        application.add_routes(self.transfers.routes)
+        async with TestClient(TestServer(application)) as client:
+            return await asyncio.gather(*(self._one(client, *each) for each in requests))
+
+    async def _one(self, client, method, path, data=None):
+        async with client.request(method, path, data=data) as answer:
+            return answer.status, await answer.read()
+
+    def save(self):
+        """Save as the page does."""
+        return self.session.call(self.session.save).result()
+
+
+def test_only_what_was_saved_is_served(client, folder):
+    assert client.ask(("GET", "/saved/all.zip"))[0][0] == 404
+    (folder / "output").mkdir()
+    for name in ("secret.txt", "picture.png"):
+        (folder / "output" / name).write_text("of others")
+    client.session.editor.saver.folder = folder / "output"
+    client.save()
+    secret, none, picture, every = client.ask(
+        *(("GET", f"/saved/{name}") for name in ("secret.txt", "..", "picture.png", "all.zip"))
+    )
+    assert (secret[0], none[0], picture[0], every[0]) == (404, 404, 200, 200)
+    assert picture[1] == (folder / "output" / "picture.png").read_bytes() != b"of others"
+    names = zipfile.ZipFile(streams.BytesIO(every[1])).namelist()
+    assert "secret.txt" not in names
+    assert {"handles.csv", "ball-deformed.vtp", "deform.py"} <= set(names)
+    client.save()  # the same files anew
+    assert names == [path.name for path in client.session.editor.saver.files]
+
+
+def test_what_is_sent_is_gone_when_something_else_is_shown(client, folder):
+    ball = (folder / "ball.vtp").read_bytes()
+    answers = client.ask(
+        ("POST", "/send/data/ball.vtp", ball),
+        ("POST", "/send/data/ball.vtp", ball + b"\n"),
+        ("POST", "/send/handles/handles.csv", b"x,y,z\n0,0,0\n1,1,1\n"),
+    )
+    assert [status for status, _ in answers] == [200] * 3
+    assert len(client.opened) == 2
+    shown = client.transfers._shown
+    assert [*client.sent.iterdir()] == [shown]
+    before = (shown / "ball.vtp").read_bytes()
+    answers = client.ask(
+        ("POST", "/send/data/ball.vtp", b"broken"),
+        ("POST", "/send/data/ball.vtp", streams.BytesIO(bytes((1 << 20) + 1))),
+        ("POST", "/send/data/ball.vtp", b""),
+    )
+    assert [status for status, _ in answers] == [400] * 3
+    assert answers[1][1] == b"`ball.vtp` has more than 1 MB, which is the limit"
+    assert not any(str(client.sent).encode() in text for _, text in answers)
+    assert [*client.sent.iterdir()] == [shown]
+    assert (shown / "ball.vtp").read_bytes() == before
+
+
+def test_a_script_for_data_that_were_sent_has_them_beside_it(client, folder):
+    ball = (folder / "ball.vtp").read_bytes()
+    assert client.ask(("POST", "/send/data/ball.vtp", ball))[0][0] == 200
+    editor = client.session.editor
+    editor.saver.copies_data = True
+    change = editor.state.moved([0], editor.state.rest[:1] + 0.1)
+    client.session.call(lambda: editor.change(change)).result()
+    saved = client.save()
+    assert (saved / "ball.vtp").read_bytes() == ball
+    text = (saved / "deform.py").read_text()
+    assert "sent" not in text
+    assert repr(("ball.vtp", "ball-deformed.vtp")) in text
+    made = (saved / "ball-deformed.vtp").read_bytes()
+    taken = folder / "elsewhere"
+    saved.rename(taken)
+    subprocess.run(
+        [sys.executable, taken / "deform.py"],
+        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        check=True,
+        capture_output=True,
+    )
+    assert (taken / "ball-deformed.vtp").read_bytes() == made
+
+
+@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="nobody is killed here")
+def test_what_was_sent_is_gone_with_the_server(folder):
+    temporary = folder / "temporary"
+    temporary.mkdir()
+    with server(folder, "ball.vtp", TMPDIR=str(temporary)) as (process, address):
+        start, _, token = address.partition("?")
+        ball = (folder / "ball.vtp").read_bytes()
+        with urlopen(f"{start}send/data/other.vtp?{token}", data=ball) as answer:
+            assert answer.read() == b"other.vtp is shown."
+        assert [*temporary.rglob("other.vtp")]
+        process.terminate()
+        process.wait(_PATIENCE)
+    assert [*temporary.glob("vtk-mls-*")] == []
+
+
+def _has_ipv6():
+    try:
+        with socket.create_server(("::1", 0), family=socket.AF_INET6):
+            return True
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not _has_ipv6(), reason="this machine has no IPv6")
+def test_a_page_is_served_by_ipv6(folder):
+    with server(folder, "ball.vtp", "--host", "::1") as (_, address):
+        assert address.startswith("http://[::1]:")
+        assert urlopen(address).status == 200
+        with pytest.raises(HTTPError, match="403"):
+            urlopen(address.partition("?")[0])
