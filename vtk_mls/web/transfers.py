@@ -171,10 +171,12 @@ def _last_words(said):
 
 
 def _zip(archive, files):
-    with replacing(archive) as new:
-        with zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as written:
-            for path in files:
-                written.write(path, path.name)
+    with (
+        replacing(archive) as new,
+        zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as written,
+    ):
+        for path in files:
+            written.write(path, path.name)
 
 
 def _as_attachment(name):
