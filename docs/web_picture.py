@@ -6,6 +6,7 @@ Needs: pip install 'vtk-mls[web,opencl]' nilearn playwright, and /usr/bin/chromi
 
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -31,6 +32,7 @@ def step(name):
 
 
 command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--web", "--port", "0"]
+command += ["--output", tempfile.mkdtemp()]
 server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 try:
     address = server.stdout.readline().split()[-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -13,12 +14,14 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from command_fixtures import PROJECT
+from command_fixtures import PROJECT, run
 from page_mouse import drag
 from page_server import server
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import io
+from vtk_mls import arrays, io
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import control_point_files
 
 pytestmark = pytest.mark.matrix
@@ -64,6 +67,19 @@ def folder(tmp_path_factory):
     (folder / "broken.vtp").write_text("<VTKFile type='PolyData'><PolyData></VTKFile>")
     (folder / "large.vtp").write_bytes(b"x" * (65 << 20))
     return folder
+
+
+def _ball_image():
+    """The ball as an image."""
+    image, size = vtkImageData(), 24
+    image.SetDimensions(size, size, size)
+    image.SetOrigin(-0.6, -0.6, -0.6)
+    image.SetSpacing(*[1.2 / (size - 1)] * 3)
+    radius = np.linalg.norm(ImageGeometry.of_image(image).grid.points(), axis=1)
+    values = np.clip(200 * (0.5 - radius) / 0.05, 0, 200).astype(np.uint8)
+    arrays.add(image.GetPointData(), "density", values)
+    image.GetPointData().SetActiveScalars("density")
+    return image
 
 
 def _write(path, positions):
@@ -201,6 +217,94 @@ def test_what_is_saved_is_taken(page, folder):
     np.testing.assert_allclose(deformed[0], after, rtol=1e-3)
     assert not page.tab.get_by_text("unsaved").is_visible()
     page.tab.get_by_role("button", name="Close").click()
+
+
+def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch):
+    """What is saved is to the bit what the command makes of the saved handles."""
+    (folder / "both").mkdir()
+    io.write_dataset(_ball_image(), folder / "both" / "ball.nii.gz")
+    arguments = "both/ball.nii.gz", "handles.csv", "--with", "ball.vtp", "--output", "both/saved"
+    with server(folder, *arguments) as (_, address):
+        page = Page(browser, address)
+        before = page.rows()[0]
+        page.tab.keyboard.press("m")
+        page.drag((0.83, 1 / 6), (22, -12))  # in the upper slice, along z
+        moved = page.moved_row(0, before)
+        assert moved[2] == before[2]
+        assert abs(moved - before)[:2].min() > 0.01
+        page.tab.keyboard.press("m")
+        page.drag((0.5, 0.9), (60, -20))  # the camera
+        page.tab.keyboard.press("p")
+        page.says("Click on the surface")
+        for x in (0.42, 0.48, 0.54):
+            page.tab.mouse.click(*page.pixel((x, 0.4)))
+        page.tab.keyboard.press("p")
+        page.tab.get_by_text("How sharply it parts").wait_for()
+        page.tab.keyboard.press("s")
+        page.tab.get_by_role("link", name="ball-deformed.nii.gz").wait_for()
+        saved = folder / "both" / "saved"
+        for name in ("ball-deformed.nii.gz", "cut-1.vtp", "picture.png"):
+            link = page.tab.get_by_role("link", name=name)
+            with page.tab.expect_download() as download:
+                link.click()
+            assert download.value.path().read_bytes() == (saved / name).read_bytes()
+        page.close()
+    rest, deformed, _ = control_point_files.read(saved / "handles.csv")
+    np.testing.assert_allclose(deformed[0], moved, rtol=1e-3, atol=1e-4)
+    lines = (saved / "deform.py").read_text().splitlines()
+    commands = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
+    made = [saved / "ball-deformed.nii.gz", saved / "ball-deformed.vtp"]
+    written = [path.read_bytes() for path in made]
+    monkeypatch.chdir(saved)
+    for command in commands:
+        assert run(*command)[::2] == (0, "")
+    assert len(commands) == 2
+    assert [path.read_bytes() for path in made] == written
+    assert (rest != deformed).any(axis=1).tolist() == [True, False, False, False]
+
+
+def test_a_reload_during_a_drag_keeps_it(page):
+    page.tab.keyboard.press("0")
+    page.tab.keyboard.press("r")
+    time.sleep(0.5)
+    before, mouse = page.rows()[0], page.tab.mouse
+    mouse.move(*page.pixel((0.5, 0.5)))
+    time.sleep(0.3)
+    mouse.down()
+    mouse.move(*page.pixel((0.55, 0.45)), steps=5)
+    page.status("1 selected")
+    time.sleep(0.5)
+    page.tab.reload()
+    page.tab.wait_for_selector("canvas[data-frames]")
+    mouse.up()
+    moved = page.moved_row(0, before)
+    mouse.move(*page.pixel((0.3, 0.3)), steps=5)  # nothing is held
+    page.tab.keyboard.press("Escape")
+    time.sleep(0.5)
+    np.testing.assert_allclose(page.rows()[0], moved)
+    page.tab.keyboard.press("0")
+
+
+def test_what_was_not_saved_is_offered_beside_other_messages(browser, folder):
+    caches = {"XDG_CACHE_HOME": str(folder / "caches"), "VTK_MLS_DEVICE": "reference"}
+    with server(folder, "ball.vtp", "handles.csv", **caches) as (_, address):
+        page = Page(browser, address)
+        for _ in range(2):
+            _send(page, "data", folder / "ball.vtp")
+            page.says("is shown")
+            page.status("27 handles")
+            page.tab.keyboard.press("k")
+            page.status("similarity")
+        page.says("27 handles of")
+        page.tab.get_by_role("button", name="Later").click()
+        page.tab.get_by_role("button", name="Bring them back").wait_for(state="detached")
+        page.tab.keyboard.press("z")
+        page.status("rigid")
+        page.tab.keyboard.press("Enter")
+        page.says("They are back")
+        page.status("similarity")
+        page.close()
+    assert not [*folder.glob("sent-*")]
 
 
 def test_a_reload_has_all_of_it(page):
