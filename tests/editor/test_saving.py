@@ -103,6 +103,19 @@ def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypa
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_where_it_is_saved_is_seen_while_handles_are_hidden(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_mesh(), pixels=400)
+    hands.press("space")
+    before = hands.picture()
+    hands.press("s")
+    assert "Saved in" in hands.editor.message
+    assert (np.abs(hands.picture() - before).max(axis=2) > 60).sum() > 200
+    hands.press("h")
+    hands.press("h")
+    np.testing.assert_allclose(hands.picture(), before, atol=3)
+
+
 def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     paths = [f"{folder}/ball.vtp" for folder in "abc"]
@@ -117,7 +130,7 @@ def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
     before = [path.read_bytes() for path in made]
     assert len(set(before)) == 3
     monkeypatch.chdir(tmp_path / "ball-edited")
-    for each, _ in zip(command_of(tmp_path / "ball-edited" / "deform.py"), made):
+    for each in command_of(tmp_path / "ball-edited" / "deform.py"):
         assert run(*each)[::2] == (0, "")
     assert [path.read_bytes() for path in made] == before
 

@@ -134,3 +134,11 @@ def test_a_page_that_is_gone_holds_nothing():
     seen_from = camera.GetPosition()
     session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
     assert camera.GetPosition() == seen_from
+
+
+def test_slices_have_the_look_that_the_panel_sets(monkeypatch):
+    session, shown = opened(ball_mesh()), []
+    session.call(session.editor.toggle_slices).result()
+    monkeypatch.setattr(session.editor.slices, "show", lambda is_final: shown.append(is_final))
+    do(session, "look", 0)
+    assert shown == [True]

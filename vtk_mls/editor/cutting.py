@@ -45,7 +45,10 @@ class Cutting:
         else:
             cut = self._widget.half(cut, self._camera) if isinstance(cut, Plane) else None
         if editor.change(_with_flat_cut(editor.state, cut)) and cut is not None:
-            editor.say("Drag handles away from the cut to open it; the mouse moves the plane, too.")
+            editor.say(
+                "Drag handles away from the cut to open it (Ctrl + drag beside handles selects "
+                "several); the mouse moves the plane, too."
+            )
 
     def change_half(self):
         """Cut by another half of the plane."""

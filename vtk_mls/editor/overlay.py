@@ -56,10 +56,13 @@ class Overlay:
         for actor in (self._panel, *self._keys):
             actor.SetVisibility(is_visible)
 
-    def set_visible(self, is_visible):
-        """Show or hide what is not the legend."""
-        for actor in (self._status, self._message):
-            actor.SetVisibility(is_visible)
+    def set_status_visible(self, is_visible):
+        """Show or hide how it is."""
+        self._status.SetVisibility(is_visible)
+
+    def set_message_visible(self, is_visible):
+        """Show or hide what is said."""
+        self._message.SetVisibility(is_visible)
 
     def say(self, sentence):
         """Show a sentence, or none for an empty one."""

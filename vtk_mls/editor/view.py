@@ -101,14 +101,16 @@ class View:
         """Make a picture as fine as it can be, without texts."""
         has_keys = self._overlay.shows_keys
         self._overlay.set_keys_visible(False)
-        self._overlay.set_visible(False)
+        self._overlay.set_status_visible(False)
+        self._overlay.set_message_visible(False)
         self.scene.set_coarseness(self._pace.pixels_for_file())
         marks = Marks(state, _NOTHING, None, _NOTHING, not self.hides_handles)
         self.scene.glyphs.show(marks)
         self.slices.mark(marks)
         self.scene.window.Render()
         self._overlay.set_keys_visible(has_keys)
-        self._overlay.set_visible(not self.hides_handles)
+        self._overlay.set_status_visible(not self.hides_handles)
+        self._overlay.set_message_visible(True)
 
     @property
     def is_finer_due(self):
@@ -136,10 +138,10 @@ class View:
         self._overlay.set_band(corners)
 
     def hide_handles(self):
-        """Hide handles and texts, or show them again."""
+        """Hide handles, legend and status, or show them again; what is said is seen."""
         self.hides_handles = not self.hides_handles
         self.scene.glyphs.set_visible(not self.hides_handles)
-        self._overlay.set_visible(not self.hides_handles)
+        self._overlay.set_status_visible(not self.hides_handles)
         self._overlay.set_keys_visible(False)
 
     def toggle_legend(self):

@@ -106,6 +106,7 @@ class Session:
         """Draw the data by one of their looks; in the editor's thread."""
         self.look = number
         self.editor.say(self.editor.scene.set_look(number))
+        self.editor.slices.show(is_final=True)
         self.editor.select(self.editor.selected)  # draws
 
     def save(self):

@@ -43,7 +43,7 @@ class Transfers:
     def __init__(self, session, folder, most, opened):
         self._session, self._folder, self.most = session, folder, most
         self._opened, self._shown = opened, None  # the folder of data that are shown
-        self._turn = asyncio.Lock()
+        self._one_by_one = asyncio.Lock()
 
     @property
     def routes(self):
@@ -78,7 +78,7 @@ class Transfers:
         most = {"data": self.most, "handles": MOST_OF_HANDLES}.get(kind)
         if most is None or not name.strip("."):
             raise web.HTTPNotFound()
-        async with self._turn:  # there is one file more than what is shown, at most
+        async with self._one_by_one:  # there is one file more than what is shown, at most
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             try:
                 await self._taken(request, kind, folder / name, most)
@@ -171,10 +171,8 @@ def _last_words(said):
 
 
 def _zip(archive, files):
-    with (
-        replacing(archive) as new,
-        zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as written,
-    ):
+    how = {"compression": zipfile.ZIP_DEFLATED, "compresslevel": 1}
+    with replacing(archive) as new, zipfile.ZipFile(new, "w", **how) as written:
         for path in files:
             written.write(path, path.name)
 
