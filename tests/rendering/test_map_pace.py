@@ -25,7 +25,7 @@ def clock(monkeypatch):
 
 @pytest.mark.parametrize(
     ("seconds", "moving", "resting"),
-    [(0.008, 64, 128), (0.012, 64, 128), (0.096, 32, 124), (60, 24, 64)],
+    [(0.008, 64, 128), (0.06, 64, 128), (0.48, 32, 72), (60, 24, 64)],
 )
 def test_nodes_follow_what_the_last_map_took(clock, seconds, moving, resting):
     pace, clock.seconds = MapPace(most=128), [seconds]

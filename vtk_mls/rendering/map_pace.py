@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-_MOVING, _RESTING = 0.012, 0.7  # seconds that a map may take
+_MOVING, _RESTING = 0.06, 0.7  # seconds that a map may take
 _FEW, _MANY = 24, 64  # nodes along the longest side
 _MUCH_FINER = 1.25
 
