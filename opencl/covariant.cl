@@ -21,9 +21,5 @@ KERNEL void covariant(const long count, __global const float *restrict source, c
   }
   n = transposed_mat_vec(&j, n);
   if (normalise) n = unit3(n);
-  for (int l = 0; l < lanes; ++l) {
-    to[3 * l] = LANE(n.x, l);
-    to[3 * l + 1] = LANE(n.y, l);
-    to[3 * l + 2] = LANE(n.z, l);
-  }
+  store_interleaved(to, n, lanes);
 }

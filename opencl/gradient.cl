@@ -66,10 +66,5 @@ KERNEL void gradient(const slices_t slices, __global const VALUE *restrict value
     for (int l = 0; l < lanes; ++l) LANE_SUM(x, l) = slope(at + l, 1, i + l, nx);
   }
   vec along = transformed(slices.to_world, (vec){SUM_TO_REAL(x), SUM_TO_REAL(y), SUM_TO_REAL(z)});
-  __global float *to = result + 3 * (row * nx + i);
-  for (int l = 0; l < lanes; ++l) {
-    to[3 * l] = LANE(along.x, l);
-    to[3 * l + 1] = LANE(along.y, l);
-    to[3 * l + 2] = LANE(along.z, l);
-  }
+  store_interleaved(result + 3 * (row * nx + i), along, lanes);
 }

@@ -18,11 +18,7 @@ KERNEL void grid_displacement(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS 
 #if CUTS
   store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);
 #endif
-  for (int l = 0; l < item.lanes; ++l)
-    if (is_kept(&item, l)) {
-      __global float *to = displacement + 3 * position_of(&item, l);
-      to[0] = fma(world.scale, LANE(d.x, l), world.mean_displacement[0]);
-      to[1] = fma(world.scale, LANE(d.y, l), world.mean_displacement[1]);
-      to[2] = fma(world.scale, LANE(d.z, l), world.mean_displacement[2]);
-    }
+  const vec mean = {world.mean_displacement[0], world.mean_displacement[1],
+                    world.mean_displacement[2]};
+  store_kept_points(displacement, vec_madd(world.scale, d, mean), &item);
 }

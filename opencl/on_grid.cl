@@ -142,21 +142,40 @@ inline int is_kept(const item_t *item, int l) {
 #endif
 }
 
+// Whether they are not all one behind the other, or do not all belong to this launch.
+inline int is_scattered(const item_t *item) {
+#ifdef CELLS
+  return 1;
+#elif CUTS
+  return !ALL(item->kept);
+#else
+  return 0;
+#endif
+}
+
 // Stores the lanes of a plane that belong to this launch.
 inline void store_kept(__global float *plane, real value, const item_t *item) {
-#ifdef CELLS
-  const int scattered = 1;
-#elif CUTS
-  const int scattered = !ALL(item->kept);
-#else
-  const int scattered = 0;
-#endif
-  if (scattered) {
+  if (is_scattered(item)) {
     for (int l = 0; l < item->lanes; ++l)
       if (is_kept(item, l)) plane[position_of(item, l)] = LANE(value, l);
     return;
   }
   store_plane(plane, value, item->count, item->at);
+}
+
+// The same of interleaved points.
+inline void store_kept_points(__global float *points, vec value, const item_t *item) {
+  if (!is_scattered(item)) {
+    store_interleaved(points + 3 * item->at, value, item->lanes);
+    return;
+  }
+  for (int l = 0; l < item->lanes; ++l)
+    if (is_kept(item, l)) {
+      __global float *to = points + 3 * position_of(item, l);
+      to[0] = LANE(value.x, l);
+      to[1] = LANE(value.y, l);
+      to[2] = LANE(value.z, l);
+    }
 }
 
 #if CUTS

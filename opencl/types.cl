@@ -101,6 +101,36 @@ inline void store_points(__global float *planes, vec value, long count, long fir
   store_plane(planes + 2 * count, value.z, count, first);
 }
 
+// Interleaved: x, y, z of a point, then those of the next. The n-th number of LANES points is the
+// coordinate n % 3 of the lane n / 3; compilers see by themselves only how to take them one by one.
+#if LANES > 1
+#define EACH2(of, n) of(n), of((n) + 1)
+#define EACH4(of, n) EACH2(of, n), EACH2(of, (n) + 2)
+#define EACH8(of, n) EACH4(of, n), EACH4(of, (n) + 4)
+#define EACH16(of, n) EACH8(of, n), EACH8(of, (n) + 8)
+#define EACH_LANE(of, n) GLUE(EACH, LANES)(of, n)
+#define X_OR_Y(n) ((n) % 3 == 2 ? -1 : (n) % 3 * LANES + (n) / 3)
+#define OR_Z(n) ((n) % 3 == 2 ? LANES + (n) / 3 : (n) % LANES)
+#define INTERLEAVED(a, n)                                                                  \
+  __builtin_shufflevector(__builtin_shufflevector(a.x, a.y, EACH_LANE(X_OR_Y, n)), a.z,    \
+                          EACH_LANE(OR_Z, n))
+#endif
+HOT void store_interleaved(__global float *to, vec a, int lanes) {
+#if LANES > 1
+  if (lanes == LANES) {
+    STORE(INTERLEAVED(a, 0), to);
+    STORE(INTERLEAVED(a, LANES), to + LANES);
+    STORE(INTERLEAVED(a, 2 * LANES), to + 2 * LANES);
+    return;
+  }
+#endif
+  for (int l = 0; l < lanes; ++l) {
+    to[3 * l] = LANE(a.x, l);
+    to[3 * l + 1] = LANE(a.y, l);
+    to[3 * l + 2] = LANE(a.z, l);
+  }
+}
+
 // a / |a|, and 0 for a = 0.
 inline vec unit3(vec a) {
   real square = dot3(a, a);
