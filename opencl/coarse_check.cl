@@ -59,14 +59,14 @@ KERNEL void coarse_check(MAP_PARAMETERS, const grid_t grid, const coarse_t coars
   if (!strip_of(&coarse, &strip)) return;
   const int middle = COARSE_STEP / 2, x = strip.x - coarse.first_cell[0];
   layer_t layer;
-  layer_between(&layer, &coarse, nodes, &strip, middle);
+  layer_between(&layer, &coarse, nodes, &strip, middle, NO_SLOPE);
   const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
   const long at = x + coarse.cells[0] * (strip.y - coarse.first_cell[1] +
                                         (long)coarse.cells[1] * (strip.z - coarse.first_cell[2]));
   real middles_there[PLANES], error[PLANES];
   for (int p = 0; p < PLANES; ++p) {
     middles_there[p] = LOAD(middles + p * plane + at);
-    error[p] = points_between(&layer, p, middle, middle) - middles_there[p];
+    error[p] = points_between(&layer, p, middle, middle, 0) - middles_there[p];
   }
   vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
   integer found = select((integer)(OFF), (integer)(0), dot3(off, off) <= check.limit2);

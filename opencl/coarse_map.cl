@@ -3,12 +3,13 @@
 // depends on the index of a point alone: parts are computed like the whole. Which cells are close to
 // the map the host decides (vtk_mls/engine/coarse_map.py).
 
-#if !defined(COARSE) || !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS)
-#error "COARSE, COARSE_STEP or COARSE_WEIGHTS is missing: members, points from node to node, weights"
+#if !defined(COARSE) || !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS) || !defined(COARSE_SLOPES)
+#error "COARSE, COARSE_STEP, COARSE_WEIGHTS or COARSE_SLOPES is missing: members, points to a node, weights"
 #endif
 
 // The cells `first_cell` to `first_cell` + `cells` of the launch; `nodes` along the axes, of which
-// the first is that of the cell `first_node`; `listed` cells from `first_listed` in a list.
+// the first is that of the cell `first_node`; `listed` cells from `first_listed` in a list. `to_slopes`
+// takes derivatives from point to point to those by local coordinates.
 typedef struct { COARSE } coarse_t;
 
 #define TAPS 6
@@ -26,6 +27,7 @@ typedef struct { COARSE } coarse_t;
 
 // Of the nodes around a cell, for points k / COARSE_STEP behind its first.
 __constant float tap_weight[COARSE_STEP][TAPS] = COARSE_WEIGHTS;
+__constant float tap_slope[COARSE_STEP][TAPS] = COARSE_SLOPES;
 
 #define UNROLL_TAPS _Pragma("unroll")
 
@@ -85,69 +87,124 @@ inline long node_of(const coarse_t *coarse, const strip_t *strip) {
 // Points of a strip, interpolated along z and x: rows of them, one behind the other along y at nodes.
 typedef struct { real at[TAPS][PLANES][COARSE_STEP]; } layer_t;
 
-// What is k / COARSE_STEP behind the first of vectors that are `apart`.
-HOT real between(__global const float *from, long apart, int k) {
-  if (k == 0) return LOAD(from + BEFORE * apart);
-  real sum = tap_weight[k][0] * LOAD(from);
-  UNROLL_TAPS for (int b = 1; b < TAPS; ++b)
-    sum = fma((real)(tap_weight[k][b]), LOAD(from + b * apart), sum);
+// What is k / COARSE_STEP behind the first node of a cell by the nodes around it; or, if `is_slope`,
+// its derivative from point to point.
+HOT real between(const real tap[TAPS], int k, const int is_slope) {
+  if (k == 0 && !is_slope) return tap[BEFORE];
+  __constant const float *weight = is_slope ? tap_slope[k] : tap_weight[k];
+  real sum = weight[0] * tap[0];
+  UNROLL_TAPS for (int c = 1; c < TAPS; ++c) sum = fma((real)(weight[c]), tap[c], sum);
   return sum;
 }
 
-// The layer that is k / COARSE_STEP behind the first nodes of a strip.
+#define NO_SLOPE (-1)
+
+// The layer that is k / COARSE_STEP behind the first nodes of a strip; or its derivative along an
+// axis, 0 or 2.
 HOT void layer_between(layer_t *layer, const coarse_t *coarse, __global const float *nodes,
-                          const strip_t *strip, int k) {
+                       const strip_t *strip, int k, const int slope_along) {
   const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
   __global const float *corner = nodes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
   float rows[TAPS][PLANES][ROW_LENGTH];
   for (int a = 0; a < TAPS; ++a)
     for (int p = 0; p < PLANES; ++p)
-      for (int n = 0; n < VECTORS_AROUND; ++n)
-        STORE(between(corner + a * along + p * plane + n * LANES, deep, k), rows[a][p] + n * LANES);
+      for (int n = 0; n < VECTORS_AROUND; ++n) {
+        __global const float *from = corner + a * along + p * plane + n * LANES;
+        real tap[TAPS];
+        UNROLL_TAPS for (int b = 0; b < TAPS; ++b) tap[b] = LOAD(from + b * deep);
+        STORE(between(tap, k, slope_along == 2), rows[a][p] + n * LANES);
+      }
   for (int a = 0; a < TAPS; ++a)
     for (int p = 0; p < PLANES; ++p) {
       real tap[TAPS];
       UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(rows[a][p] + c);
-      layer->at[a][p][0] = tap[BEFORE];
-      UNROLL_TAPS for (int i = 1; i < COARSE_STEP; ++i) {
-        real sum = tap_weight[i][0] * tap[0];
-        UNROLL_TAPS for (int c = 1; c < TAPS; ++c) sum = fma((real)(tap_weight[i][c]), tap[c], sum);
-        layer->at[a][p][i] = sum;
-      }
+      UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+        layer->at[a][p][i] = between(tap, i, slope_along == 0);
     }
 }
 
 // The points of a row j / COARSE_STEP behind the first nodes of a layer; those i / COARSE_STEP behind
-// the first nodes of the cells.
-HOT real points_between(const layer_t *layer, int p, int i, int j) {
-  if (j == 0) return layer->at[BEFORE][p][i];
-  real sum = tap_weight[j][0] * layer->at[0][p][i];
-  UNROLL_TAPS for (int a = 1; a < TAPS; ++a)
-    sum = fma((real)(tap_weight[j][a]), layer->at[a][p][i], sum);
-  return sum;
+// the first nodes of the cells. Or their derivative along y.
+HOT real points_between(const layer_t *layer, int p, int i, int j, const int is_slope) {
+  real tap[TAPS];
+  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->at[a][p][i];
+  return between(tap, j, is_slope);
 }
 
-// A row of points of a strip, of which those from `low` to `high` (not included) are in the launch;
-// `at` is where the first would be in the launch.
+// A row of points of a strip, LANES * COARSE_STEP of them, of which those from `low` to `high` (not
+// included) are in the launch; `at` is where the first would be in the launch.
 typedef struct {
   int low, high;
   long at;
-  vec index;  // in the whole grid, of the first points of the cells
-} points_t;
+  vec index;  // in the whole grid, of the first LANES
+} row_t;
 
 // The row j, k of a strip; false where the launch has none of it.
-inline int points_of(points_t *points, const grid_t *grid, const strip_t *strip, int j, int k) {
+inline int row_of_strip(row_t *row, const grid_t *grid, const strip_t *strip, int j, int k) {
   const int x = strip->x * COARSE_STEP, y = strip->y * COARSE_STEP + j,
             z = strip->z * COARSE_STEP + k;
-  const int row = y - grid->start[1];
-  if (row < 0 || row >= grid->ny || z < grid->start[2]) return 0;
-  const long begin = grid->nx * (row + (long)grid->ny * (z - grid->start[2])) - grid->first;
-  points->at = begin + x - grid->start[0];
+  const int line = y - grid->start[1];
+  if (line < 0 || line >= grid->ny || z < grid->start[2]) return 0;
+  const long begin = grid->nx * (line + (long)grid->ny * (z - grid->start[2])) - grid->first;
+  row->at = begin + x - grid->start[0];
   const long low = max(max((long)0, -begin), (long)x - grid->start[0]),
              high = min(min((long)grid->nx, grid->stop - grid->first - begin),
                         (long)x - grid->start[0] + LANES * COARSE_STEP);
-  points->low = (int)(low - (x - grid->start[0]));
-  points->high = (int)(high - (x - grid->start[0]));
-  points->index = vec_add(corners_of(strip), (vec){(real)(0), (real)(j), (real)(k)});
-  return points->low < points->high;
+  row->low = (int)(low - (x - grid->start[0]));
+  row->high = (int)(high - (x - grid->start[0]));
+  row->index = (vec){TO_REAL(lane_numbers() + x), (real)(y), (real)(z)};
+  return row->low < row->high;
+}
+
+// The indices of the n-th LANES of a row.
+inline vec indices_in(const row_t *row, int n) {
+  return (vec){row->index.x + n * LANES, row->index.y, row->index.z};
+}
+
+// Which of them are in the launch.
+inline integer are_in_launch(const row_t *row, int n) {
+  const integer number = lane_numbers() + n * LANES;
+  return (number >= row->low) & (number < row->high);
+}
+
+#if LANES > 1
+#define OF_TWO(n) ((n) % 2 * LANES + (n) / 2)
+#define OF_TWO_PAIRS(n) ((n) % 4 / 2 * LANES + (n) / 4 * 2 + (n) % 2)
+#define MERGED(a, b, of, n) __builtin_shufflevector(a, b, EACH_LANE(of, n))
+#define ORDERED_HALF(half)                                                       \
+  {                                                                              \
+    const real even = MERGED(by_cell[0], by_cell[1], OF_TWO, half * LANES);      \
+    const real odd = MERGED(by_cell[2], by_cell[3], OF_TWO, half * LANES);       \
+    row[2 * half] = MERGED(even, odd, OF_TWO_PAIRS, 0);                          \
+    row[2 * half + 1] = MERGED(even, odd, OF_TWO_PAIRS, LANES);                  \
+  }
+#else
+#define ORDERED_HALF(half)                                                       \
+  {                                                                              \
+    row[2 * half] = by_cell[2 * half];                                           \
+    row[2 * half + 1] = by_cell[2 * half + 1];                                   \
+  }
+#endif
+#if COARSE_STEP != 4
+#error "the points of a row are merged for COARSE_STEP 4"
+#endif
+
+// `points_between` for all points of a row, in their order.
+HOT void row_between(real row[COARSE_STEP], const layer_t *layer, int p, int j, const int is_slope) {
+  real by_cell[COARSE_STEP];
+  UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+    by_cell[i] = points_between(layer, p, i, j, is_slope);
+  ORDERED_HALF(0)
+  ORDERED_HALF(1)
+}
+
+// Stores a plane's n-th LANES of a row, those that are `kept`.
+inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer kept) {
+  __global float *to = plane + row->at + n * LANES;
+  if (ALL(kept)) {
+    STORE(value, to);
+    return;
+  }
+  for (int l = 0; l < LANES; ++l)
+    if (LANE_INT(kept, l)) to[l] = LANE(value, l);
 }

@@ -1,6 +1,6 @@
 #include "source_index.cl"
 
-// What grid_source_index writes, interpolated between nodes.
+// What grid_source_index writes, interpolated between nodes; with FRAMES what grid_source_frame does.
 KERNEL void coarse_source_index(MAP_PARAMETERS, const grid_t grid, const coarse_t coarse,
                                 __global const float *restrict nodes, const source_t source,
                                 __global float *restrict index
@@ -19,55 +19,57 @@ KERNEL void coarse_source_index(MAP_PARAMETERS, const grid_t grid, const coarse_
   const long count = grid.stop - grid.first;
   for (int k = 0; k < COARSE_STEP; ++k) {
     layer_t layer;
+#if FRAMES
+    layer_t along_x, along_z;
+#endif
     int is_there = 0;
     for (int j = 0; j < COARSE_STEP; ++j) {
-      points_t points;
-      if (!points_of(&points, &grid, &strip, j, k)) continue;
-      if (!is_there) layer_between(&layer, &coarse, nodes, &strip, k);
+      row_t row;
+      if (!row_of_strip(&row, &grid, &strip, j, k)) continue;
+      if (!is_there) {
+        layer_between(&layer, &coarse, nodes, &strip, k, NO_SLOPE);
+#if FRAMES
+        layer_between(&along_x, &coarse, nodes, &strip, k, 0);
+        layer_between(&along_z, &coarse, nodes, &strip, k, 2);
+#endif
+      }
       is_there = 1;
-      vec from[COARSE_STEP];
-      int whole = points.low == 0 && points.high == LANES * COARSE_STEP;
-#if CUTS
-      integer kept[COARSE_STEP];
-#endif
-      for (int i = 0; i < COARSE_STEP; ++i) {
-        vec d = {points_between(&layer, 0, i, j), points_between(&layer, 1, i, j),
-                 points_between(&layer, 2, i, j)};
-        vec at = points.index;
-        at.x += i;
-        from[i] = source_index_of(&source, at, d);
-#if CUTS
-        real distance = points_between(&layer, 3, i, j);
-        if (!source.continued) from[i] = outside_if(from[i], distance < 0);
-        kept[i] = in_region(&map.cuts, at);
-        whole &= ALL(kept[i]);
-        if (void_distance)
-          for (int l = 0; l < LANES; ++l) {
-            int n = l * COARSE_STEP + i;
-            if (n >= points.low && n < points.high && LANE_INT(kept[i], l))
-              void_distance[points.at + n] = scale * LANE(distance, l);
-          }
-#endif
+      real found[PLANES][COARSE_STEP];
+      for (int p = 0; p < PLANES; ++p) row_between(found[p], &layer, p, j, 0);
+#if FRAMES
+      real slope[3][3][COARSE_STEP];
+      for (int p = 0; p < 3; ++p) {
+        row_between(slope[p][0], &along_x, p, j, 0);
+        row_between(slope[p][1], &layer, p, j, 1);
+        row_between(slope[p][2], &along_z, p, j, 0);
       }
-      __global float *to = index + points.at;
-      if (whole) {
-        for (int l = 0; l < LANES; ++l)
-          for (int i = 0; i < COARSE_STEP; ++i) {
-            int n = COARSE_STEP * l + i;
-            to[n] = LANE(from[i].x, l);
-            to[count + n] = LANE(from[i].y, l);
-            to[2 * count + n] = LANE(from[i].z, l);
-          }
-        continue;
-      }
-      for (int n = points.low; n < points.high; ++n) {
-        const int i = n % COARSE_STEP, l = n / COARSE_STEP;
-#if CUTS
-        if (!LANE_INT(kept[i], l)) continue;
 #endif
-        to[n] = LANE(from[i].x, l);
-        to[count + n] = LANE(from[i].y, l);
-        to[2 * count + n] = LANE(from[i].z, l);
+      for (int n = 0; n < COARSE_STEP; ++n) {
+        const vec at = indices_in(&row, n), d = {found[0][n], found[1][n], found[2][n]};
+        vec from = source_index_of(&source, at, d);
+        integer kept = are_in_launch(&row, n);
+#if CUTS
+        const real distance = found[3][n];
+        if (!source.continued) from = outside_if(from, distance < 0);
+        kept &= in_region(&map.cuts, at);
+        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, kept);
+#endif
+        store_in_row(index, from.x, &row, n, kept);
+        store_in_row(index + count, from.y, &row, n, kept);
+        store_in_row(index + 2 * count, from.z, &row, n, kept);
+#if FRAMES
+        for (int p = 0; p < 3; ++p) {
+          const vec by_index = {slope[p][0][n], slope[p][1][n], slope[p][2][n]};
+          vec by_v = transformed(coarse.to_slopes, by_index);
+          by_v.x += p == 0;
+          by_v.y += p == 1;
+          by_v.z += p == 2;
+          __global float *plane = index + (3 + 3 * p) * count;
+          store_in_row(plane, by_v.x, &row, n, kept);
+          store_in_row(plane + count, by_v.y, &row, n, kept);
+          store_in_row(plane + 2 * count, by_v.z, &row, n, kept);
+        }
+#endif
       }
     }
   }

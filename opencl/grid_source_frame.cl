@@ -2,15 +2,16 @@
 
 // The same, and the Jacobian for a gradient there: after the indices follow nine planes of dG/dv.
 // With cuts also the void distance.
-KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
+KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS ITEM_PARAMETERS,
                               const source_t source,
                               __global float *restrict index
 #if CUTS
                               VOID_PARAMETERS
 #endif
 ) {
-  const map_t map = MAP;
-  item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
+  map_t map = MAP;
+  TAKE_LIST(&map);
+  item_t item = ITEM_OF_LAUNCH(&map, &grid);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
 #if CUTS

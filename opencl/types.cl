@@ -51,6 +51,12 @@ inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
 #define LANE(vector, l) (((float *)&(vector))[l])
 #define LANE_INT(vector, l) (((int *)&(vector))[l])
 
+inline integer lane_numbers() {
+  integer numbers;
+  for (int l = 0; l < LANES; ++l) LANE_INT(numbers, l) = l;
+  return numbers;
+}
+
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
 

@@ -124,9 +124,11 @@ class Deformation:
         material that comes to a cut is gone.
     map_tolerance : float, >= 0
         How far displacements on grids may be off, in spacings of the grid; 0 for each point's own.
-        Above, `displacement_field`, `resample` and `source_bounds` interpolate them between nodes,
-        every fourth point, in all cells where a check finds that close enough: not so near control
-        points and cuts, and on grids of few or flat layers. Void distances there keep their sign.
+        Above, `displacement_field`, `resample`, `source_bounds`, `resample_gradients` and
+        `corrected_gradient` interpolate them between nodes, every fourth point, in all cells where
+        a check finds that close enough: not so near control points and cuts, and on grids of few
+        or flat layers. Void distances there keep their sign. The Jacobians that gradients are
+        taken through are off by no more from each point to the next.
         Where some thousand control points are, alpha is at most 1.5 and nothing is cut, those far
         away may count by clusters instead, where a check finds that close enough.
     device : str, optional

@@ -153,6 +153,21 @@ def test_images_follow_it(device, rng, noted):
     assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * GRID.spacing.max()
 
 
+@pytest.mark.parametrize("places", [in_a_box, on_a_sphere])
+def test_gradients_keep_to_the_tolerance_from_point_to_point(places, rng, noted):
+    q = places(rng)
+    p, along_x = moved(q, rng), np.zeros((*GRID.shape, 3), np.float32)
+    along_x[..., 0] = 1
+    found, expected = (
+        Deformation(p, q, map_tolerance=t).resample_gradients(along_x, Sampling(GRID))
+        for t in (TOLERANCE, 0)
+    )
+    assert noted
+    assert expected.any(axis=-1).mean() > 0.5
+    there = found.any(axis=-1) & expected.any(axis=-1)
+    assert 0 < np.abs(found - expected)[there].max() <= TOLERANCE
+
+
 def test_few_count_where_control_points_are_on_a_surface(rng, noted):
     q = on_a_sphere(rng)
     Deformation(moved(q, rng), q, map_tolerance=0.1).displacement_field(GRID)

@@ -95,6 +95,32 @@ def test_images_follow_it(device, rng):
         assert np.abs(found - expected).max() <= 2 * TOLERANCE
 
 
+def jacobians(deformation, grid):
+    """Transposed Jacobians that `resample_gradients` takes vectors through, by index of the grid."""
+    everywhere = Grid((2, 2, 2), (-3000,) * 3, (6000,) * 3)
+    columns = []
+    for axis in range(3):
+        vectors = np.zeros((2, 2, 2, 3), np.float32)
+        vectors[..., axis] = 1
+        columns.append(deformation.resample_gradients(vectors, Sampling(everywhere, grid)))
+    to_world = grid.index_to_world
+    return to_world.T @ np.stack(columns, axis=-1) @ np.linalg.inv(to_world).T
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("name", SETS)
+def test_gradients_keep_to_the_tolerance_from_point_to_point(device, name, kind_and_degree, rng):
+    rest, deformed = HARD_SETS[name](rng)
+    grid = Grid((35, 31, 33), (-8.0, 265.0, 3.0), (7.7, -8.6, 7.6))
+    found, expected = (
+        jacobians(deformation(rest, deformed, kind_and_degree, device, map_tolerance=t), grid)
+        for t in (TOLERANCE, 0)
+    )
+    outside = ~(found.any(axis=(-1, -2)) & expected.any(axis=(-1, -2)))
+    assert outside.mean() < 0.5
+    assert np.abs(found - expected)[~outside].max() <= TOLERANCE
+
+
 def test_most_points_are_not_evaluated(monkeypatch, rng):
     rest, deformed = random_handles(rng, 5)
     points = []
@@ -178,6 +204,11 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
     inside = (found != -9) & (expected != -9)
     assert ((found == -9) == (expected == -9)).mean() > 0.999
     assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * CUT_GRID.spacing.max()
+    found, expected = (d.corrected_gradient(smooth, sampling) for d in (coarse, exact))
+    there = found.any(axis=-1) & expected.any(axis=-1)
+    assert there.mean() > 0.3
+    error = np.linalg.norm(found - expected, axis=-1)[there]
+    assert np.quantile(error, 0.999) < TOLERANCE * np.linalg.norm(expected, axis=-1).max()
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, np.nan, np.inf])

@@ -81,8 +81,8 @@ add(
 add = _in("opencl/coarse_map.cl", TOLERANCE)
 add(
     "map tolerance: the layer is of the first points of the cells",
-    "STORE(between(corner + a * along + p * plane + n * LANES, deep, k)",
-    "STORE(between(corner + a * along + p * plane + n * LANES, deep, 0)",
+    "STORE(between(tap, k, slope_along == 2)",
+    "STORE(between(tap, 0, slope_along == 2)",
 )
 add(
     "map tolerance: slabs begin a point late",
@@ -108,8 +108,14 @@ add(
 add = _in("opencl/coarse_displacement.cl", TOLERANCE)
 add(
     "map tolerance: other regions' points are overwritten",
-    "if (!LANE_INT(kept[i], l)) continue;",
+    "kept &= in_region(&map.cuts, indices_in(&row, n));",
     "",
+)
+add = _in("opencl/coarse_source_index.cl", TOLERANCE)
+add(
+    "map tolerance: derivatives are of indices, not of the world",
+    "transformed(coarse.to_slopes, by_index)",
+    "by_index",
 )
 add = _in("vtk_mls/engine/coarse_map.py", TOLERANCE)
 add(

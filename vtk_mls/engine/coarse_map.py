@@ -17,12 +17,29 @@ _WORTH = 0.25  # of the points, that nodes and middles may be
 _ALONE = 0.5  # of the cells, that may have control points in or beside them
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
 _OFF, _ELSEWHERE = 1, 2  # bits of what coarse_check.cl says of a cell
-_COARSE = {"grid_displacement": "coarse_displacement", "grid_source_index": "coarse_source_index"}
+# What interpolates what a kernel computes, and its own build constants.
+_COARSE = {
+    "grid_displacement": ("coarse_displacement", ()),
+    "grid_source_index": ("coarse_source_index", ()),
+    "grid_source_frame": ("coarse_source_index", (("FRAMES", 1),)),
+}
+
+
+def _polynomials():
+    """Of each node around a cell the polynomial that is 1 there and 0 at the others."""
+    for node in _AROUND:
+        others = [other for other in _AROUND if other != node]
+        yield np.poly1d(others, r=True) / float(np.prod([node - other for other in others]))
 
 
 def _weights(t):
     """Of the nodes around a cell, for what is at t between its first and the next node."""
-    return [float(np.prod([(t - b) / (a - b) for b in _AROUND if b != a])) for a in _AROUND]
+    return [float(polynomial(t)) for polynomial in _polynomials()]
+
+
+def _slopes(t):
+    """The same for the derivative there, from point to point."""
+    return [float(polynomial.deriv()(t)) / STEP for polynomial in _polynomials()]
 
 
 def _in_c(rows):
@@ -34,6 +51,7 @@ CONSTANTS = (
     ("CHECK", kernel_arguments.members(kernel_arguments.CHECK)),
     ("COARSE_STEP", STEP),
     ("COARSE_WEIGHTS", _in_c([_weights(k / STEP) for k in range(STEP)])),
+    ("COARSE_SLOPES", _in_c([_slopes(k / STEP) for k in range(STEP)])),
 )
 
 
@@ -79,9 +97,15 @@ class CoarseMap:
         low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
         described = (grid.whole, False)
         here = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
-        record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
-        arguments_of_nodes = [points, record, self._nodes]
-        self._launch_blocks(_COARSE[name], described, here, *arguments_of_nodes, *arguments)
+        to_local = grid.index_to_world / self.map.control_points.scale
+        to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
+        record = kernel_arguments.filled(
+            kernel_arguments.COARSE, **here, **self._around, to_slopes=to_slopes
+        )
+        kernel, constants = _COARSE[name]
+        self._launch_blocks(
+            *(kernel, described, here, points, record, self._nodes, *arguments), constants=constants
+        )
         layer = cells[0] * cells[1]
         a, b = np.searchsorted(self._far, [(low - first[2]) * layer, (high + 1 - first[2]) * layer])
         if a == b:
@@ -95,12 +119,13 @@ class CoarseMap:
             constants=(*CONSTANTS, ("CELLS", 1)),
         )
 
-    def _launch_blocks(self, name, described, here, *arguments):
+    def _launch_blocks(self, name, described, here, *arguments, constants=()):
         """Launch a kernel whose work items take so many cells along x as others take points."""
         lanes = dict(self.map.launcher.sums(False))["LANES"]
         nx, ny, nz = map(int, here["cells"])
         self.map.launch(
-            name, described, -(-nx // lanes) * lanes * ny * nz, *arguments, constants=CONSTANTS
+            *(name, described, -(-nx // lanes) * lanes * ny * nz, *arguments),
+            constants=(*CONSTANTS, *constants),
         )
 
     def _find(self, grid):

@@ -188,7 +188,9 @@ class Engine:
                 for map_, is_rival in launches:
                     outputs = [frames, *map_.void_outputs(distance)]
                     map_.launch_from_source(
-                        "grid_source_frame", sampling, part, *outputs, is_rival=is_rival
+                        *("grid_source_frame", sampling, part, *outputs),
+                        is_rival=is_rival,
+                        coarsely=True,
                     )
             array.sample(frames, result[part])
             self._transform(frames, normalise, result[part])

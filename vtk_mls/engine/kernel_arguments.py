@@ -40,11 +40,12 @@ SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
 # From node to node so many points of the grid; 16 floats at each node.
 NODE_STEP, NODE_BYTES = 4, 64
-# Cells of a grid between nodes: those of a launch, the nodes around them, and a part of a list.
+# Cells of a grid between nodes: those of a launch, the nodes around them, and a part of a list; a
+# transform of slopes per index to those per local unit.
 COARSE = _struct(
     [
         *[("first_listed", "i8"), ("listed", "i8"), ("first_cell", "i4", 3), ("cells", "i4", 3)],
-        *[("first_node", "i4", 3), ("nodes", "i4", 3)],
+        *[("first_node", "i4", 3), ("nodes", "i4", 3), ("to_slopes", *_TRANSFORM)],
     ]
 )
 # How far off cells may be: a transform of displacements to indices, and the square of a limit.
