@@ -1,7 +1,7 @@
 #include "source_index.cl"
 
-// The same, and the Jacobian for a gradient there: after the indices follow nine planes of dG/dv.
-// With cuts also the void distance.
+// What grid_source_index writes, and the Jacobian for a gradient there: after the indices follow nine
+// planes of dG/dv.
 KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS ITEM_PARAMETERS,
                               const source_t source,
                               __global float *restrict index
@@ -15,7 +15,7 @@ KERNEL void grid_source_frame(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS 
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
 #if CUTS
-  store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);
+  if (void_distance) store_void_distance(&item, &map, &fit, VOID_OF_LAUNCH);
 #endif
   store_origin_of_fit(&map, &fit, &item, &source, index);
   const mat j = moved_jacobian(&map, &fit);

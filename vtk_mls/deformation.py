@@ -14,7 +14,6 @@ from vtk_mls import arguments, kinds, vector_fields
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
-from vtk_mls.linear_algebra import unit
 from vtk_mls.overlap import overlap
 from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
@@ -585,26 +584,12 @@ class Deformation:
             nearest and kept in their range. Where the map is the identity, values are the same
             to the bit.
         """
-        sampling, arrays = Sampling.of(sampling), [np.asarray(array) for array in arrays]
-        shape = sampling.source.shape
-        for array in arrays:
-            if array.ndim not in (3, 4) or array.shape[:3] != shape:
-                raise ValueError(
-                    f"`arrays` must have the shape of the grid, {shape} or "
-                    f"{(*shape, 'components')}, got {array.shape}"
-                )
-            if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
-                raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
+        sampling = Sampling.of(sampling)
+        arrays = _on_grid(arrays, sampling.source)
         sampling.methods(len(arrays))
+        distances = self._distances(void_distance, sampling.target)
         with whole(progress) as progress:
-            distances = None
-            if void_distance is not None:
-                arguments.output("void_distance", void_distance, sampling.target.shape, np.float32)
-                void_distance.fill(np.inf)
-                distances = void_distance.reshape(-1)
-            values = [arguments.plain(array) for array in arrays]
-            results = self._engine.resample(self, values, sampling, progress, distances)
-            return [new.astype(old.dtype, copy=False) for new, old in zip(results, arrays)]
+            return self._resampled(arrays, sampling, progress, distances)
 
     @_quiet
     def source_bounds(
@@ -655,9 +640,15 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, and in the void unless values are continued there.
         """
+        sampling, vectors = Sampling.of(sampling), arguments.single("vectors", vectors)
+        if vectors.shape != (*sampling.source.shape, 3):
+            raise ValueError(
+                "`vectors` must have the shape of the grid, "
+                f"{(*sampling.source.shape, 3)}, got {vectors.shape}"
+            )
+        sampling.methods(1)
         with whole(progress) as progress:
-            sampling = Sampling.of(sampling)
-            return self._resampled_gradients(vectors, sampling, normalise, progress)[0]
+            return self._resampled([vectors], sampling, progress, covariant={0: normalise})[0]
 
     @_quiet
     def resample_vectors(
@@ -716,6 +707,38 @@ class Deformation:
         (nz, ny, nx, 3) float32, per world unit
             0 outside, and in the void unless values are continued there.
         """
+        return self.resample_with_gradient([], array, sampling, normalise, progress)[1]
+
+    @_quiet
+    def resample_with_gradient(
+        self,
+        arrays: Sequence[ArrayLike],
+        array: ArrayLike,
+        sampling: Sampling | Grid,
+        normalise: bool = False,
+        progress: ProgressLike = None,
+        void_distance: NDArray[np.float32] | None = None,
+    ) -> tuple[list[NDArray[Any]], NDArray[np.float32]]:
+        """What `resample` makes of `arrays` and `corrected_gradient` of `array`, in one pass.
+
+        Parameters
+        ----------
+        arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
+        array : (nz, ny, nx) array
+        sampling : Sampling or Grid
+            As for `resample`. Of an interpolation for each, that of the gradient is the last.
+        normalise : bool
+            Whether gradients are unit vectors.
+        progress : callable, optional
+            As for `backward`.
+        void_distance : (nz, ny, nx) float32, contiguous, optional
+            As for `resample`.
+
+        Returns
+        -------
+        arrays : list of arrays
+        gradient : (nz, ny, nx, 3) float32, per world unit
+        """
         sampling, array = Sampling.of(sampling), np.asarray(array)
         source = sampling.source
         if array.dtype.kind not in "biuf" or array.shape != source.shape:
@@ -723,33 +746,25 @@ class Deformation:
                 f"`array` must be real numbers with the shape of the grid, {source.shape}, "
                 f"got {shown(array)}"
             )
+        arrays = _on_grid(arrays, source)
+        methods = sampling.methods(len(arrays) + 1)
+        distances = self._distances(void_distance, sampling.target, is_needed=True)
         with whole(progress) as progress:
             differences, sampled, at_faces = progress.divided(1, 4, 2)
             slopes = self._engine.gradient(arguments.plain(array), source, differences)
-            result, void_distance = self._resampled_gradients(slopes, sampling, normalise, sampled)
+            *results, gradient = self._resampled(
+                [*arrays, slopes], sampling, sampled, distances, {len(arrays): normalise}
+            )
             if self.cuts and not sampling.continues:
-                near = vector_fields.near_faces(void_distance, source)
-                values = vector_fields.at_faces(
+                near, values = vector_fields.near_faces(
                     self,
-                    sampling.target.whole.at(near + sampling.target.first),
+                    distances.reshape(sampling.target.shape),
                     (np.asarray(array, np.float32), slopes),
-                    sampling,
+                    replace(sampling, interpolation=methods[-1]),
                     at_faces,
                 )
-                where = tuple(near.T[::-1])
-                result[where] = unit(values) if normalise else values
-            return result
-
-    def _resampled_gradients(self, vectors, sampling, normalise, progress):
-        """What `resample_gradients` returns, and the void distance or None."""
-        vectors = np.ascontiguousarray(arguments.single("vectors", vectors))
-        if vectors.shape != (*sampling.source.shape, 3):
-            raise ValueError(
-                "`vectors` must have the shape of the grid, "
-                f"{(*sampling.source.shape, 3)}, got {vectors.shape}"
-            )
-        sampling.methods(1)
-        return self._engine.resample_gradients(self, vectors, sampling, normalise, progress)
+                gradient[near] = unit(values) if normalise else values
+            return results, gradient
 
     @_quiet
     def fitted_grid(self, source: Grid, progress: ProgressLike = None) -> Grid:
@@ -771,6 +786,38 @@ class Deformation:
         with whole(progress) as progress:
             return fitted_grid(self, source, progress)
 
+    def _distances(self, void_distance, target, is_needed=False):
+        """An argument to be filled with void distances: (target.size,) float32.
+
+        None if it is not given, unless it is needed and there are cuts.
+        """
+        if void_distance is None:
+            is_needed &= bool(self.cuts)
+            return np.empty(target.size, np.float32) if is_needed else None
+        arguments.output("void_distance", void_distance, target.shape, np.float32)
+        void_distance.fill(np.inf)
+        return void_distance.reshape(-1)
+
+    def _resampled(self, arrays, sampling, progress, distances=None, covariant=None):
+        """What the engine makes of `arrays`, in their own types."""
+        values = [arguments.plain(array) for array in arrays]
+        results = self._engine.resample(self, values, sampling, progress, distances, covariant)
+        return [new.astype(old.dtype, copy=False) for new, old in zip(results, arrays)]
+
     @property
     def _engine(self):
         return engine_for(self.device)
+
+
+def _on_grid(arrays, grid):
+    """The argument `arrays`, which hold numbers at the points of a grid."""
+    arrays, shape = [np.asarray(array) for array in arrays], grid.shape
+    for array in arrays:
+        if array.ndim not in (3, 4) or array.shape[:3] != shape:
+            raise ValueError(
+                f"`arrays` must have the shape of the grid, {shape} or "
+                f"{(*shape, 'components')}, got {array.shape}"
+            )
+        if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+            raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
+    return arrays

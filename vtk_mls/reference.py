@@ -10,12 +10,10 @@ The weights are in `weights`, the fits of the kinds in the room `kinds`.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from vtk_mls import guesses, interpolation, rest_frame, vector_fields
-from vtk_mls.linear_algebra import finite, unit
+from vtk_mls.linear_algebra import finite
 from vtk_mls.progress import SILENT
 from vtk_mls.regions import ON_PLANE
 from vtk_mls.rest_frame import settled
@@ -226,29 +224,30 @@ def jacobian_field(deformation, grid, progress=SILENT):
     return result.reshape(*grid.shape, 3, 3)
 
 
-def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None):
+def resample(
+    deformation,
+    arrays,
+    sampling,
+    progress=SILENT,
+    void_distance=None,
+    covariant=None,
+):
+    covariant = covariant or {}
     results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
     methods = sampling.methods(len(arrays))
-    for part, index, distance in _source_index(deformation, sampling, progress):
+    for part, index, distance, jacobian in _sources(
+        deformation, sampling, progress, with_jacobian=bool(covariant)
+    ):
         if deformation.cuts and void_distance is not None:
             void_distance[part] = distance
-        for array, method, result in zip(arrays, methods, results):
+        for number, (array, method, result) in enumerate(zip(arrays, methods, results)):
             flat = result.reshape(-1, *array.shape[3:])
-            flat[part] = interpolation.sample(
-                array, index, method, sampling.background, sampling.source
-            )
+            background = 0.0 if number in covariant else sampling.background
+            flat[part] = interpolation.sample(array, index, method, background, sampling.source)
+            if number in covariant:
+                transposed = jacobian.swapaxes(1, 2)
+                flat[part] = vector_fields.covariant(flat[part], transposed, covariant[number])
     return results
-
-
-def resample_gradients(deformation, vectors, sampling, normalise, progress=SILENT):
-    sampled, transformed, measured = progress.divided(1, 2, 1)
-    (moved,) = resample(deformation, [vectors], replace(sampling, background=0.0), sampled)
-    transposed = jacobian_field(deformation, sampling.target, transformed)
-    result = np.einsum("...ij,...j->...i", transposed, moved)
-    if normalise:
-        result = unit(result)
-    _, void_distance = displacement_field(deformation, sampling.target, measured)
-    return result.astype(np.float32), void_distance
 
 
 def gradient(array, grid, progress=SILENT):
@@ -257,27 +256,27 @@ def gradient(array, grid, progress=SILENT):
 
 def source_bounds(deformation, sampling, progress=SILENT):
     bounds = interpolation.NO_BOUNDS
-    for _, index, _ in _source_index(deformation, sampling, progress):
+    for _, index, *_ in _sources(deformation, sampling, progress):
         bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
     return bounds
 
 
-def _source_index(deformation, sampling, progress):
+def _sources(deformation, sampling, progress, with_jacobian=False):
     """Parts of the target, and where they come from: indices (m, 3) of the whole source.
 
-    And the void distances there.
+    And the void distances there, and Jacobians (m, 3, 3) or None.
     """
     source, target = sampling.source, sampling.target
     matrix, offset = target.whole.index_transform(source.whole)
     to_index = np.linalg.inv(source.index_to_world)
     for part in progress.over(_parts(target.size, deformation)):
         v = target.points(part.start, part.stop)
-        moved, void_distance, _ = _answers(deformation, v)
+        moved, void_distance, jacobian = _answers(deformation, v, with_jacobian=with_jacobian)
         index = target.indices(part.start, part.stop) + target.first
         index = index @ matrix.T + offset + moved @ to_index.T
         if deformation.cuts and not sampling.continues:
             index[void_distance < 0] = -np.inf
-        yield part, index, void_distance
+        yield part, index, void_distance, jacobian
 
 
 def _answers(deformation, points, progress=SILENT, with_jacobian=False):

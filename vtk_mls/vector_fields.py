@@ -53,18 +53,25 @@ def contravariant(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
-def near_faces(void_distance, source):
-    """Indices (m, 3) = (i, j, k) of points that `at_faces` changes.
+def near_faces(deformation, void_distance, fields, sampling, progress):
+    """Gradient of a deformed array where it is taken across the face of a void.
 
     Parameters
     ----------
+    deformation, fields, sampling, progress
+        As for `at_faces`.
     void_distance : (nz, ny, nx) array, world units
-    source : Grid
-        Of the undeformed array.
+
+    Returns
+    -------
+    near : tuple of three (m,) arrays
+        Indices in `void_distance`.
+    values : (m, 3) float64, per world unit
     """
-    reach = REACH * _voxel(source)
+    reach = REACH * _voxel(sampling.source)
     near = np.nonzero((void_distance >= 0) & (void_distance < reach))
-    return np.stack(near[::-1], axis=1)
+    v = sampling.target.whole.at(np.stack(near[::-1], axis=1) + sampling.target.first)
+    return near, at_faces(deformation, v, fields, sampling, progress)
 
 
 def at_faces(deformation, v, fields, sampling, progress):

@@ -96,7 +96,7 @@ def test_images_follow_it(device, rng):
 
 
 def jacobians(deformation, grid):
-    """Transposed Jacobians that `resample_gradients` takes vectors through, by index of the grid."""
+    """What `resample_gradients` takes vectors through, by index of the grid."""
     everywhere = Grid((2, 2, 2), (-3000,) * 3, (6000,) * 3)
     columns = []
     for axis in range(3):

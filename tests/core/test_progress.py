@@ -41,6 +41,9 @@ QUESTIONS = {
     "corrected_gradient": lambda d, progress: d.corrected_gradient(
         IMAGE, SAMPLING, progress=progress
     ),
+    "resample_with_gradient": lambda d, progress: d.resample_with_gradient(
+        [IMAGE], IMAGE, SAMPLING, progress=progress
+    )[1],
     "fitted_grid": lambda d, progress: d.fitted_grid(GRID, progress).points(0, 9),
 }
 

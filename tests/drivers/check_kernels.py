@@ -56,9 +56,9 @@ def steps(engine):
             device="reference",
         )
 
-    def difference(question, d, *arguments):
-        got = getattr(engine, question)(d, *arguments)
-        expected = getattr(reference, question)(d, *arguments)
+    def difference(question, d, *arguments, **options):
+        got = getattr(engine, question)(d, *arguments, **options)
+        expected = getattr(reference, question)(d, *arguments, **options)
         if isinstance(got, np.ndarray):
             got, expected = [got], [expected]
         return np.concatenate(
@@ -121,7 +121,7 @@ def steps(engine):
     d = over("rigid", "half-plane")
     yield (
         "vectors that turn",
-        lambda: difference("resample_gradients", d, vectors, Sampling(GRID), False) / 5,
+        lambda: difference("resample", d, [vectors], Sampling(GRID), covariant={0: False}) / 5,
     )
     yield "gradient of an image", lambda: difference("gradient", images[0], GRID)
     yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import threading
 from contextlib import ExitStack
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,6 +49,17 @@ def _again_in_smaller_pieces(method):
                     raise
 
     return answer
+
+
+class _Asked(NamedTuple):
+    """A kernel that tells where points come from, and how many planes it writes."""
+
+    kernel: str
+    planes: int
+
+
+_INDEX = _Asked("grid_source_index", 3)  # continuous indices of the whole source
+_FRAME = _Asked("grid_source_frame", 12)  # these, and Jacobians
 
 
 class Engine:
@@ -158,44 +170,30 @@ class Engine:
         return result.reshape(*grid.shape, 3, 3)
 
     @_question
-    def resample(self, deformation, arrays, sampling, progress=SILENT, void_distance=None):
-        target = sampling.target
+    def resample(
+        self,
+        deformation,
+        arrays,
+        sampling,
+        progress=SILENT,
+        void_distance=None,
+        covariant=None,
+    ):
+        target, covariant = sampling.target, covariant or {}
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
-        arrays = samplers(self.launcher, arrays, sampling, sampling.background)
-        for part, index in self._source_index(
-            deformation, sampling, 16 + largest, progress, void_distance
+        backgrounds = [0.0 if n in covariant else sampling.background for n in range(len(arrays))]
+        arrays = samplers(self.launcher, arrays, sampling, backgrounds)
+        asked = _FRAME if covariant else _INDEX
+        for part, sources in self._sources(
+            asked, deformation, sampling, largest, progress, void_distance
         ):
-            for array, result in zip(arrays, rows):
-                array.sample(index, result[part])
+            for number, (array, result) in enumerate(zip(arrays, rows)):
+                array.sample(sources, result[part])
+                if number in covariant:
+                    self._transform(sources, covariant[number], result[part])
         return results
-
-    @_question
-    def resample_gradients(self, deformation, vectors, sampling, normalise, progress=SILENT):
-        target = sampling.target
-        result = np.empty((target.size, 3), np.float32)
-        void_distance = np.empty(target.size if deformation.cuts else 0, np.float32)
-        (array,) = samplers(self.launcher, [vectors], sampling, 0.0)
-        slabs = self.launcher.sampled_slabs(target.size, deformation, 64)
-        frames = self.memory.scratch("sources", 48 * slabs[0].stop)
-        launches = self._launches(deformation)
-        for part in progress.over(slabs):
-            with ExitStack() as buffers:
-                distance = None
-                if deformation.cuts:
-                    distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
-                for map_, is_rival in launches:
-                    outputs = [frames, *map_.void_outputs(distance)]
-                    map_.launch_from_source(
-                        *("grid_source_frame", sampling, part, *outputs),
-                        is_rival=is_rival,
-                        coarsely=True,
-                    )
-            array.sample(frames, result[part])
-            self._transform(frames, normalise, result[part])
-        void_distance = void_distance.reshape(target.shape) if deformation.cuts else None
-        return result.reshape(*target.shape, 3), void_distance
 
     @_question
     def gradient(self, array, grid, progress=SILENT):
@@ -206,7 +204,7 @@ class Engine:
     @_question
     def source_bounds(self, deformation, sampling, progress=SILENT):
         bounds = interpolation.NO_BOUNDS
-        for part, index in self._source_index(deformation, sampling, 12, progress):
+        for part, index in self._sources(_INDEX, deformation, sampling, 0, progress):
             planes = self.memory.planes(index, part.stop - part.start)
             bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
         return bounds
@@ -258,15 +256,17 @@ class Engine:
                     take(number, map_, part.start + np.flatnonzero(void), True)
         return origins, void_distance, numbers
 
-    def _source_index(self, deformation, sampling, bytes_per_point, progress, void_distance=None):
-        """Parts of the target; a buffer with where in the whole source they come from, 3 planes.
+    def _sources(self, asked, deformation, sampling, largest, progress, void_distance=None):
+        """Parts of the target; a buffer with what is asked of where they come from, in planes.
 
-        Void distances of the target are written, if there is an array for them.
+        Void distances of the target are written, if there is an array for them. Beside there are
+        buffers of the `largest` number of bytes for each point.
         """
+        bytes_per_point = 4 * asked.planes
         slabs = self.launcher.sampled_slabs(
-            sampling.target.size, deformation, bytes_per_point, coarsely=True
+            sampling.target.size, deformation, bytes_per_point + 4 + largest, coarsely=True
         )
-        index = self.memory.scratch("sources", 12 * slabs[0].stop)
+        sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
         launches, rivals = self._launches(deformation), self._rivals(deformation, slabs)
         for part in progress.over(slabs):
             with ExitStack() as buffers:
@@ -274,13 +274,11 @@ class Engine:
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
                 for map_, is_rival in launches:
-                    outputs = [index, *map_.void_outputs(distance, may_lack=True)]
+                    outputs = [sources, *map_.void_outputs(distance, may_lack=True)]
                     map_.launch_from_source(
-                        *("grid_source_index", sampling, part, *outputs),
-                        is_rival=is_rival,
-                        coarsely=True,
+                        *(asked.kernel, sampling, part, *outputs), is_rival=is_rival, coarsely=True
                     )
-            yield part, index
+            yield part, sources
 
     def _transform(self, frames, normalise, vectors):
         """Apply the transposed Jacobians in a buffer to `vectors` (m, 3)."""

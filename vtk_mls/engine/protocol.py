@@ -181,6 +181,7 @@ class Engine(Protocol):
         sampling: Sampling,
         progress: Progress,
         void_distance: np.ndarray | None = None,
+        covariant: dict[int, bool] | None = None,
     ) -> list[np.ndarray]:
         """Deformed arrays.
 
@@ -193,40 +194,15 @@ class Engine(Protocol):
         progress : Progress
         void_distance : (target.size,) float32, optional
             Is filled, world units, if there are cuts.
+        covariant : dict, optional
+            The numbers of arrays of vectors n, float32 in the world frame, that become
+            J_G^T n(G(v)), Eq. 29; and whether of length 1 (or 0). They are 0 outside of the source
+            and in the void.
 
         Returns
         -------
         list of arrays
             On `sampling.target`, of the same dtypes.
-        """
-
-    def resample_gradients(
-        self,
-        deformation: Deformation,
-        vectors: np.ndarray,
-        sampling: Sampling,
-        normalise: bool,
-        progress: Progress,
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Deformed covariant vectors, Eq. 29.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        vectors : (nz, ny, nx, 3) float32, contiguous, world frame
-            On `sampling.source`: n.
-        sampling : Sampling
-            Its background does not count: outside and in the void is 0.
-        normalise : bool
-            Whether results have length 1 (or 0).
-        progress : Progress
-
-        Returns
-        -------
-        gradients : (nz, ny, nx, 3) float32, world frame
-            On `sampling.target`: J_G^T n(G(v)).
-        void_distance : (nz, ny, nx) float32, world units, or None without cuts
-            At the same points.
         """
 
     def gradient(self, array: np.ndarray, grid: Grid, progress: Progress) -> np.ndarray:

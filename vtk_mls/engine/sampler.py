@@ -125,13 +125,13 @@ class Sampler:
             )
 
 
-def samplers(launcher, arrays, sampling, background):
+def samplers(launcher, arrays, sampling, backgrounds):
     """A Sampler for each of `arrays`, which share the memory of the device."""
     size = sum(array.nbytes for array in arrays)
     fits = launcher.memory.in_place or launcher.memory.fits(size)
     return [
         Sampler(launcher, array, sampling.source, method, background, fits)
-        for array, method in zip(arrays, sampling.methods(len(arrays)))
+        for array, method, background in zip(arrays, sampling.methods(len(arrays)), backgrounds)
     ]
 
 

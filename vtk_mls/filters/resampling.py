@@ -32,7 +32,9 @@ class Resampling:
         self.wanted, self.deformation = wanted, deformation
         self.image, self.output = image, output
         self.sampling, self.target = sampling, sampling.target
-        self._void_distance = None  # at the points of the target, once they are mapped
+        # at the points of the target, once they are mapped
+        self._void_distance = self._gradient = None
+        self._scalars = self._scalars_of_gradient()
         self.labels = {*wanted.GetLabelArrays(), *provenance.kept(image, provenance.LABEL_ARRAYS)}
 
     def tasks(self):
@@ -47,28 +49,42 @@ class Resampling:
         ]
         if self.deformation.cuts:
             tasks.append(self._mark_void)
+        if self._scalars is not None:
+            tasks.append(self._add_gradient)
+        return tasks
+
+    def _scalars_of_gradient(self):
+        """The values (nz, ny, nx) whose gradient is wanted; None if none is."""
         name = self.wanted.GetGradientArray()
         # another block may have it
         has_it = self.image.GetPointData().HasArray(name) or not self.wanted.is_among_blocks()
-        if name and has_it:
-            scalars = gradients.scalars(self.image, name)
-            tasks.append(partial(self._add_gradient, scalars))
-        return tasks
+        return gradients.scalars(self.image, name) if name and has_it else None
 
     def _resample(self, old, new, sampling, progress):
         """Deform the arrays `old` into `new`, those with the same background in one pass."""
         values = arrays.image_values(old, sampling.source)
         results, passes, tasks = [None] * len(values), {}, []
 
+        with_gradient = sampling is self.sampling and self._scalars is not None
+
         def fill(background, members, progress):
-            chosen, methods = zip(*members)
-            done = self.deformation.resample(
-                [values[number] for number in chosen],
-                replace(sampling, interpolation=methods, background=background),
-                progress,
-                self._new_void_distance(sampling),
-            )
-            for number, result in zip(chosen, done):
+            chosen = [values[number] for number, _ in members]
+            methods = [method for _, method in members]
+            void_distance = self._new_void_distance(sampling)
+            if with_gradient and background == sampling.background:
+                methods.append(sampling.interpolation)
+                done, self._gradient = self.deformation.resample_with_gradient(
+                    chosen,
+                    self._scalars,
+                    replace(sampling, interpolation=methods),
+                    self.wanted.GetNormalizeGradient(),
+                    progress,
+                    void_distance,
+                )
+            else:
+                how = replace(sampling, interpolation=methods, background=background)
+                done = self.deformation.resample(chosen, how, progress, void_distance)
+            for (number, _), result in zip(members, done):
                 results[number] = result
 
         def transform(number, how, progress):
@@ -90,6 +106,8 @@ class Resampling:
             else:
                 method, background = self._method(array)
                 passes.setdefault(background, []).append((number, method))
+        if with_gradient:
+            passes.setdefault(sampling.background, [])
         tasks += [partial(fill, background, members) for background, members in passes.items()]
         run_all(tasks, progress)
         arrays.set_image_values(new, results, old)
@@ -133,9 +151,7 @@ class Resampling:
             void |= void_arrays.touched(points.reshape(self.target.shape))
             void_arrays.hide(data, void)
 
-    def _add_gradient(self, scalars, progress):
+    def _add_gradient(self, progress):
         """Add "Gradient" of point scalars."""
-        values = self.deformation.corrected_gradient(
-            scalars, self.sampling, self.wanted.GetNormalizeGradient(), progress
-        )
-        gradients.add_gradient(self.output, values)
+        progress.report(0)
+        gradients.add_gradient(self.output, self._gradient)
