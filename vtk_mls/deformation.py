@@ -14,6 +14,7 @@ from vtk_mls import arguments, kinds, vector_fields
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
+from vtk_mls.linear_algebra import unit
 from vtk_mls.overlap import overlap
 from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
