@@ -29,19 +29,49 @@ inline void store_values(__global VALUE *to, VALUES found, int lanes, int compon
   for (int l = 0; l < lanes; ++l) to[l * components] = LANE_VALUE(found, l);
 }
 
+#if COVARIANT
+// J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalise`. After the three planes of indices
+// `grid_source_frame` stores nine of J = dG/dv.
+HOT vec covariant(vec n, const int normalise, __global const float *index, long count, long first) {
+  mat j;
+  for (int i = 0; i < 9; ++i) j.a[i] = load_plane(index + (3 + i) * count, count, first);
+  n = transposed_mat_vec(&j, n);
+  return normalise ? unit3(n) : n;
+}
+#define COVARIANT_PARAMETERS const int normalise,
+#else
+#define COVARIANT_PARAMETERS
+#endif
+
 // `index` holds three planes of `count` indices.
 KERNEL void resample(const long count, __global const float *restrict index, const array_t array,
-                     const VALUE background, __global const VALUE *restrict values,
-                     __global VALUE *restrict result) {
+                     const VALUE background, COVARIANT_PARAMETERS
+                     __global const VALUE *restrict values, __global VALUE *restrict result) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
-  const int lanes = (int)min((long)LANES, count - first), components = array.components;
+  const int lanes = (int)min((long)LANES, count - first);
+#if COVARIANT
+  const int components = 3;
+#else
+  const int components = array.components;
+#endif
   const OFFSET line = (OFFSET)array.there[0] * components, slice = line * array.there[1];
   const axis_t x = {array.size[0], array.first[0], array.there[0], components};
   const axis_t y = {array.size[1], array.first[1], array.there[1], line};
   const axis_t z = {array.size[2], array.first[2], array.there[2], slice};
   const vec at = load_points(index, count, first);
   __global VALUE *to = result + first * components;
+#if COVARIANT
+  real vectors[3];
+#define KEEP(c, values) vectors[c] = values
+#define STORE_KEPT                                                                            \
+  store_interleaved(                                                                          \
+      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalise, index, count, first), \
+      lanes)
+#else
+#define KEEP(c, values) store_values(to + (c), values, lanes, components)
+#define STORE_KEPT
+#endif
 #if TAPS > 1
   box_t box = {.step_x = x.step, .step_y = y.step, .step_z = z.step};
   offsets_t at_taps;
@@ -50,12 +80,21 @@ KERNEL void resample(const long count, __global const float *restrict index, con
   if (ALL(whole)) {  // as almost everywhere
     at_taps.corner = TO_OFFSET(box.z.first) * z.step + TO_OFFSET(box.y.first) * y.step +
                     TO_OFFSET(box.x.first) * x.step;
-    if (components == 1) {  // a case of its own, which compilers make faster
-      store_values(to, CAST(interpolated(&box, &at_taps, 1, values)), lanes, 1);
+#if COVARIANT && TAPS == 2 && LANES > 1
+    // the last vector has no number behind it
+    if (ALL(at_taps.corner < slice * array.there[2] - (slice + line + 6))) {
+      const vec found = interpolated_three(&box, &at_taps, values);
+      store_interleaved(to, covariant(found, normalise, index, count, first), lanes);
       return;
     }
-    for (int c = 0; c < components; ++c)
-      store_values(to + c, CAST(interpolated(&box, &at_taps, 1, values + c)), lanes, components);
+#elif !COVARIANT
+    if (components == 1) {  // a case of its own, which compilers make faster
+      KEEP(0, CAST(interpolated(&box, &at_taps, 1, values)));
+      return;
+    }
+#endif
+    for (int c = 0; c < components; ++c) KEEP(c, CAST(interpolated(&box, &at_taps, 1, values + c)));
+    STORE_KEPT;
     return;
   }
 #endif
@@ -82,6 +121,7 @@ KERNEL void resample(const long count, __global const float *restrict index, con
         LANE_VALUE(found, l) = values[LANE_OFFSET(nearest, l) + c];
       if (!LANE_INT(inside, l)) LANE_VALUE(found, l) = background;
     }
-    store_values(to + c, found, lanes, components);
+    KEEP(c, found);
   }
+  STORE_KEPT;
 }

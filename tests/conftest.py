@@ -30,6 +30,13 @@ for _kind in KINDS:
 # the polynomial kind of degree 1 runs what the affine kind does: one test says so
 KINDS_AND_DEGREES = [each for each in TOLERANCE if each != ("polynomial", 1)]
 
+# Build constants of a kernel of no map.
+LOCAL_POINTS = (
+    ("LANES", 1),
+    ("COORDINATE", "float"),
+    ("LOCAL_FRAME", "float density; float centre[3]; float centre_rest[3];"),
+)
+
 
 def _sound_devices():
     """Devices that compute right, the fastest first; a process can use one PoCL only."""

@@ -6,7 +6,7 @@ import types
 
 import pyopencl as cl
 import pytest
-from conftest import DEVICES
+from conftest import DEVICES, LOCAL_POINTS
 
 from vtk_mls import Deformation, DeviceError, reference
 from vtk_mls.engine import device, dispatch, engine, proof
@@ -191,8 +191,8 @@ def test_a_broken_entry_of_a_cache_is_built_anew(monkeypatch):
     monkeypatch.setattr(cl, "Program", Program)
     chosen = dispatch.choose(DEVICES[0])
     assert (
-        device.kernel(chosen, "covariant", (("LANES", 1), ("UNLIKE_ANY", 1))).function_name
-        == "covariant"
+        device.kernel(chosen, "local_points", (*LOCAL_POINTS, ("UNLIKE_ANY", 1))).function_name
+        == "local_points"
     )
     assert len(texts) == 2
     assert texts[0] != texts[1]

@@ -22,7 +22,8 @@ from pairwise import paired
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, interpolation
 from vtk_mls.engine import device, dispatch, engine, kernel_arguments
 from vtk_mls.engine.launcher import Launcher
-from vtk_mls.engine.sampler import Sampler
+from vtk_mls.engine.sampler import Rule, Sampler
+from vtk_mls.vector_fields import covariant
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
@@ -162,10 +163,46 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     image = rng.normal(size=(*grid.shape, 2))
     whole = d.resample([image], Sampling(grid, interpolation="cubic"))[0]
     monkeypatch.setattr(chosen.memory, "in_place", False)
+    vectors = np.stack([image.astype(np.float32)] * 3, axis=-1)
+    gradients = d.resample_gradients(vectors, grid)
     monkeypatch.setattr(chosen.memory, "limit", image.nbytes)
     np.testing.assert_array_equal(
         d.resample([image], Sampling(grid, interpolation="cubic"))[0], whole
     )
+    np.testing.assert_array_equal(d.resample_gradients(vectors, grid), gradients)
+
+
+@pytest.mark.parametrize("normalise", [False, True])
+@pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
+@pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
+def test_a_vector_does_not_depend_on_those_beside_it(key, width, method, normalise, rng):
+    """Covariant ones, which the Jacobians behind the indices take along."""
+    launcher = Launcher(replace(dispatch.choose(key), width=width))
+    grid = Grid((9, 8, 7))
+    vectors = rng.normal(size=(*grid.shape, 3)).astype(np.float32)
+    sampler = Sampler(launcher, vectors, grid, Rule(method, 9, normalise), fits=True)
+    index = rng.uniform(-1, 10, (2000, 3)).astype(np.float32)
+    index[::5] = np.round(index[::5])
+    index[1::50] = (7.5, 6.5, 5.5)  # up to the last vector in memory
+    jacobians = rng.normal(size=(2000, 3, 3)).astype(np.float32)
+    planes = kernel_arguments.planes(np.concatenate([index, jacobians.reshape(-1, 9)], axis=1))
+
+    def sampled(order):
+        result = np.empty((len(order), 3), np.float32)
+        with launcher.memory.read(np.ascontiguousarray(planes[:, order])) as there:
+            sampler.sample(there, result)
+        return result
+
+    expected = sampled(np.arange(len(index)))
+    between = np.flatnonzero(np.all((index > 1) & (index < 5) & (index % 1 > 0), axis=1))
+    for order in (between, rng.permutation(len(index))):
+        np.testing.assert_array_equal(sampled(order), expected[order])
+    specified = interpolation.sample(vectors, index.astype(np.float64), method, 0, grid)
+    specified = covariant(specified, jacobians.swapaxes(1, 2), normalise)
+    # of length 1 vectors that are almost 0 have no direction
+    there = np.linalg.norm(specified, axis=1) > 0.01
+    np.testing.assert_allclose(expected[there], specified[there], atol=2e-5)
+    assert not expected[~grid.covers(index)].any()
 
 
 @pytest.mark.parametrize("components", [1, 3])
@@ -177,7 +214,7 @@ def test_a_value_does_not_depend_on_those_beside_it(key, width, method, dtype, c
     launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
-    sampler = Sampler(launcher, array, grid, method, 9, fits=True)
+    sampler = Sampler(launcher, array, grid, Rule(method, 9), fits=True)
     index = rng.uniform(-1, 10, (2000, 3)).astype(np.float32)
     index[::5] = np.round(index[::5])
     index[::7, 1] = np.nan

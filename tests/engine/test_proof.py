@@ -13,7 +13,7 @@ import types
 from pathlib import Path
 
 import pytest
-from conftest import DEVICES
+from conftest import DEVICES, LOCAL_POINTS
 
 from vtk_mls import announcements
 from vtk_mls.engine import caches, device, dispatch, drivers, intel_runtime, proof, records
@@ -434,7 +434,7 @@ def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch)
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 def test_the_engine_says_when_it_builds():
     chosen = dispatch.choose(DEVICES[0])
-    constants = (("LANES", 1), ("UNLIKE", "others"))
-    _, sentences = announced(device.kernel, chosen, "covariant", constants)
+    constants = (*LOCAL_POINTS, ("UNLIKE", "others"))
+    _, sentences = announced(device.kernel, chosen, "local_points", constants)
     assert sentences == ["Building OpenCL kernels"]
-    assert announced(device.kernel, chosen, "covariant", constants)[1] == []
+    assert announced(device.kernel, chosen, "local_points", constants)[1] == []

@@ -375,8 +375,13 @@ add = _in("opencl/resample.cl", RESAMPLE, DEFORM)
 add("resample: on a point to the bit", "if (LANE_INT(on_point, l))", "if (0)")
 add(
     "resample: lanes of the last work item",
-    "int lanes = (int)min((long)LANES, count - first), components",
-    "int lanes = (int)min((long)LANES, count - first - 1), components",
+    "int lanes = (int)min((long)LANES, count - first);",
+    "int lanes = (int)min((long)LANES, count - first - 1);",
+)
+_in("opencl/resample.cl", RESAMPLE, ARRAYS, ENGINE)(
+    "gradients: turned by J, not by its transpose",
+    "n = transposed_mat_vec(&j, n);",
+    "n = mat_vec(&j, n);",
 )
 _in("opencl/types.cl", ENGINE, PROPERTIES, FORWARD)(
     "points: lanes of the last work item",
@@ -387,11 +392,6 @@ _in("opencl/grid.cl", ENGINE, PARTS)(
     "grid: lanes that go on in the next slice",
     "k = select(k, k + 1, over);",
     "",
-)
-_in("opencl/covariant.cl", RESAMPLE, ARRAYS)(
-    "gradients: turned by J, not by its transpose",
-    "n = transposed_mat_vec(&j, n);",
-    "n = mat_vec(&j, n);",
 )
 _in("opencl/grid_jacobian.cl", ENGINE)(
     "Jacobian on a grid: transposed",

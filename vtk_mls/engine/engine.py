@@ -183,16 +183,13 @@ class Engine:
         results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
-        backgrounds = [0.0 if n in covariant else sampling.background for n in range(len(arrays))]
-        arrays = samplers(self.launcher, arrays, sampling, backgrounds)
+        arrays = samplers(self.launcher, arrays, sampling, covariant)
         asked = _FRAME if covariant else _INDEX
         for part, sources in self._sources(
             asked, deformation, sampling, largest, progress, void_distance
         ):
-            for number, (array, result) in enumerate(zip(arrays, rows)):
+            for array, result in zip(arrays, rows):
                 array.sample(sources, result[part])
-                if number in covariant:
-                    self._transform(sources, covariant[number], result[part])
         return results
 
     @_question
@@ -279,20 +276,6 @@ class Engine:
                         *(asked.kernel, sampling, part, *outputs), is_rival=is_rival, coarsely=True
                     )
             yield part, sources
-
-    def _transform(self, frames, normalise, vectors):
-        """Apply the transposed Jacobians in a buffer to `vectors` (m, 3)."""
-        count = len(vectors)
-        with self.memory.exchanged(vectors) as changed:
-            self.launcher.launch(
-                "covariant",
-                (("LANES", self.device.lanes),),
-                count,
-                np.int64(count),
-                frames,
-                np.int32(normalise),
-                changed,
-            )
 
 
 def _held(planes, region, points, part):

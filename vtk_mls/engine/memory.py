@@ -60,9 +60,9 @@ class Memory:
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self.context, flags, hostbuf=array)
 
-    def planes(self, buffer, count):
-        """The first `3 * count` floats of a buffer on the host, (3, count)."""
-        planes = np.empty((3, count), np.float32)
+    def planes(self, buffer, count, planes=3):
+        """The first `planes * count` floats of a buffer on the host, (planes, count)."""
+        planes = np.empty((planes, count), np.float32)
         cl.enqueue_copy(self.queue, planes, buffer)
         return planes
 

@@ -28,6 +28,20 @@ class _Piece(NamedTuple):
     grid: Grid  # where the values are
 
 
+class Rule(NamedTuple):
+    """How the values of an array are found."""
+
+    method: str  # "nearest", "linear" or "cubic"
+    background: float
+    # whether they are covariant vectors, which are 0 outside: None, or if they get length 1
+    covariant: bool | None = None
+
+    @property
+    def planes(self):
+        """Planes that tell where points come from: indices, for covariant vectors Jacobians."""
+        return 3 if self.covariant is None else 12
+
+
 class Sampler:
     """The values of one array at the points of slabs.
 
@@ -40,24 +54,22 @@ class Sampler:
     array : (nz, ny, nx) or (nz, ny, nx, components) array
     source : Grid
         Where its values are.
-    method : {"nearest", "linear", "cubic"}
-    background : float
+    rule : Rule
     fits : bool
         Whether the array can be on the device as a whole.
     """
 
-    def __init__(self, launcher, array, source, method, background, fits):
+    def __init__(self, launcher, array, source, rule, fits):
         self.launcher, self.memory = launcher, launcher.memory
-        self.array, self.source, self.method = array, source, method
-        self.background, self.fits = background, fits
+        self.array, self.source, self.rule, self.fits = array, source, rule, fits
         self._whole = None
 
     def sample(self, index, result):
-        """Write into `result` (m, ...) the values at the indices in a buffer, three planes."""
+        """Write into `result` (m, ...) the values at the indices in a buffer, in planes."""
         if not array_types.is_for_device(self.array, self.launcher.device):
             points = self.memory.planes(index, len(result)).T.astype(np.float64)
             result[:] = interpolation.sample(
-                self.array, points, self.method, self.background, self.source
+                self.array, points, self.rule.method, self.rule.background, self.source
             )
             return
         for piece in self._pieces(index, len(result)):
@@ -70,7 +82,7 @@ class Sampler:
                 self._whole = self.memory.read(self.array)
             yield _Piece(0, count, index, self._whole.argument, self.source)
             return
-        planes = self.memory.planes(index, count)
+        planes = self.memory.planes(index, count, self.rule.planes)
         pieces = [(0, count)]
         while pieces:
             first, stop = pieces.pop()
@@ -100,10 +112,14 @@ class Sampler:
         rounding = "_sat_rte" if array.dtype.kind in "iu" else ""
         constants = (
             *(*shared, ("VALUES", values), ("CAST", f"convert_{values}{rounding}")),
-            ("TAPS", _TAPS[self.method]),
+            ("TAPS", _TAPS[self.rule.method]),
             ("ARRAY", kernel_arguments.members(kernel_arguments.ARRAY)),
         )
-        fill = interpolation.cast(np.float64(self.background), array.dtype)
+        background, covariant = self.rule.background, []
+        if self.rule.covariant is not None:
+            constants += (("COVARIANT", 1),)
+            background, covariant = 0, [np.int32(self.rule.covariant)]
+        background = interpolation.cast(np.float64(background), array.dtype)
         described = kernel_arguments.filled(
             kernel_arguments.ARRAY,
             size=self.source.whole.dimensions,
@@ -119,19 +135,27 @@ class Sampler:
                 np.int64(count),
                 piece.index,
                 described,
-                array.dtype.type(fill),
+                array.dtype.type(background),
+                *covariant,
                 piece.values,
                 out,
             )
 
 
-def samplers(launcher, arrays, sampling, backgrounds):
-    """A Sampler for each of `arrays`, which share the memory of the device."""
+def samplers(launcher, arrays, sampling, covariant):
+    """A Sampler for each of `arrays`, which share the memory of the device.
+
+    Of vectors whose number is in `covariant` that says whether they get length 1.
+    """
     size = sum(array.nbytes for array in arrays)
     fits = launcher.memory.in_place or launcher.memory.fits(size)
     return [
-        Sampler(launcher, array, sampling.source, method, background, fits)
-        for array, method, background in zip(arrays, sampling.methods(len(arrays)), backgrounds)
+        Sampler(
+            *(launcher, array, sampling.source),
+            Rule(method, sampling.background, covariant.get(number)),
+            fits,
+        )
+        for number, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))
     ]
 
 
