@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkGlyph3D
@@ -24,11 +26,18 @@ def fill_arrows(polydata, rest, deformed):
     moved = np.isfinite(displacement).all(axis=1) & displacement.any(axis=1)
     if not moved.any():
         return
-    handles, arrow, glyphs = vtkPolyData(), vtkArrowSource(), vtkGlyph3D()
+    handles, glyphs = vtkPolyData(), vtkGlyph3D()
     fill_polydata(handles, rest[moved], deformed[moved], None)
     glyphs.SetInputData(handles)
-    glyphs.SetSourceConnection(arrow.GetOutputPort())
+    glyphs.SetSourceData(_arrow())
     glyphs.SetScaleModeToScaleByVector()
     glyphs.Update()
     polydata.ShallowCopy(glyphs.GetOutput())
     polydata.GetPointData().GetArray("GlyphVector").SetName(DISPLACEMENT)
+
+
+@functools.cache
+def _arrow():
+    arrow = vtkArrowSource()
+    arrow.Update()
+    return arrow.GetOutput()

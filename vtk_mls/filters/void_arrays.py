@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
@@ -68,9 +71,13 @@ def void_in_cells(deformation, grid, void_distance, progress):
     void = np.empty(cells.shape, bool)
     unknown = np.empty(cells.shape, bool)
     least = _least_distance(deformation, grid)
-    for first in range(0, cells.shape[0], _SLICES):
-        slab = slice(first, first + _SLICES)
+
+    def look_at(slab):
         void[slab], unknown[slab] = _void_by_corners(void_distance, slab, least)
+
+    slabs = [slice(first, first + _SLICES) for first in range(0, cells.shape[0], _SLICES)]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        list(threads.map(look_at, slabs))
     unknown = np.flatnonzero(unknown)
     starts = range(0, len(unknown), _AT_ONCE)
     for start, part in zip(starts, progress.divided(*[1] * len(starts))):
