@@ -27,8 +27,8 @@ LISTED = 3000  # for a block, as a rule
 # Beyond, a few control points outweigh all others, and what those tell of the twist about them is
 # less than the error of a cluster.
 _LARGEST_ALPHA = 1.5
-# Points that are looked at: the corners of a block, the middles of its edges and faces, and its own,
-# so often that they fill the lanes. The exact map at what is its neighbours', too, is found once.
+# Points that are looked at: the corners of a block, the middles of its edges and faces, and its own
+# (so often that they fill the lanes). The exact map at what is its neighbours', too, is found once.
 _OUTSIDE = [at for at in itertools.product((0, 4, 8), repeat=3) if at != (4, 4, 4)]
 _LOOKED_AT = np.array(_OUTSIDE + 6 * [(4, 4, 4)])
 _GROUP = len(_LOOKED_AT)
