@@ -82,15 +82,17 @@ def questions(n, count=HANDLES):
         *("Jacobian, rigid", "grid_jacobian", 36),
         lambda engine, grid: engine.jacobian_field(maps["rigid"], grid),
     )
-    for method in ("nearest", "linear", "cubic"):
-        yield Question(
-            *(f"sampling of floats, {method}", "resample", 20),
-            lambda engine, grid, method=method: engine.resample(
-                maps["affine"],
-                [np.zeros(grid.shape, np.float32)],
-                Sampling(grid, interpolation=method),
-            ),
+
+    def sampled(method):
+        return lambda engine, grid: engine.resample(
+            maps["rigid"],
+            [np.zeros(grid.shape, np.float32)],
+            Sampling(grid, interpolation=method),
         )
+
+    yield Question("origins of voxels, rigid", "grid_source_index", 12, sampled("nearest"))
+    for method in ("nearest", "linear", "cubic"):
+        yield Question(f"sampling of floats, {method}", "resample", 20, sampled(method))
 
 
 def _field(value):

@@ -17,9 +17,10 @@ HEAD = """# Benchmarks
 
 What `make bench` has measured, in milliseconds, one run for each kind of machine: the smallest of
 several times and the median, of drags the 99th percentile, too; then the smallest, and the
-**processor** time of all threads, as multiples of those of the row in bold. Figures of one table were taken in turns and can be
-compared; those of different machines cannot. [Speed](speed.md) says what they mean. The paper's
-figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of 2 GHz.
+**processor** time of all threads, as multiples of those of the row in bold. Figures of one table
+were taken in turns and can be compared; those of different machines cannot. [Speed](speed.md) says
+what they mean. The paper's figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of
+2 GHz.
 
 Tables of kernels say how long each takes alone, and its **operations** on floats for a point, as a
 simulator (Oclgrind) has counted them in the compiled code: additions, multiplications, divisions
