@@ -104,6 +104,13 @@ def test_an_update_passes_its_arrays_once(benchmarks):
     assert rows["rigid"]["written"] == 4
 
 
+@pytest.mark.long
+def test_a_program_that_starts_tells_how_long_its_steps_take(benchmarks):
+    steps = benchmarks.alone._asked(["start"])  # with the usual caches: without, minutes
+    assert list(steps) == ["import", "device", "first map", "second map"]
+    assert 0 < steps["second map"] < steps["first map"]
+
+
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="it tells of memory")
 @pytest.mark.parametrize(("tolerance", "most"), [(0, 4), (0.02, 10)])
 def test_an_update_needs_no_memory_the_size_of_the_volume(tolerance, most, benchmarks):
