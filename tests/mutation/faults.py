@@ -697,6 +697,11 @@ add(
     "is_close = errors <= 1e9\n",
 )
 add(
+    "clusters: blocks have the lists of the first that are found at a time",
+    "spans.append(own + np.array([length, 0], np.int32))",
+    "spans.append(own)",
+)
+add(
     "clusters: layers have the lists of those before",
     "if self._last is None or self._last[:2] != (grid, layers):",
     "if self._last is None:",

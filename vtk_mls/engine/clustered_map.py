@@ -33,7 +33,7 @@ _OUTSIDE = [at for at in itertools.product((0, 4, 8), repeat=3) if at != (4, 4, 
 _LOOKED_AT = np.array(_OUTSIDE + 6 * [(4, 4, 4)])
 _GROUP = len(_LOOKED_AT)
 _EXACT = 10  # for which the exact map is found, of each block, about
-_TOGETHER = 512  # blocks whose lists are in memory
+_TOGETHER = 512  # blocks whose lists are found at a time
 
 
 def has_clusters(deformation, control_points):
@@ -125,7 +125,7 @@ class ClusteredMap:
         axes = [np.arange(a, b) for a, b in zip(low[:2], high[:2])]
         k, j, i = np.meshgrid(layers, *axes[::-1], indexing="ij")
         blocks = np.stack([i.ravel(), j.ravel(), k.ravel()], axis=1)
-        spans, listed = self._lists(grid, blocks)
+        spans, listed = self._lists_in_turn(grid, blocks)
         inner = np.stack(np.meshgrid(*[np.arange(_ALONG)] * 3, indexing="ij"), -1).reshape(-1, 3)
         at = (_ALONG * blocks[:, None] + inner).reshape(-1, 3)
         here = np.all((at >= first) & (at < last), axis=1)
@@ -137,6 +137,16 @@ class ClusteredMap:
             memory.constant(numbers.astype(np.int32)),
             *(memory.constant(np.ascontiguousarray(a)) for a in (of_cells, listed)),
         ]
+
+    def _lists_in_turn(self, grid, blocks):
+        """What `_lists` says of `blocks` (b, 3), found for some at a time."""
+        spans, listed, length = [], [], 0
+        for first in range(0, len(blocks), _TOGETHER):
+            own, rows = self._lists(grid, blocks[first : first + _TOGETHER])
+            spans.append(own + np.array([length, 0], np.int32))
+            listed.append(rows)
+            length += len(rows)
+        return np.concatenate(spans), np.concatenate(listed)
 
     def _lists(self, grid, blocks):
         """Which rows of the tables count in `blocks` (b, 3) of the whole grid.
@@ -222,7 +232,7 @@ def _blocks_of(grid):
 
 
 def _layers_of(grid):
-    """Ranges of layers of blocks, whose lists are in memory together."""
+    """Ranges of layers of blocks, whose lists are on the device together."""
     (*_, low), (*_, high) = first, stop = _blocks_of(grid)
     step = int(max(1, _TOGETHER // np.prod((stop - first)[:2])))
     return [range(k, min(k + step, high)) for k in range(low, high, step)]
