@@ -67,6 +67,17 @@ def peaks(device):
     return [amount / each / 1e9 for amount, each in zip(amounts, seconds)]
 
 
+def transfers(device):
+    """10^9 bytes a second between a host's array and the memory of a device, both ways."""
+    queue, host = devices.queue(device), np.ones(_COPIED, np.uint8)
+    buffer = cl.Buffer(devices.context(device), cl.mem_flags.READ_WRITE, _COPIED)
+    ways = {"copy to the device": (buffer, host), "copy from the device": (host, buffer)}
+    return {
+        name: _COPIED / _smallest(queue, lambda pair=pair: cl.enqueue_copy(queue, *pair)) / 1e9
+        for name, pair in ways.items()
+    }
+
+
 def _smallest(queue, launch):
     """Seconds of a launch, of so many one behind the other that what begins and ends is little."""
     count, best = 1, np.inf
@@ -120,4 +131,6 @@ def table(engine, n):
             row |= {"G/s": done, "% of the peak": 100 * done / peak[0]}
         row |= {"bytes": each.bytes, "GB/s": moved, "% of the memory's": 100 * moved / peak[1]}
     rows["peak"] = {"G/s": peak[0], "GB/s": peak[1]}
+    if engine.device.kind != "cpu":  # that one works on the host's arrays
+        rows |= {name: {"GB/s": speed} for name, speed in transfers(engine.device).items()}
     return rows

@@ -98,6 +98,14 @@ def test_kernels_have_shares_of_the_peaks(benchmarks, monkeypatch):
 
 
 @pytest.mark.long
+def test_devices_with_a_memory_of_their_own_tell_how_arrays_come_there(benchmarks, monkeypatch):
+    monkeypatch.setattr(benchmarks.roofline, "_COPIED", 1 << 20)
+    speeds = benchmarks.roofline.transfers(engine_for("cpu").device)
+    assert list(speeds) == ["copy to the device", "copy from the device"]
+    assert all(0.01 < speed < 1e5 for speed in speeds.values())
+
+
+@pytest.mark.long
 def test_an_update_passes_its_arrays_once(benchmarks):
     rows = benchmarks.traffic.table(32)
     assert rows["rigid"]["read"] == 4
