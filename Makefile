@@ -9,7 +9,7 @@
 # make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
 # make docs     build the documentation site in docs/_build/html; runs its figures and gallery
 # make bench    measure against other programs (LARGE=1: also 256^3), and leave build/bench.json;
-#               VTK_MLS_DEVICE=gpu make bench measures that device
+#               the first GPU, or else what VTK_MLS_DEVICE names
 # make lint     check style and types only
 # make types    check the types of the public API, and of a program that uses it
 # make clean    remove what these commands made

@@ -31,7 +31,8 @@ update moves for a voxel is counted where buffers are made; its memory **beside*
 is the largest that the system has told.
 
 To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
-`make pages`.
+`make pages`. It measures the first GPU, else the fastest driver for the CPU, or what
+`VTK_MLS_DEVICE` names (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 """
 
 
