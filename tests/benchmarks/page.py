@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from bench import paper
+from bench import cells
 
 PROJECT = Path(__file__).resolve().parents[2]
 RESULTS = Path(__file__).parent / "results"
@@ -16,13 +16,23 @@ PAGE = PROJECT / "docs/benchmarks.md"
 HEAD = """# Benchmarks
 
 What `make bench` has measured, in milliseconds, one run for each kind of machine: the smallest of
-several times, the median, and the **processor** time of all threads, as a multiple of that of the
-row in bold; of drags the 99th percentile, too. Figures of one table were taken in turns and can be
-compared; those of different machines cannot. [Speed](speed.md) says what they mean. The paper's
-figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of 2 GHz.
+several times and the median, of drags the 99th percentile, too; then the smallest, and the
+**processor** time of all threads, as multiples of those of the row in bold. Figures of one table
+were taken in turns and can be compared; those of different machines cannot. [Speed](speed.md) says
+what they mean. The paper's figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of
+2 GHz.
+
+Tables of kernels say how long each takes alone, and its **operations** on floats for a point, as a
+simulator (Oclgrind) has counted them in the compiled code: additions, multiplications, divisions
+and roots are one, fused multiply-adds two, comparisons, selections and integers none. The **bytes**
+of a point are those of each array that is read or written, once. Both stand beside the peaks that
+other kernels have reached on the same device: fused multiply-adds, and copies in memory. What an
+update moves for a voxel is counted where buffers are made; its memory **beside** input and output
+is the largest that the system has told.
 
 To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
-`make pages`.
+`make pages`. It measures the first GPU, else the fastest driver for the CPU, or what
+`VTK_MLS_DEVICE` names (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 """
 
 
@@ -42,26 +52,16 @@ def _chapter(path):
 
 def _table(table):
     """Lines of Markdown."""
-    rows, base, papers = table["rows"], table["base"], paper(table["title"])
-    columns = [each for each in rows[base] if each != "processor"]
-    heads = ["", *columns, "processor", *(("the paper's GPU", "its CPU") if papers else ())]
+    heads, *rows = cells(table)
     yield f"| {' | '.join(heads)} |"
     yield "|---" * len(heads) + "|"
-    for name, figures in rows.items():
-        cells = [f"**{name}**" if name == base else name]
-        cells += [_three_digits(figures[each]) for each in columns]
-        cells.append(f"{figures['processor'] / rows[base]['processor']:.2f}")
-        if papers:
-            cells += map(str, papers.get(name, ("", "")))
-        yield f"| {' | '.join(cells)} |"
+    for name, *figures in rows:
+        name = f"**{name}**" if name == table.get("base") else name
+        yield f"| {' | '.join([name, *figures])} |"
 
 
 def _capital(title):
     return title[0].upper() + title[1:]
-
-
-def _three_digits(value):
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 if __name__ == "__main__":

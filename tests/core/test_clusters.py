@@ -75,7 +75,7 @@ def test_lists_have_the_moments_of_all_control_points(places, rng):
     p, w = moved(q, rng), np.exp(rng.normal(size=COUNT))
     clusters = Clusters(q, p, w)
     low = rng.uniform(0, 50, (7, 3))
-    rows, ends = clusters.near(low, low + 8, 0.5)
+    rows, ends = clusters.near(low, low + 8, np.full(7, 0.5))
     for first, end in zip([0, *ends], ends):
         of_box = rows[first:end]
         Q, P, W = clusters.q[of_box], clusters.p[of_box], clusters.weights[of_box]
@@ -89,7 +89,7 @@ def test_lists_have_the_moments_of_all_control_points(places, rng):
 def test_what_is_near_counts_itself(rng):
     q = in_a_box(rng)
     clusters = Clusters(q, moved(q, rng), np.ones(COUNT))
-    rows, _ = clusters.near(np.full((1, 3), 20.0), np.full((1, 3), 28.0), 0.5)
+    rows, _ = clusters.near(np.full((1, 3), 20.0), np.full((1, 3), 28.0), np.full(1, 0.5))
     inside = np.flatnonzero(np.all((q >= 16) & (q <= 32), axis=1))
     assert np.isin(inside, rows).all()
     assert len(rows) < COUNT / 2
@@ -135,6 +135,33 @@ def test_parts_are_those_of_the_whole(device, rng):
         found = clustered.displacement_field(GRID.part(first, size)).displacement
         i, j, k = (slice(a, a + n) for a, n in zip(first, size))
         np.testing.assert_array_equal(found, whole[k, j, i])
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_lists_are_the_same_however_many_are_in_memory(device, rng, monkeypatch):
+    q = in_heaps(rng)
+    clustered = Deformation(moved(q, rng), q, map_tolerance=TOLERANCE, device=device)
+    together = clustered.displacement_field(GRID).displacement
+    monkeypatch.setattr(clustered_map, "_TOGETHER", 1)
+    by_layers = clustered.displacement_field(GRID).displacement
+    np.testing.assert_array_equal(by_layers, together)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("places", [in_a_box, on_a_sphere, in_heaps, in_pairs])
+def test_errors_elsewhere_are_not_much_larger_than_where_blocks_are_looked_at(
+    device, places, rng, monkeypatch
+):
+    safety = clustered_map._SAFETY
+    monkeypatch.setattr(clustered_map, "_SAFETY", 1)
+    monkeypatch.setattr(clustered_map, "_RELATIVE_SIZE", 0.9)  # lists are as short as they can be
+    q = places(rng)
+    p, weights = moved(q, rng), np.exp(rng.normal(size=COUNT))
+    found, expected = (
+        Deformation(p, q, map_tolerance=t, weights=weights, device=device).displacement_field(GRID)
+        for t in (TOLERANCE, 0)
+    )
+    assert worst(found.displacement, expected.displacement) <= safety * TOLERANCE
 
 
 @pytest.mark.parametrize("device", DEVICES)

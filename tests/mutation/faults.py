@@ -688,8 +688,8 @@ add(
 )
 add(
     "clusters: those of any size count, however near",
-    "is_far = is_cluster & (level.radius[cube] < relative_size * distance)",
-    "is_far = is_cluster & (level.radius[cube] < 9 * distance)",
+    "is_far = level.radius2[cube] < size2[box] * distance2",
+    "is_far = level.radius2[cube] < 9 * distance2",
 )
 add(
     "clusters: what is open ends at its first cube",
@@ -699,11 +699,16 @@ add(
 add = _in("vtk_mls/engine/clustered_map.py", "tests/core/test_clusters.py")
 add(
     "clusters: blocks that are off keep their lists",
-    "return far <= self.map.deformation.map_tolerance / _SAFETY",
-    "return far <= 1e9 * self.map.deformation.map_tolerance",
+    "is_close = errors <= 1\n",
+    "is_close = errors <= 1e9\n",
 )
 add(
-    "clusters: a layer has the lists of the one before",
-    "if self._layer is None or self._layer[:2] != (grid, number):",
-    "if self._layer is None:",
+    "clusters: blocks have the lists of the first that are found at a time",
+    "spans.append(own + np.array([length, 0], np.int32))",
+    "spans.append(own)",
+)
+add(
+    "clusters: layers have the lists of those before",
+    "if self._last is None or self._last[:2] != (grid, layers):",
+    "if self._last is None:",
 )

@@ -1,0 +1,129 @@
+"""Other programs that deform grids, images and meshes, as functions of control points.
+
+A function does its job once and may be called again and again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
+from vtkmodules.vtkImagingCore import vtkImageReslice
+
+import vtk_mls
+
+
+def again(algorithm):
+    """Update one of VTK's algorithms that is up to date."""
+    algorithm.Modified()
+    algorithm.Update()
+
+
+def spline(rest, deformed):
+    """VTK's thin-plate spline, backward as ours: from the deformed to the rest positions."""
+    transform = vtkThinPlateSplineTransform()
+    transform.SetBasisToR()
+    transform.SetSourceLandmarks(_vtk_points(deformed))
+    transform.SetTargetLandmarks(_vtk_points(rest))
+    return transform
+
+
+def _vtk_points(array):
+    points = vtkPoints()
+    points.SetDataType(VTK_FLOAT)
+    for point in array:
+        points.InsertNextPoint(point)
+    return points
+
+
+def to_grid(n, rest, deformed):
+    """VTK's displacement field of a spline on a grid of n^3."""
+    filter_ = vtkTransformToGrid()
+    filter_.SetInput(spline(rest, deformed))
+    filter_.SetGridExtent(0, n - 1, 0, n - 1, 0, n - 1)
+    filter_.SetGridScalarTypeToFloat()
+    return filter_
+
+
+def reslice(image, rest, deformed):
+    """VTK's image under a spline."""
+    filter_ = vtkImageReslice()
+    filter_.SetInputDataObject(0, image)
+    filter_.SetResliceTransform(spline(rest, deformed))
+    filter_.SetInterpolationModeToLinear()
+    return filter_
+
+
+def transform_filters(mesh, rest, deformed):
+    """VTK's splines: one made to go forward, and the inverse of the one that deforms volumes."""
+    own = mesh.NewInstance()  # VTK's filters touch their input, which would undo what ours keep
+    own.DeepCopy(mesh)
+    forward, inverse = spline(deformed, rest), spline(rest, deformed)
+    inverse.Inverse()
+    for name, transform in {"(TPS)": forward, "(TPS^-1)": inverse}.items():
+        move = vtkTransformFilter()
+        move.SetInputData(own)
+        move.SetTransform(transform)
+        yield f"vtkTransformFilter {name}", lambda move=move: again(move)
+
+
+def _itk(rest, deformed, n):
+    try:
+        import itk
+    except ImportError:
+        return None
+    transform = itk.ThinPlateSplineKernelTransform[itk.D, 3].New()
+
+    def landmarks(points):
+        out = type(transform.GetSourceLandmarks()).New()
+        for number, point in enumerate(points.tolist()):
+            out.SetPoint(number, point)
+        return out
+
+    transform.SetSourceLandmarks(landmarks(deformed))
+    transform.SetTargetLandmarks(landmarks(rest))
+    transform.ComputeWMatrix()
+    field = itk.Image[itk.Vector[itk.F, 3], 3]
+    to_field = itk.TransformToDisplacementFieldFilter[field, itk.D].New()
+    to_field.SetTransform(transform)
+    to_field.SetSize([n] * 3)
+    to_field.SetOutputSpacing([1.0] * 3)
+    to_field.SetOutputOrigin([0.0] * 3)
+    return lambda: again(to_field)
+
+
+def _scipy(rest, deformed, n):
+    try:
+        from scipy.interpolate import RBFInterpolator
+    except ImportError:
+        return None
+    interpolator = RBFInterpolator(deformed, rest - deformed, kernel="linear", degree=1)
+    points = vtk_mls.Grid((n, n, n)).points()
+    return lambda: interpolator(points)
+
+
+def _molesq(rest, deformed, n):
+    try:
+        from molesq import Transformer
+    except ImportError:
+        return None
+    affine = Transformer(deformed, rest)
+    points = vtk_mls.Grid((n, n, n)).points()
+    parts = np.array_split(points, max(1, len(points) // 2**16))  # it holds all pairs in memory
+    return lambda: [affine.transform(part) for part in parts]
+
+
+# Makers of functions for displacements on a grid of n^3; they return None without the program.
+OPTIONAL = {
+    "ITK displacement field (TPS)": _itk,
+    "scipy RBFInterpolator": _scipy,
+    "molesq (affine MLS)": _molesq,
+}
+
+
+def absent():
+    """Names of other programs that are not installed here."""
+    rest = np.eye(4, 3)
+    return [name for name, peer in OPTIONAL.items() if peer(rest, rest + 0.1, 8) is None]
