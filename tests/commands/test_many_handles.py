@@ -14,7 +14,7 @@ TOLERANCE = 0.02
 
 @pytest.fixture
 def scan(tmp_path, monkeypatch, rng):
-    """scan.nii.gz in RAS with mirrored axes, of values that differ by 1 a voxel, and handles.csv."""
+    """scan.nii.gz, RAS, axes mirrored, of values that differ by 1 a voxel, and handles.csv."""
     monkeypatch.chdir(tmp_path)
     values = np.indices((SIZE,) * 3).sum(axis=0).astype(np.float32)
     affine = np.diag([-VOXEL, VOXEL, VOXEL, 1])
