@@ -2,6 +2,7 @@
 # make check    what one runs all day: style, and the tests of core, engine, filters and project
 # make test     that, and files, commands, and the newest ParaView that is found here
 # make matrix   all tests, in every ParaView, which it makes first
+# make environments  install the wheel in empty environments, oldest to newest, and try it there
 # make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
 # make mutation put faults in, one at a time, and see whether a test finds each (LEVEL=check or test)
 # make fuzz     try random cases until something fails (CASES=10000)
@@ -19,7 +20,7 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix mutation drivers fuzz accuracy pages docs bench lint types clean
+.PHONY: demo check test matrix environments mutation drivers fuzz accuracy pages docs bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -50,6 +51,9 @@ matrix: lint .venv-slicer/made.stamp
 	@bash tests/web/install.sh
 	$(PY) -m pytest --numprocesses auto $(BY_MOUSE:%=--ignore %)
 	$(PY) -m pytest $(SECOND_TRY) $(BY_MOUSE)
+
+environments: .venv/test-$(OPENCL).stamp
+	@$(PY) tests/environments/run.py
 
 lint: types
 	$(PY) -m ruff check .

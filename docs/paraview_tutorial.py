@@ -1,7 +1,8 @@
-"""Draw docs/tutorial/*.png: `python docs/paraview_tutorial.py`, where `make test` has run.
+"""Draw docs/tutorial/*.png and docs/paraview.png: `python docs/paraview_tutorial.py`, where `make
+test` has run.
 
 You will see each click that bends a brain and cuts it open, by the mouse in the newest ParaView
-that the tests find, with a ring where the mouse is.
+that the tests find, with a ring where the mouse is; and before, while and after in one picture.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from paraviews import PICTURES, virtual_display
 FOLDER = PICTURES / "tutorial"
 PULL = 150, -50  # pixels
 WIDTH = 900
+VIEW, HEIGHT = "914x792+358+196", 560  # where it is on the screen; of the picture of three
 CLICKS = {
     "filters": "menu_item('Filters')",
     "mls_deform": "menu_item('MLS Deform')",
@@ -27,10 +29,10 @@ CLICKS = {
 }
 
 
-def draw(folder):
-    """Draw the pictures into a folder."""
+def draw(folder, three):
+    """Draw the pictures into a folder, and the file of three."""
     folder.mkdir(exist_ok=True)
-    brain = write_brain(FOLDER / "brain.vti", every=1)
+    brain, shots = write_brain(FOLDER / "brain.vti", every=1), {}
     with (
         virtual_display() as display,
         running(NEWEST, PROJECT, FOLDER, display, by_vtk_mls(brain)) as gui,
@@ -39,7 +41,8 @@ def draw(folder):
         def keep(name, marked=True):
             for _ in range(2):  # by then what the mouse did is drawn
                 gui.value("1")
-            convert(gui.screenshot(name), folder / f"{name}.png", gui.pointer if marked else None)
+            shots[name] = gui.screenshot(name)
+            convert(shots[name], folder / f"{name}.png", gui.pointer if marked else None)
 
         gui.run(BRAIN)
         gui.run("simple.GetDisplayProperties(file, view).SetScalarBarVisibility(view, False)")
@@ -64,6 +67,16 @@ def draw(folder):
             time.sleep(1)
             gui.run("simple.Render(view)")
         keep("done", marked=False)
+    put_together(*(shots[name] for name in ("opened", "drag", "done")), three)
+
+
+def put_together(before, during, after, file):
+    """The view before, the window during, and the view after a drag, side by side."""
+    size = ["-resize", f"x{HEIGHT}"]
+    of_view = ["-crop", VIEW, "+repage", *size]
+    parts = ["(", before, *of_view, ")", "(", during, *size, ")", "(", after, *of_view, ")"]
+    looks = ["+append", "+dither", "-colors", "128"]
+    subprocess.run(["convert", *parts, *looks, file], check=True)
 
 
 def convert(shot, file, pointer):
@@ -78,4 +91,4 @@ def convert(shot, file, pointer):
 
 
 if __name__ == "__main__":
-    draw(PROJECT / "docs/tutorial")
+    draw(PROJECT / "docs/tutorial", PROJECT / "docs/paraview.png")

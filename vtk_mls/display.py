@@ -17,4 +17,5 @@ def missing():
     return OSError(
         "there is no display to open a window on; set DISPLAY, or work where there is one"
         + " (over ssh: ssh -X)" * (sys.platform != "win32")
+        + "; `vtk-mls view --web` needs none, but a browser"
     )

@@ -11,18 +11,14 @@ import numpy as np
 import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
-from vtkmodules.vtkIOXML import (
-    vtkXMLImageDataReader,
-    vtkXMLPolyDataReader,
-    vtkXMLUnstructuredGridReader,
-)
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
 
 from vtk_mls import KINDS
 from vtk_mls.demo import run
 
 pytestmark = pytest.mark.skipif(
-    not all(map(importlib.util.find_spec, ("nilearn", "pyvista", "tetgen"))),
-    reason="the demo's data come with pyvista, nilearn and tetgen",
+    not all(map(importlib.util.find_spec, ("nilearn", "pyvista"))),
+    reason="the demo's data come with pyvista and nilearn",
 )
 
 
@@ -60,9 +56,7 @@ def test_handles_are_written(output):
     np.testing.assert_array_equal(drag, [drag for _, drag in run.CONTROL_POINTS.values()])
 
 
-@pytest.mark.parametrize(
-    ("name", "height"), [("demo", 640), ("cut", 740), ("void", 740), ("mesh", 740)]
-)
+@pytest.mark.parametrize(("name", "height"), [("demo", 640), ("cut", 740)])
 def test_picture_or_what_to_install(output, name, height):
     picture = output[0] / f"{name}.png"
     if picture.is_file():
@@ -87,16 +81,6 @@ def test_the_brain_of_the_tutorial_is_there(output):
     assert brain.GetPointData().GetScalars().GetName() == "T1"
 
 
-def test_the_mesh_is_cut_open(output):
-    whole, cut = (
-        _read(vtkXMLUnstructuredGridReader(), output[0] / f"{name}.vtu")
-        for name in ("tetrahedra", "pulled_open")
-    )
-    assert 100_000 < whole.GetNumberOfCells() < cut.GetNumberOfCells()
-    lost = cut.GetFieldData().GetArray("FailedInverses").GetValue(0)
-    assert lost < 0.02 * cut.GetNumberOfPoints()
-
-
 def test_a_crash_of_opengl_says_what_to_install(monkeypatch, capsys, tmp_path):
     crashed = subprocess.CompletedProcess([], -11)
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: crashed)
@@ -115,10 +99,3 @@ def test_without_the_brain_it_says_what_to_install(monkeypatch, capsys, tmp_path
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     run.cut_open(tmp_path)
     assert "pip install nilearn" in capsys.readouterr().out
-
-
-def test_without_the_mesher_it_says_what_to_install(monkeypatch, capsys, tmp_path):
-    found = importlib.util.find_spec
-    monkeypatch.setattr("importlib.util.find_spec", lambda n: None if n == "tetgen" else found(n))
-    run.mesh_open(tmp_path)
-    assert "pip install tetgen" in capsys.readouterr().out

@@ -7,7 +7,16 @@ import pytest
 from command_fixtures import run
 from hands import SIZE, Hands, ball_image, ball_mesh
 from vtk_fixtures import TURNED
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import (
+    VTK_BIT,
+    VTK_INT,
+    VTK_LONG_LONG,
+    VTK_SHORT,
+    VTK_SIGNED_CHAR,
+    VTK_UNSIGNED_SHORT,
+    vtkDataArray,
+    vtkPoints,
+)
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 from vtk_mls import arrays, io
@@ -121,6 +130,30 @@ def test_axes_of_any_order_keep_their_values(order, rng):
     assert pairs[0] == pairs[1]
 
 
+# A shader to build for each: first what a CT has, and what the textures of VTK do not know.
+_TYPES = (VTK_SHORT, VTK_LONG_LONG, *(VTK_BIT, VTK_SIGNED_CHAR, VTK_UNSIGNED_SHORT, VTK_INT))
+
+
+@pytest.mark.parametrize(
+    "vtk_type",
+    [pytest.param(each, marks=[pytest.mark.matrix] * (i > 1)) for i, each in enumerate(_TYPES)],
+)
+def test_an_image_of_any_type_is_shown(vtk_type):
+    image, array = ball_image(), vtkDataArray.CreateDataArray(vtk_type)
+    array.SetNumberOfTuples(image.GetNumberOfPoints())
+    for i, value in enumerate(arrays.to_numpy(image.GetPointData().GetScalars())):
+        array.SetTuple1(i, value > 100)
+    array.SetName("values")
+    image.GetPointData().SetScalars(array)
+    hands = Hands(image)
+    hands.press("h")
+    hands.press("space")
+    picture = hands.picture()
+    assert picture[120, 120].max() > 100 > picture[5, 5].max()
+    shown = scalar_image(image).GetPointData().GetScalars()
+    np.testing.assert_array_equal(arrays.to_numpy(shown), arrays.to_numpy(array))
+
+
 def test_looks_follow_the_values(rng):
     air, brain = rng.normal(5, 3, 5000), rng.normal(100, 10, 5000)
     (look, *_) = looks.looks_of(np.r_[air, brain], False)
@@ -163,7 +196,7 @@ def test_a_mesh_is_coloured_by_its_numbers_if_wanted():
         (["text.txt"], "cannot read an image or a mesh from `text.txt`"),
         (["ball.vti", "empty.csv"], "`empty.csv` holds no control points"),
         (["ball.vti", "--deformed", "empty.csv"], "`--deformed` needs handles"),
-        (["ball.vti"], "there is no display"),
+        (["ball.vti"], "`vtk-mls view --web` needs none"),
     ],
 )
 def test_the_command_says_what_is_wrong(arguments, sentence, tmp_path, monkeypatch):

@@ -20,7 +20,7 @@ ROOMS = {
     "filters": {"core", "arrays", "files", "numpy", "vtkmodules"},
     "rendering": {"core", "cuts", "engine", "arrays", "filters", "numpy", "vtkmodules"},
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
-    "demo": {"core", "engine", "filters", "numpy", "tetgen", "vtkmodules"},
+    "demo": {"core", "engine", "filters", "numpy", "vtkmodules"},
     "editor": {
         *{"core", "kinds", "cuts", "engine", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "vtkmodules"},

@@ -201,6 +201,10 @@ reader.GetOutput().GetPointData().GetScalars().SetName("T1")
 image = reader.GetOutput()
 deform.SetInputData(0, image)
 """
+BENT = """
+from vtk_mls import io
+io.write_dataset(io.read_dataset("head.nii.gz"), "bent.vti")
+"""
 PYVISTA = """
 import pyvista as pv
 import vtk_mls.pyvista
@@ -216,6 +220,7 @@ GIVEN = {
     ("python", 4): CONTROL_POINTS + "volume = np.zeros((256, 256, 256), np.float32)\n",
     ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
     ("shell", 0): HEAD,
+    ("paraview_clicks", 0): BENT,
     ("cookbook", 3): PYVISTA,
 }
 BLOCKS = [

@@ -116,3 +116,18 @@ def test_the_index_takes_the_release(released):
         )
         assert done.returncode == 0, done.stdout + done.stderr
     assert "PASSED" in done.stdout
+
+
+def test_the_oldest_and_the_newest_are_tried():
+    tomllib = pytest.importorskip("tomllib", reason="Python 3.11 or later reads pyproject.toml")
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    spec = importlib.util.spec_from_file_location("run", PROJECT / "tests/environments/run.py")
+    environments = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(environments)
+    announced = [each.rpartition(" ")[2] for each in project["classifiers"] if " :: 3." in each]
+    tried = {version for version, _ in environments.MATRIX}
+    assert {project["requires-python"].removeprefix(">="), announced[-1]} <= tried
+    oldest = project["optional-dependencies"]["vtk"][0].replace(">=", "==")
+    pinned = {each for _, every in environments.MATRIX for each in every}
+    assert any(each.startswith(oldest) for each in pinned)
+    assert any(not every for _, every in environments.MATRIX)

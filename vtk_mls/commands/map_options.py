@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 from vtk_mls.commands import property_options
 from vtk_mls.commands.running import read
@@ -147,6 +148,11 @@ def _control_points(options):
     from vtk_mls import io
 
     reader = partial(io.read_landmarks, space=options.handles_space)
+    if not Path(options.handles).exists():
+        raise FileNotFoundError(
+            f"there is no file `{options.handles}`; `vtk-mls view` makes one: drag handles over "
+            "the data, then press S"
+        )
     if not options.deformed:
         return io.control_points(read(partial(reader, is_alone=True), options.handles))
     return io.control_points(read(reader, options.handles), read(reader, options.deformed))

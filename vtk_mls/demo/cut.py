@@ -1,7 +1,7 @@
-"""The demo's second part: a brain cut from above and pulled open, and the face of the cut close up.
+"""The demo's second part: a brain cut from above and pulled open.
 
 Run as `python -m vtk_mls.demo.cut DIRECTORY`, a process of its own like `picture`. It leaves
-brain.vti, cut.vti, cut.png and void.png in the directory.
+brain.vti, cut.vti and cut.png in the directory.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ from vtk_mls.demo.scene import (
 
 SURFACE = 105  # T1 at which the brain ends, of 255
 BRAIN = (0.87, 0.66, 0.60)
-CLOSE, CLOSE_VIEW = (141.0, 90.0, 125.0), (1.0, 0.55, 0.6)  # of the picture of the face
-CLOSE_LIGHTS = {(0.9, 0.38, 0.34): 1.05, (0.0, 0.8, 0.6): 0.18}
 
 
 def draw(directory: Path):
-    """Write brain.vti, cut.vti, cut.png and void.png to `directory`."""
+    """Write brain.vti, cut.vti and cut.png to `directory`."""
     uncut = brain()
     t1 = vtk_to_numpy(uncut.GetPointData().GetArray("T1"))
     _save(uncut, directory / "brain.vti", t1)
-    cut = _deformed(uncut, directory / "cut.vti")
-    outside = _clipped(_contour(cut, "T1", SURFACE), "VoidDistance", 0.0)
-    face = _clipped(_contour(cut, "VoidDistance", 0.0), "T1", SURFACE)
-    stepped = _clipped(_contour(cut, "Solid", 0.5), "T1", SURFACE)
-    whole = _contour(uncut, "T1", SURFACE)
+    cut = opened(uncut)
+    solid = 1 - vtk_to_numpy(cut.GetPointData().GetArray("Void")).astype(np.float32)
+    t1 = vtk_to_numpy(cut.GetPointData().GetArray("T1"))
+    _save(cut, directory / "cut.vti", solid * t1, ["Void", "VoidDistance"])  # nothing in the void
+    outside = clipped(contour(cut, "T1", SURFACE), "VoidDistance", 0.0)
+    face = clipped(contour(cut, "VoidDistance", 0.0), "T1", SURFACE)
+    whole = contour(uncut, "T1", SURFACE)
 
     before, after = (marked(positions) for positions in control_points())
     panels = window(3, LIGHTS)
@@ -55,7 +55,7 @@ def draw(directory: Path):
         0,
         "Before",
         "a half-plane cuts it; orange handles are dragged",
-        _shaded(whole, "Turned", BRAIN),
+        shaded(whole, "Turned", BRAIN),
         _sheet(),
         *before,
     )
@@ -64,8 +64,8 @@ def draw(directory: Path):
         1,
         "Pulled open",
         "gradients corrected: light falls on what is there",
-        _shaded(outside, "Turned", BRAIN),
-        _shaded(face, "Gradients"),
+        shaded(outside, "Turned", BRAIN),
+        shaded(face, "Gradients"),
         *after,
     )
     fill(
@@ -73,31 +73,15 @@ def draw(directory: Path):
         2,
         "Without gradient correction",
         "gradients moved but not turned: light as if nothing had",
-        _shaded(outside, "Carried", BRAIN),
-        _shaded(face, "Carried"),
+        shaded(outside, "Carried", BRAIN),
+        shaded(face, "Carried"),
         *after,
     )
     render(panels, VIEW, MIDDLE, 97, directory / "cut.png")
 
-    panels = window(2, CLOSE_LIGHTS)
-    for i, (surface, title, caption) in enumerate(
-        [
-            (stepped, "Void, 0 or 1", "contour at one half: steps of voxels"),
-            (face, "VoidDistance", "contour at zero: the face of the cut"),
-        ]
-    ):
-        fill(
-            panels,
-            i,
-            title,
-            caption,
-            _shaded(surface, "Gradients"),
-            _shaded(outside, "Turned", BRAIN),
-        )
-    render(panels, CLOSE_VIEW, CLOSE, 21, directory / "void.png")
 
-
-def _deformed(image, file):
+def opened(image):
+    """The image of the brain, cut and pulled open, with values continued behind the faces."""
     deform = pulled_open(image)
     deform.SetHideVoid(False)  # contours need the cells on the face,
     deform.SetVoidValues("continued")  # and colours behind it
@@ -105,10 +89,6 @@ def _deformed(image, file):
     deform.Update()
     image = vtkImageData()
     image.ShallowCopy(deform.GetOutputDataObject(0))
-    solid = 1 - vtk_to_numpy(image.GetPointData().GetArray("Void")).astype(np.float32)
-    add(image, "Solid", solid)
-    t1 = vtk_to_numpy(image.GetPointData().GetArray("T1"))
-    _save(image, file, solid * t1, ["Void", "VoidDistance"])  # with nothing in the void
     return image
 
 
@@ -126,7 +106,8 @@ def _save(image, file, t1, names=()):
     writer.Write()
 
 
-def _contour(image, name, value):
+def contour(image, name, value):
+    """The surface where an array has a value."""
     image.GetPointData().SetActiveScalars(name)
     contour = vtkFlyingEdges3D()
     contour.SetInputData(image)
@@ -137,7 +118,7 @@ def _contour(image, name, value):
     return contour.GetOutput()
 
 
-def _clipped(surface, name, value):
+def clipped(surface, name, value):
     """The part where an array is above a value."""
     surface.GetPointData().SetActiveScalars(name)
     clip = vtkClipPolyData()
@@ -147,7 +128,7 @@ def _clipped(surface, name, value):
     return clip.GetOutput()
 
 
-def _shaded(surface, gradient, colour=None):
+def shaded(surface, gradient, colour=None):
     """Actor lit by minus a gradient, in one colour or those of T1."""
     data = surface.GetPointData()
     slope = vtk_to_numpy(data.GetArray(gradient)).astype(float)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 import time
@@ -110,7 +109,6 @@ def main(directory):
         print("The rest of the demo, a brain cut open, needs OpenCL and is left out.")
     else:
         cut_open(directory)
-        mesh_open(directory)
 
 
 def draw(directory):
@@ -120,7 +118,7 @@ def draw(directory):
     ----------
     directory : Path
     """
-    _run("picture", directory, ["demo.png"])
+    _run("picture", directory / "demo.png")
 
 
 def cut_open(directory):
@@ -136,33 +134,15 @@ def cut_open(directory):
         print(f"No brain is cut open: {error}")
         return
     print("A brain (brain.vti) of 197 x 233 x 189 voxels, cut and pulled open (cut.vti)")
-    _run("cut", directory, ["cut.png", "void.png"])
+    _run("cut", directory / "cut.png")
 
 
-def mesh_open(directory):
-    """Cut the brain open as tetrahedra: two .vtu, mesh.png; say what is missing if that fails.
-
-    Parameters
-    ----------
-    directory : Path
-    """
-    for package in ("nilearn", "tetgen"):
-        if importlib.util.find_spec(package) is None:
-            print(f"No tetrahedra are made of the brain: pip install {package}")
-            return
-    print("The same brain as tetrahedra, cut and pulled open (tetrahedra.vtu, pulled_open.vtu)")
-    _run("mesh", directory, ["mesh.png"])
-
-
-def _run(module, directory, names):
-    """Draw pictures in a process of its own."""
-    pictures = [directory / name for name in names]
-    for picture in pictures:
-        picture.unlink(missing_ok=True)
-    command = [sys.executable, "-m", f"vtk_mls.demo.{module}", str(directory)]
+def _run(module, picture):
+    """Draw a picture in a process of its own."""
+    picture.unlink(missing_ok=True)
+    command = [sys.executable, "-m", f"vtk_mls.demo.{module}", str(picture.parent)]
     subprocess.run(command, capture_output=True, check=False)
-    for picture in pictures:
-        print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
+    print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
 
 
 def _engine():

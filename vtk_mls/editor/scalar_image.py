@@ -7,6 +7,7 @@ most NIfTI files, what faces the light is dark.
 from __future__ import annotations
 
 import numpy as np
+from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid, arrays
@@ -25,26 +26,30 @@ def scalar_image(image):
     ValueError
         If the image has no numbers at its points.
     """
-    name, values = _values(image)
+    name, values, vtk_type = _values(image)
     grid, values = _along_axes(ImageGeometry.of_image(image).grid, values)
     shown = vtkImageData()
     ImageGeometry.of_grid(grid).apply_to(shown)
-    arrays.add(shown.GetPointData(), name, np.ascontiguousarray(values).ravel())
-    shown.GetPointData().SetActiveScalars(name)
+    scalars = arrays.from_numpy(np.ascontiguousarray(values).ravel(), vtk_type)
+    scalars.SetName(name)
+    shown.GetPointData().SetScalars(scalars)
     return shown
 
 
 def _values(image):
-    """The name of an array, and its values (nz, ny, nx)."""
+    """The name of an array, its values (nz, ny, nx), and their type of VTK."""
     data = image.GetPointData()
     every = [data.GetScalars(), *map(data.GetArray, range(data.GetNumberOfArrays()))]
     numbers = [each for each in every if each is not None and arrays.is_numeric(each)]
     if not numbers:
         raise ValueError("the image has no values at its points to show; only those of cells")
-    values = arrays.to_numpy(numbers[0])
+    values, vtk_type = arrays.to_numpy(numbers[0]), numbers[0].GetDataType()
     if values.ndim > 1:
-        values = values.mean(axis=1)
-    return numbers[0].GetName() or "values", values.reshape(image.GetDimensions()[::-1])
+        values, vtk_type = values.mean(axis=1, dtype=float), VTK_DOUBLE
+    elif vtk_type == VTK_BIT:
+        vtk_type = VTK_UNSIGNED_CHAR
+    name = numbers[0].GetName() or "values"
+    return name, values.reshape(image.GetDimensions()[::-1]), vtk_type
 
 
 def _along_axes(grid, values):

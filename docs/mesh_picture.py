@@ -1,12 +1,11 @@
-"""The demo's third part: the brain as tetrahedra, cut open by the same control points as its image.
+"""Draw docs/mesh.png: `python docs/mesh_picture.py`, with `.[docs,cpu]` installed.
 
-Run as `python -m vtk_mls.demo.mesh DIRECTORY`, a process of its own like `picture`. TetGen
-makes the mesh. It leaves tetrahedra.vtu, pulled_open.vtu and mesh.png in the directory.
+You will see the demo's brain as tetrahedra, cut open by the same control points as its image: as a
+volume, with its cells, and a section of mesh and image. TetGen makes the mesh.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +32,6 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkImagingCore import vtkImageReslice
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
     vtkColorTransferFunction,
@@ -55,8 +53,8 @@ LINES, OUTLINE = (0.25, 0.75, 1.0), (1.0, 0.55, 0.1)
 OPACITY = {0: 0.0, 60: 0.0, 130: 0.015, 170: 0.03, 205: 0.25, 255: 0.5}  # by T1
 
 
-def draw(directory: Path):
-    """Write tetrahedra.vtu, pulled_open.vtu and mesh.png to `directory`."""
+def draw(file):
+    """Draw the picture."""
     image = brain()
     image.GetPointData().SetActiveScalars("T1")
     mesh = _tetrahedra(image)
@@ -66,11 +64,6 @@ def draw(directory: Path):
         deform.SetOutputGrid("fitted")
         deform.Update()
         opened.append(deform.GetOutputDataObject(0))
-    for data, name in ((mesh, "tetrahedra"), (opened[0], "pulled_open")):
-        writer = vtkXMLUnstructuredGridWriter()
-        writer.SetInputData(data)
-        writer.SetFileName(str(directory / f"{name}.vtu"))
-        writer.Write()
     for data in opened:
         data.GetPointData().SetActiveScalars("T1")
 
@@ -92,7 +85,7 @@ def draw(directory: Path):
         "a section of both, by the same handles",
         *_section(*opened),
     )
-    render(panels, VIEW, MIDDLE, 104, directory / "mesh.png", {2: (1, 0, 0)})
+    render(panels, VIEW, MIDDLE, 104, file, {2: (1, 0, 0)})
 
 
 def _tetrahedra(image):
@@ -215,4 +208,4 @@ def _actor(source):
 
 
 if __name__ == "__main__":
-    draw(Path(sys.argv[1]))
+    draw(Path(__file__).with_name("mesh.png"))

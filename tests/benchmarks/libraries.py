@@ -1,0 +1,117 @@
+"""What libraries answer, tried: `python tests/benchmarks/libraries.py`, for docs/comparison.md.
+
+Each maps 15 points at rest to where they were moved to. You will see how far off each then is
+there, how far its inverse leads from where a point came, if it has one, and how long 256 points
+take until the first answer. What is not installed is left out (pip install itk molesq scipy
+SimpleITK).
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import time
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
+
+import vtk_mls
+
+SIZE, FEW, MANY = 128, 15, 256
+
+
+def ours(p, q):
+    """The map from p to q, and its inverse."""
+    value = vtk_mls.Deformation(q, p)  # of which `backward` leads from p to q
+    return value.backward, value.forward
+
+
+def vtk(p, q):
+    def placed(positions):
+        points = vtkPoints()
+        points.SetDataTypeToDouble()
+        for each in positions:
+            points.InsertNextPoint(each)
+        return points
+
+    spline = vtkThinPlateSplineTransform()
+    spline.SetBasisToR()
+    spline.SetSourceLandmarks(placed(p))
+    spline.SetTargetLandmarks(placed(q))
+    maps = spline, spline.GetInverse()
+    return [lambda x, of=of: np.array([of.TransformPoint(each) for each in x]) for of in maps]
+
+
+def itk(p, q):
+    from itk import D, ThinPlateSplineKernelTransform
+
+    spline = ThinPlateSplineKernelTransform[D, 3].New()
+    ends = [type(spline.GetSourceLandmarks()).New() for _ in range(2)]
+    for points, positions in zip(ends, (p, q)):
+        for number, each in enumerate(positions.tolist()):
+            points.SetPoint(number, each)
+    spline.SetSourceLandmarks(ends[0])
+    spline.SetTargetLandmarks(ends[1])
+    spline.ComputeWMatrix()
+    assert spline.GetInverseTransform() is None
+    return lambda x: np.array([list(spline.TransformPoint(each)) for each in x.tolist()]), None
+
+
+def scipy(p, q):
+    from scipy.interpolate import RBFInterpolator
+
+    return RBFInterpolator(p, q, kernel="linear"), None  # which has no other method
+
+
+def molesq(p, q):
+    from molesq import Transformer
+
+    return Transformer(p, q).transform, None
+
+
+PEERS = {
+    "vtk_mls, rigid": ("vtk_mls", ours),
+    "VTK, `vtkThinPlateSplineTransform`": ("vtk", vtk),
+    "ITK, `ThinPlateSplineKernelTransform`": ("itk", itk),
+    "scipy, `RBFInterpolator`": ("scipy", scipy),
+    "molesq, `Transformer` (affine)": ("molesq", molesq),
+}
+
+
+def version(package):
+    """Of an installed package; None of another."""
+    try:
+        return importlib.import_module(package).__version__
+    except ImportError:
+        return None
+    except AttributeError:
+        return importlib.metadata.version(package)
+
+
+def main():
+    random = np.random.default_rng(1)
+    p = random.uniform(0, SIZE, (MANY, 3))
+    q = p + random.normal(0, SIZE / 40, p.shape)
+    places = random.uniform(SIZE / 4, 3 * SIZE / 4, (20, 3))
+    print("| | version | miss | its inverse misses | ms until 256 points answer |")
+    print("|---|---|---|---|---|")
+    for name, (package, peer) in PEERS.items():
+        if version(package) is None:
+            continue
+        there, back = peer(p[:FEW], q[:FEW])
+        miss = np.abs(there(p[:FEW]) - q[:FEW]).max()
+        lost = f"{np.abs(back(there(places)) - places).max():.0e}" if back else "has none"
+        start = time.perf_counter()
+        peer(p, q)[0](places)
+        took = 1000 * (time.perf_counter() - start)
+        print(f"| {name} | {version(package)} | {miss:.0e} | {lost} | {took:.0f} |", flush=True)
+    if version("SimpleITK"):
+        import SimpleITK
+
+        known = [each for each in dir(SimpleITK) if "Kernel" in each or "ThinPlate" in each]
+        print(f"\nSimpleITK {version('SimpleITK')} has {known or 'no spline of landmarks'}.")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+"""Run by the Python of an empty environment: what users do first works there.
+
+A volume and a mesh are cut and deformed, by the device that is taken and by the specification, and
+a file by the command.
+"""
+
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkVersion
+from vtkmodules.vtkCommonDataModel import VTK_TETRA
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+
+import vtk_mls
+from vtk_mls import arrays, io
+from vtk_mls.engine.dispatch import engine_for
+from vtk_mls.filters import MLSDeform
+
+REST = [(0, 0, 0), (8, 0, 0), (0, 8, 0), (0, 0, 8), (8, 8, 8), (8, 8, 0)]
+DEFORMED = [(0, 0, 0), (10, 0, 1), (0, 8, 0), (0, 0, 8), (9, 8, 8), (8, 9, 0)]
+CUT = vtk_mls.HalfPlane((4, 4, 2), (1, 0, 0), (0, 0, 1))
+
+
+def volume():
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(0, 8, 0, 8, 0, 8)
+    source.Update()
+    return source.GetOutput()
+
+
+def mesh():
+    source = vtkCellTypeSource()
+    source.SetCellType(VTK_TETRA)
+    source.SetBlocksDimensions(8, 8, 8)
+    source.Update()
+    return source.GetOutput()
+
+
+def deformed(dataset, device):
+    deform = MLSDeform()
+    deform.SetInputData(dataset)
+    deform.SetRestPoints(REST)
+    deform.SetDeformedPoints(DEFORMED)
+    deform.AddCut(CUT)
+    deform.SetDevice(device)
+    assert deform.GetExecutive().Update(), f"{dataset.GetClassName()} by {device or 'the device'}"
+    return deform.GetOutputDataObject(0)
+
+
+def main():
+    assert Path(vtk_mls.__file__).resolve().is_relative_to(sys.argv[1]), vtk_mls.__file__
+    devices = "", "reference"
+    images = [deformed(volume(), device).GetPointData() for device in devices]
+    values = [arrays.to_numpy(each.GetArray("RTData")) for each in images]
+    voids = [arrays.to_numpy(each.GetArray("Void")) for each in images]
+    assert voids[0].any()
+    np.testing.assert_array_equal(*voids)
+    np.testing.assert_allclose(*values, atol=0.1)  # they range over 200
+    meshes = [deformed(mesh(), device) for device in devices]
+    places = [arrays.to_numpy(each.GetPoints().GetData()) for each in meshes]
+    assert len(places[0]) > mesh().GetNumberOfPoints()  # doubled along the cut
+    np.testing.assert_allclose(*places, atol=1e-4)
+
+    with tempfile.TemporaryDirectory() as folder:
+        io.write_dataset(volume(), f"{folder}/in.nii.gz")
+        rows = "".join(f"{str(p + q)[1:-1]}\n" for p, q in zip(REST, DEFORMED))
+        Path(folder, "handles.csv").write_text(f"px,py,pz,qx,qy,qz\n{rows}")
+        command = ["deform", "in.nii.gz", "handles.csv", "out.nii.gz"]
+        subprocess.run([sys.executable, "-m", "vtk_mls", *command], cwd=folder, check=True)
+        assert io.read_dataset(f"{folder}/out.nii.gz").GetDimensions() == (9, 9, 9)
+
+    versions = platform.python_version(), np.__version__, vtkVersion.GetVTKVersion()
+    print(f"WORKS: | {' | '.join(versions)} | {engine_for().NAME} |")
+
+
+if __name__ == "__main__":
+    main()
