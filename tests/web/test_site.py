@@ -5,8 +5,6 @@ Pictures of all pages are left in build/site/.
 
 from __future__ import annotations
 
-import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -45,22 +43,6 @@ async () => {
   return lost;
 }
 """
-
-
-@pytest.fixture(scope="module")
-def browser():
-    chromium = shutil.which("chromium")
-    said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
-    if chromium is None:
-        said("no chromium on this system: tests/web/install.sh brings it")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ModuleNotFoundError:
-        said("no playwright: pip install 'vtk-mls[test]'")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module", params=WIDTHS)

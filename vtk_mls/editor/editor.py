@@ -360,6 +360,14 @@ class Editor:
             self._unsaved.take()
             self.say(f"They are back; Z takes the others again. {self.offer}".strip())
 
+    def decline(self):
+        """Drop what is offered, for good."""
+        if self._unsaved.offered is None:
+            self.say("Nothing is offered.")
+            return
+        self._unsaved.drop()
+        self.say(f"They are dropped. {self.offer}".strip())
+
     @property
     def offer(self):
         """A sentence that offers what another session has left; empty if there is nothing."""

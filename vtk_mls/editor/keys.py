@@ -33,6 +33,7 @@ KEYS = (
     ("R", "see all of it", ("r",), "reset_camera", None),
     ("S", "save all: handles, data, field, picture, script", ("s", "Ctrl+s"), "save", None),
     ("", "", ("Return", "KP_Enter"), "accept", None),
+    ("", "", ("n",), "decline", None),
     ("Esc", "select none", ("Escape",), "deselect", None),
     ("H", "hide or show this", ("h", "F1"), "toggle_legend", None),
     ("Q", "quit; nothing is lost", ("q", "Ctrl+q"), "quit", None),

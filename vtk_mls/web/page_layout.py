@@ -169,6 +169,7 @@ def _offer(edit):
             click=(edit, "['accept']"),
         )
         v.VBtn("Later", variant="text", size="small", classes="ml-1", click="put_off = offer")
+        v.VBtn("Drop them", variant="text", size="small", click=(edit, "['decline']"))
 
 
 def _legend():
