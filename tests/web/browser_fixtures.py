@@ -1,4 +1,4 @@
-"""A headless Chromium."""
+"""A headless Chromium, as a fixture that tests import."""
 
 from __future__ import annotations
 
