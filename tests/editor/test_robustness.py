@@ -148,7 +148,6 @@ def test_handles_that_are_gone_are_neither_hovered_nor_selected(tmp_path):
 def test_a_device_that_fails_between_edits_is_told_and_nothing_is_lost(monkeypatch):
     """Handles that are added, slices, lines and rays ask the map, too."""
     hands = Hands(ball_image(), pixels=360)
-    hands.press("h")
     hands.drag(hands.pixel_of(13), (25, 10))
     hands.press("p")
     hands.click((160, 190))
