@@ -33,7 +33,6 @@ camera = editor.scene.renderer.GetActiveCamera()
 camera.SetFocalPoint(middle)
 camera.SetPosition(middle + 3.0 * (high - low).max() * np.array((0.28, -0.72, 0.62)))
 camera.SetViewUp(0, 0, 1)
-editor.toggle_legend()
 editor.toggle_slices()
 editor.look_at(middle + (0, 8, 12))
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import peers
-from operations import handles
+from operations import HANDLES, handles
 from peers import again
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
@@ -195,16 +195,17 @@ def live_maps():
     At all nodes, and at as many as `MapPace` lets it have while the mouse moves.
     """
     n = 64
-    rest, deformed = handles(n)
     grid = vtk_mls.Grid((n, n, n))
-    for name, cuts in (
-        ("rigid", []),
-        ("plane", [vtk_mls.Plane((n / 2, n / 2, n / 2), (1, 0.1, 0.2))]),
-        ("half-plane", [_half_plane(n)]),
+    for name, count, cuts in (
+        ("rigid", HANDLES, []),
+        ("rigid, 500 control points", 500, []),
+        ("plane", HANDLES, [vtk_mls.Plane((n / 2, n / 2, n / 2), (1, 0.1, 0.2))]),
+        ("half-plane", HANDLES, [_half_plane(n)]),
     ):
+        rest, deformed = handles(n, count)
         places, pace = _dragged(n, deformed), MapPace(n)
 
-        def make(nodes, cuts=cuts, places=places):
+        def make(nodes, cuts=cuts, rest=rest, places=places):
             value = vtk_mls.Deformation(rest, next(places), cuts=cuts)
             spacing = (n - 1) / (nodes - 1)
             layers(value, vtk_mls.Grid((nodes,) * 3, spacing=(spacing,) * 3) if nodes < n else grid)

@@ -99,7 +99,6 @@ def test_what_faces_the_eye_is_bright_whatever_the_axes():
     mirrored = ImageGeometry((0, SIZE - 1) * 3, (SIZE - 1, SIZE - 1, 0), (1, 1, 1), _MIRRORED)
     for geometry in (None, mirrored):
         hands = Hands(ball_image(geometry))
-        hands.press("h")
         hands.press("space")
         pictures.append(hands.picture())
     np.testing.assert_allclose(*pictures, atol=3)

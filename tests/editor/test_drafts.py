@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import time
+
 import numpy as np
 import pytest
 from hands import SIZE, Hands, ball_mesh
@@ -11,6 +14,7 @@ from vtk_mls.editor import State
 from vtk_mls.editor.drafts import Drafts
 
 MIDDLE = (SIZE - 1) / 2
+_GONE = 2**22 + 1  # above all numbers of processes
 
 
 def hands_for(folder, path="ball.vtp"):
@@ -87,6 +91,64 @@ def test_what_nobody_has_seen_outlives_a_save(tmp_path, monkeypatch):
     assert "Nothing is offered" in other.editor.message
     other.press("s")
     assert [*folder.iterdir()] == []
+
+
+def _left_by_another(folder, monkeypatch, kind="rigid"):
+    """What a session has left whose process is gone."""
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "getpid", lambda: _GONE)
+        Drafts("ball.vtp", folder).keep(State([(0, 0, 0)], [(1, 1, 1)], kind=kind))
+
+
+def test_what_is_dropped_never_comes_back(tmp_path, monkeypatch):
+    folder = tmp_path / "drafts"
+    for kind in ("affine", "similarity"):
+        _left_by_another(folder, monkeypatch, kind)
+    hands = hands_for(folder)
+    assert "N drops them." in hands.editor.message
+    hands.press("n")
+    assert hands.editor.message.startswith("They are dropped. 1 handles of")
+    assert hands_for(folder).editor._unsaved.offered.kind == "affine"
+    hands.press("n")
+    assert hands.editor.message == "They are dropped."
+    hands.press("n")
+    assert hands.editor.message == "Nothing is offered."
+    assert hands_for(folder).editor.message == ""
+    assert [*folder.iterdir()] == []
+    assert len(hands.editor.state) == 27
+
+
+def test_what_was_passed_over_is_gone_with_a_save(tmp_path, monkeypatch):
+    """So is what was passed over before that; not what another session edits."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "drafts"
+    _left_by_another(folder, monkeypatch)
+    _left_by_another(folder, monkeypatch)
+    hands = hands_for(folder)
+    drag(hands)
+    assert len([*folder.iterdir()]) == 3
+    hands.press("s")
+    assert hands.editor.offer == ""
+    assert [*folder.iterdir()] == []
+    running = hands_for(folder)
+    drag(running)
+    hands = hands_for(folder)
+    drag(hands)
+    hands.press("s")
+    assert len([*folder.iterdir()]) == 1
+    assert "were not saved" in hands_for(folder).editor.message
+
+
+def test_what_is_written_after_the_start_outlives_a_save(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "drafts"
+    _left_by_another(folder, monkeypatch)
+    hands = hands_for(folder)
+    (left,) = folder.iterdir()
+    os.utime(left, (time.time() + 1,) * 2)  # its session was going on
+    drag(hands)
+    hands.press("s")
+    assert left.exists()
 
 
 def test_data_without_a_path_are_known_again_in_any_folder(tmp_path, monkeypatch):

@@ -319,6 +319,25 @@ def test_keys_have_the_names_of_methods_and_lines_in_the_legend():
     assert all(shown and text for shown, text in keys.legend())
 
 
+@pytest.mark.parametrize("symbol", ["h", "question", "F1"])
+def test_a_line_tells_of_the_legend_that_covers_the_view_when_asked(symbol):
+    hands = Hands(ball_mesh(), pixels=600)
+    hands.press("Escape")
+    shares = []
+    for press in (None, symbol, symbol):
+        if press:
+            hands.press(press)
+        upper = hands.picture()[300:]
+        shares.append((np.ptp(upper, axis=(1, 2)) > 110).mean())  # of rows with light on dark
+    hands.press(" ")
+    none = hands.picture()[570:]
+    assert np.ptp(none, axis=(1, 2)).max() < 110
+    hands.press(" ")
+    assert np.ptp(hands.picture()[570:], axis=(1, 2)).max() > 110  # the line is back
+    assert shares[1] > shares[0] + 0.1
+    assert shares[2] == shares[0]
+
+
 @pytest.mark.parametrize("symbol", sorted(keys.actions()))
 def test_every_key_at_any_moment(symbol, mesh_hands, tmp_path, monkeypatch):
     """At first, during a drag, with nothing left: the editor goes on, and says what is wrong."""
@@ -364,15 +383,13 @@ def test_hovered_and_held_handles_are_seen(mesh_hands):
         hue = np.array(colour) / np.linalg.norm(colour)
         return int((near @ hue > 0.97 * np.linalg.norm(near, axis=1)).sum())
 
-    def bright():
-        near = hands.picture()[at[1] - 11 : at[1] + 12, at[0] - 11 : at[0] + 12]
-        return int((near.mean(axis=2) > 180).sum())
+    def near():
+        return hands.picture()[at[1] - 11 : at[1] + 12, at[0] - 11 : at[0] + 12]
 
-    hands.press("h")
-    resting = bright()
+    resting = near()
     hands.move(at)
     assert hands.editor.hovered == row
-    assert bright() > 1.3 * resting
+    assert (np.abs(near() - resting).max(axis=2) > 20).sum() > 50
     hands.send("LeftButtonPressEvent", at)
     assert seen(HELD) > 50
     hands.send("LeftButtonReleaseEvent")

@@ -7,8 +7,11 @@ import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor import State
+from vtk_mls.filters.control_points import lattice
 
 MIDDLE = (SIZE - 1) / 2
+LATTICE = lattice((3, 3, 3), MIDDLE + SIZE / 3 * np.array([-1, 1] * 3))
 
 
 @pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
@@ -122,7 +125,7 @@ def test_a_closed_line_cuts_straight_into_the_depth(hands):
 
 
 def test_what_a_closed_line_cuts_out_can_be_pulled_out():
-    hands = Hands(ball_mesh())
+    hands = Hands(ball_mesh(), State(LATTICE, LATTICE))
     hands.press("p")
     for corner in [(100, 100), (140, 100), (140, 140), (100, 140), (100, 100)]:
         hands.click(corner)
@@ -151,3 +154,39 @@ def test_a_line_without_points_is_no_cut(hands):
     camera = hands.camera
     hands.drag((5, 5), (40, 0))
     assert hands.camera != camera
+
+
+def test_just_the_half_that_cuts_is_filled_up_to_its_edge():
+    hands = Hands(ball_mesh(), pixels=300)
+    hands.press("c")
+    camera = hands.editor.scene.renderer.GetActiveCamera()
+    camera.SetFocalPoint((MIDDLE,) * 3)
+    camera.SetPosition(MIDDLE + 60 * hands.editor.state.cuts[0].normal)
+    camera.SetViewUp(0, 0, 1)
+    hands.press("c")
+    hands.press("Escape")
+    hands.press(" ")  # no sheet
+    without = hands.picture()
+    hands.press(" ")
+    for is_upper in (True, False):
+        assert (hands.editor.state.cuts[0].inward[2] > 0.5) == is_upper
+        change = hands.picture() - without
+        corners = [np.abs(change[rows, 74:86]).mean() for rows in (slice(216, 226), slice(74, 84))]
+        assert [each > 20 for each in corners] == [is_upper, not is_upper]
+        edge, beside = change[149:152, 100:140, 1], change[156:160, 100:140, 1]
+        assert edge.mean() < min(-10, beside.mean() - 5)  # less green: the edge is red
+        for _ in range(4):
+            hands.press("i")
+
+
+def test_what_a_cut_is_for_is_said_with_its_first_picture():
+    hands, said = Hands(ball_mesh()), []
+    window = hands.editor.scene.window
+    window.AddObserver("StartEvent", lambda *_: said.append(hands.editor.message))
+    hands.press("c")
+    assert len(said) == 1
+    assert said[0].startswith("The blue sheet cuts, and the mouse moves it")
+    hands.press("c")
+    assert said[1].startswith("The blue sheet cuts as far as its red edge")
+    hands.press("c")
+    assert said[2:] == [""]

@@ -5,6 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import Grid, arrays
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.editor import State, looks
 
 MIDDLE = (SIZE - 1) / 2
 CENTRE = 13  # of the lattice of 3 x 3 x 3
@@ -13,7 +18,6 @@ CENTRE = 13  # of the lattice of 3 x 3 x 3
 @pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
 def hands(request):
     hands = Hands(ball_image() if request.param == "volume" else ball_mesh(), pixels=360)
-    hands.press("h")
     hands.press("m")
     return hands
 
@@ -155,3 +159,72 @@ def test_keys_during_a_drag_in_a_slice(hands):
         if key == "q":
             hands.press("z")
     assert len(hands.editor.state) == 26
+
+
+def oblique_image(is_mirrored):
+    """An image across all of the world's axes, whose values are a function of world coordinates."""
+    turn = np.array([(0.48, 0.64, 0.6), (-0.8, 0.6, 0.0), (-0.36, -0.48, 0.8)])
+    direction = turn[:, [1, 0, 2]] if is_mirrored else turn
+    grid = Grid((22, 30, 16), (3.0, -9.0, 4.0), (1.1, 0.7, 1.6), direction)
+    image = vtkImageData()
+    ImageGeometry.of_grid(grid).apply_to(image)
+    arrays.add(image.GetPointData(), "density", values_at(grid.points()))
+    image.GetPointData().SetActiveScalars("density")
+    return image, grid
+
+
+def values_at(points):
+    """Numbers that tell axes and directions from each other; a linear interpolation keeps them."""
+    return 400 + points @ (3.0, -7.0, 11.0)
+
+
+def assert_right(hands, grid, pane, rng):
+    """Pixels of a pane are grey by the values of what the deformation brings there."""
+    editor, picture = hands.editor, hands.picture()
+    look = editor.scene.shown[0].looks[0]
+    left, low = pane.renderer.GetOrigin()
+    width, height = pane.renderer.GetSize()
+    pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
+    points = np.array([pane.point_at(pixel) for pixel in pixels])
+    deformation = editor.state.deformation()
+    origins = points if deformation is None else deformation.backward(points)
+    index = (origins - grid.origin) @ np.linalg.inv(grid.index_to_world).T
+    last = np.array(grid.dimensions) - 1
+    depth = np.minimum(index, last - index).min(axis=1)  # voxels from the border
+    at = np.delete(points - editor.slices.point, pane.axis, axis=1)
+    free = (np.abs(at) > 0.8).all(axis=1)  # of the lines of other slices
+    for handle in editor.state.deformed:
+        free &= np.linalg.norm(seen_at(hands, pane, handle) - pixels, axis=1) > 9
+    shown = picture[pixels[:, 1], pixels[:, 0]].mean(axis=1)
+    wanted = looks.slice_colours(look, values_at(origins))[:, 0]
+    inside, outside = free & (depth > 1.5), free & (depth < -1.5)
+    assert inside.sum() > 60
+    assert outside.sum() > 60
+    assert np.abs(shown - wanted)[inside].max() < 8
+    assert shown[outside].max() < 16
+
+
+@pytest.mark.parametrize("is_mirrored", [False, True])
+def test_slices_of_an_oblique_image_are_right_and_handles_move_in_them(is_mirrored, rng):
+    image, grid = oblique_image(is_mirrored)
+    middle = grid.points().mean(axis=0)
+    rest = middle + np.array([(0, 0, 0), (6, 5, 4), (-6, 5, -4), (6, -5, 4), (-6, -5, -4)])
+    hands = Hands(image, State(rest, rest), pixels=720)
+    hands.press("m")
+    hands.editor.look_at(middle)
+    every = [hands.editor.slices.pane_at((700, y)) for y in (60, 360, 660)]
+    for pane in every:
+        assert_right(hands, grid, pane, rng)
+    for pane in every:
+        before = hands.editor.state.deformed[0]
+        hands.editor.look_at(before)
+        start = seen_at(hands, pane, before)[0]
+        hands.drag(start, (14, 9))
+        after = hands.editor.state.deformed[0]
+        np.testing.assert_allclose(seen_at(hands, pane, after)[0], start + (14, 9), atol=0.6)
+        assert after[pane.axis] == pytest.approx(before[pane.axis], abs=1e-9)
+        assert (np.delete(after - before, pane.axis) != 0).all()
+        np.testing.assert_array_equal(hands.editor.state.deformed[1:], rest[1:])
+    hands.editor.look_at(middle + (1, -1, 0.5))
+    for pane in every:
+        assert_right(hands, grid, pane, rng)

@@ -95,6 +95,12 @@ class Window:
         _, stderr = self._process.communicate(timeout=_PATIENCE)
         return self._process.returncode, stderr
 
+    def photograph(self, path):
+        """Leave a picture of the screen, where ImageMagick is there to take it."""
+        if shutil.which("import"):
+            command = ["import", "-window", "root", str(path)]
+            subprocess.run(command, env=self._environment, check=True)
+
     def wait_for(self, path):
         """Wait until a file is there."""
         self._wait(path.exists, path)

@@ -115,6 +115,44 @@ def test_changes_of_the_input_are_followed(gui):
         assert gui.value("share(pending, applied)") < 0.1, look
 
 
+VOLUME_CHANGES = (
+    "wavelet.Center = [6, 0, 0]",
+    "wavelet.WholeExtent = [-10, 10, -10, 10, -10, 2]",
+    "wavelet.WholeExtent = [-10, 10, -14, 10, -10, 10]; wavelet.SubsampleRate = 4",
+    "wavelet.SubsampleRate = 1",
+    "deform.Input = other",
+)
+
+
+def test_changes_of_the_input_of_a_volume_are_followed(gui):
+    """Values, extent, spacing, another source: with an edit pending, and after Apply alike."""
+    gui.run(f"{LIVE}\nfrom vtk_mls.rendering.ray_spacing import usual_step")
+    gui.run("step_of = lambda each: each._mapper.GetSampleDistance()")
+    gui.run("other = simple.Wavelet(WholeExtent=[-12, 8, -10, 10, -10, 10], Maximum=200)")
+    begin(gui, "wavelet", ("POINTS", "RTData"))
+    gui.run("simple.HideInteractiveWidgets(proxy=deform)")
+    gui.run("display.SetRepresentationType('Volume'); simple.Render(view)")
+    gui.run("changed = deform.SMProxy.GetProperty('DeformedPoints'); own = volumes()")
+    gui.run("moved = rest.copy(); moved[-1] += [-4, 3, 2]")
+    for number, change in enumerate(VOLUME_CHANGES):
+        gui.run("changed.SetUncheckedElements(moved.ravel().tolist(), moved.size)")
+        gui.run(f"before = seen(); {change}; pending = seen()")
+        gui.screenshot(f"{number}_pending")
+        assert gui.value("volumes()") == ["vtkVolume"], change
+        assert gui.value("bool(np.isclose(step_of(drawn[0]), usual_step(drawn[0]._source)))"), (
+            change
+        )
+        gui.run("deform.DeformedPoints = moved.ravel().tolist()")
+        gui.run("simple.UpdatePipeline(proxy=deform); applied = seen()")
+        gui.screenshot(f"{number}_applied")
+        assert gui.value("volumes() == own"), change
+        gui.run("deform.DeformedPoints = rest.ravel().tolist()")
+        assert gui.value("share(before, pending)") > 5, change
+        difference = gui.value("float(abs(pending - applied).mean())")
+        print(f"{change}: {difference:.2f} of 255")
+        assert difference < 1, change
+
+
 @pytest.mark.matrix
 def test_a_volume_steps_unseen_from_drag_to_apply(gui):
     """A map of 64 nodes while it is dragged, of 128 when it is let go, then the filter's result."""

@@ -10,11 +10,18 @@ import pytest
 from drawing import Scene, assert_alike, image_of, volume_of
 from test_deformed_volume import VALUES, deformation, resampled
 from vtk_fixtures import messages, opengl  # noqa: F401  (fixtures)
+from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls.engine.device import DeviceError
-from vtk_mls.rendering import DeformedVolume, RenderingError, deformed_volume, map_texture
+from vtk_mls.rendering import (
+    DeformedVolume,
+    RenderingError,
+    deformed_volume,
+    map_texture,
+    volume_checks,
+)
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -54,6 +61,26 @@ def test_a_volume_is_deformed_by_one_only():
     np.testing.assert_array_equal(other.picture(), shown)
 
 
+def test_a_mapper_that_two_volumes_share(messages):
+    volume, twin = volume_of(image_of(VALUES)), vtkVolume()
+    twin.SetMapper(volume.GetMapper())
+    twin.SetProperty(volume.GetProperty())
+    twin.SetPosition(20, 0, 0)
+    both, alone = Scene(volume, twin), Scene(volume)
+    before = both.picture()
+    why = "`volume` shares its mapper with another vtkVolume"
+    with pytest.raises(ValueError, match=f"{why}.*; give each a mapper of its own"):
+        DeformedVolume(volume, both.renderer).update(deformation())
+    np.testing.assert_array_equal(both.picture(), before)
+    drawn = DeformedVolume(volume, alone.renderer)
+    drawn.update(deformation())
+    alone.picture()
+    with pytest.raises(ValueError, match=why):  # though it is in another window
+        DeformedVolume(twin, Scene(twin).renderer).update(deformation())
+    alone.renderer.AddViewProp(twin)
+    assert_refused(drawn, alone, before, messages, why)
+
+
 @pytest.mark.parametrize("mode", ["RayCast", "OSPRay"])
 def test_a_smart_mapper_that_is_not_to_use_the_graphics_card(mode, messages):
     volume = volume_of(image_of(VALUES), mapper=smart_mapper())
@@ -87,7 +114,7 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
             return 0
 
     if is_smart:
-        monkeypatch.setattr(deformed_volume, "vtkGPUVolumeRayCastMapper", Unsupported)
+        monkeypatch.setattr(volume_checks, "vtkGPUVolumeRayCastMapper", Unsupported)
     volume = volume_of(image_of(VALUES), mapper=smart_mapper() if is_smart else Unsupported())
     scene = Scene(volume)
     before = scene.picture()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 import time
@@ -14,6 +13,7 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
+from browser_fixtures import browser  # noqa: F401  (a fixture)
 from command_fixtures import PROJECT, run
 from page_mouse import drag
 from page_server import server
@@ -25,6 +25,8 @@ from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import control_point_files
 
 pytestmark = pytest.mark.matrix
+# what is drawn comes from the server: a browser needs no WebGL, and can lose none
+BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _PATIENCE = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
 _PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
@@ -34,24 +36,6 @@ _PHONE = {
     "is_mobile": True,
     "device_scale_factor": 2,
 }
-
-
-@pytest.fixture(scope="module")
-def browser():
-    chromium = shutil.which("chromium")
-    said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
-    if chromium is None:
-        said("no chromium on this system: tests/web/install.sh brings it")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ModuleNotFoundError:
-        said("no playwright: pip install 'vtk-mls[test]'")
-    with sync_playwright() as playwright:
-        # what is drawn comes from the server: a browser needs no WebGL, and can lose none
-        arguments = ["--no-sandbox", "--disable-3d-apis"]
-        browser = playwright.chromium.launch(executable_path=chromium, args=arguments)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,10 @@ Pictures of all pages are left in build/site/.
 
 from __future__ import annotations
 
-import os
-import shutil
 from pathlib import Path
 
 import pytest
+from browser_fixtures import browser  # noqa: F401  (a fixture)
 
 PROJECT = Path(__file__).resolve().parents[2]
 SITE = PROJECT / "docs" / "_build" / "html"
@@ -45,22 +44,6 @@ async () => {
   return lost;
 }
 """
-
-
-@pytest.fixture(scope="module")
-def browser():
-    chromium = shutil.which("chromium")
-    said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
-    if chromium is None:
-        said("no chromium on this system: tests/web/install.sh brings it")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ModuleNotFoundError:
-        said("no playwright: pip install 'vtk-mls[test]'")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module", params=WIDTHS)

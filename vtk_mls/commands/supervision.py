@@ -118,11 +118,14 @@ def step(doing, path):
 
 @contextmanager
 def temporary_folder():
-    """A folder that is removed at the end, also that of a worker which is killed."""
-    import tempfile
+    """A folder that is removed at the end, also that of a worker which is killed.
+
+    If the supervisor is killed, too, the next such folder's maker removes it.
+    """
+    from vtk_mls.commands import temporary_folder as folders
 
     global _temporary
-    with tempfile.TemporaryDirectory(prefix="vtk-mls-") as folder:
+    with folders.made() as folder:
         _temporary = folder
         if _journal is not None:
             _note(*_entry(_journal)[:2])

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkFiltersSources import vtkLineSource
 from vtkmodules.vtkInteractionWidgets import (
     vtkImplicitPlaneRepresentation,
     vtkImplicitPlaneWidget2,
 )
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import HalfPlane, Plane
+from vtk_mls.editor.half_sheet import HalfSheet
 from vtk_mls.linear_algebra import unit
 
-_FACE, _EDGE = (0.35, 0.75, 1.0), (1.0, 0.45, 0.55)
+_FACE = 0.35, 0.75, 1.0
+_OPACITY, _GRASPED = 0.18, 0.35  # of the sheet
+# Where half of it is drawn instead: VTK's mouse grasps nothing that is not there at all.
+_UNSEEN, _FAINT = 0.004, 0.06
+_MARGIN = 0.1  # of the size, by which the sheet is larger than the data
 _BESIDE = 0.01  # of the size: how far from the middle, where handles may be
 _STEP = np.pi / 4  # by which a half-plane is turned in its plane
 
@@ -24,28 +27,19 @@ class CutWidget:
     Parameters
     ----------
     interactor : vtkRenderWindowInteractor
-    renderer : vtkRenderer
-    bounds : (2, 3)
-        Corners of the data.
+    scene : Scene
+        What is cut.
     moved, ended : callable
         Called with the cut while it is moved, and when the mouse lets it go.
     """
 
-    def __init__(self, interactor, renderer, bounds, moved, ended):
-        self._bounds, self._cut = bounds, None
-        self._plane, self._widget = _representation(bounds), vtkImplicitPlaneWidget2()
-        self._line, self._edge = vtkLineSource(), vtkActor()
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputConnection(self._line.GetOutputPort())
-        self._edge.SetMapper(mapper)
-        self._edge.PickableOff()
-        self._edge.GetProperty().SetColor(_EDGE)
-        self._edge.GetProperty().SetLineWidth(4)
-        self._edge.GetProperty().LightingOff()
-        self._edge.VisibilityOff()
-        renderer.AddActor(self._edge)
+    def __init__(self, interactor, scene, moved, ended):
+        self._bounds, self._cut, self._renderer = scene.bounds, None, scene.renderer
+        beyond = _MARGIN / 2 * np.ptp(self._bounds, axis=0)
+        corners = self._bounds + np.stack([-beyond, beyond])
+        self._half = HalfSheet(scene.renderer, scene.overlay, corners)
+        self._plane, self._widget = _representation(self._bounds), vtkImplicitPlaneWidget2()
         self._widget.SetInteractor(interactor)
-        self._renderer = renderer
         self._widget.SetRepresentation(self._plane)
         self._widget.KeyPressActivationOff()
         for event, told in (("InteractionEvent", moved), ("EndInteractionEvent", ended)):
@@ -56,16 +50,16 @@ class CutWidget:
         self._cut = cut
         if (cut is not None) != bool(self._widget.GetEnabled()):
             self._enable(cut is not None)
-        self._edge.SetVisibility(isinstance(cut, HalfPlane))
+        self._half.set_visible(isinstance(cut, HalfPlane))
         if cut is not None:
             self._plane.SetOrigin(cut.point)
             self._plane.SetNormal(cut.normal)
-            self._draw_edge(cut)
+            self._draw(cut)
 
     def set_visible(self, is_visible):
         """Hide it, or show it again if there is a cut."""
         self._enable(is_visible and self._cut is not None)
-        self._edge.SetVisibility(is_visible and isinstance(self._cut, HalfPlane))
+        self._half.set_visible(is_visible and isinstance(self._cut, HalfPlane))
 
     def first(self, camera):
         """A plane through the middle, which is seen from its end."""
@@ -101,14 +95,16 @@ class CutWidget:
         if np.linalg.norm(inward) < 1e-3:  # it was tilted onto its normal
             inward = np.cross(normal, self._cut.along)
         cut = HalfPlane(point, normal, inward)
-        self._draw_edge(cut)
+        self._draw(cut)
         return cut
 
-    def _draw_edge(self, cut):
-        if isinstance(cut, HalfPlane):
-            reach = np.linalg.norm(np.ptp(self._bounds, axis=0)) / 2
-            self._line.SetPoint1(cut.point - reach * cut.along)
-            self._line.SetPoint2(cut.point + reach * cut.along)
+    def _draw(self, cut):
+        """Draw as a sheet what cuts: all of a plane, or half of it."""
+        is_half = isinstance(cut, HalfPlane)
+        self._plane.GetPlaneProperty().SetOpacity(_UNSEEN if is_half else _OPACITY)
+        self._plane.GetSelectedPlaneProperty().SetOpacity(_FAINT if is_half else _GRASPED)
+        if is_half:
+            self._half.show(cut)
 
 
 def next_half(cut):
@@ -125,16 +121,14 @@ def _along_axis(vector):
 
 def _representation(bounds):
     plane = vtkImplicitPlaneRepresentation()
-    plane.SetPlaceFactor(1.1)
+    plane.SetPlaceFactor(1 + _MARGIN)
     plane.PlaceWidget(bounds.T.ravel())
     plane.OutlineTranslationOff()
     plane.OutsideBoundsOn()
     plane.ScaleEnabledOff()
     plane.SetDrawOutline(False)
     plane.GetPlaneProperty().SetColor(_FACE)
-    plane.GetPlaneProperty().SetOpacity(0.18)
     plane.GetSelectedPlaneProperty().SetColor(_FACE)
-    plane.GetSelectedPlaneProperty().SetOpacity(0.35)
     plane.SetEdgeColor(_FACE)
     plane.TubingOff()
     plane.GetNormalProperty().SetColor(_FACE)

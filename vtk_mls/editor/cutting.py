@@ -9,6 +9,8 @@ from vtk_mls.editor.cut_widget import CutWidget, next_half
 from vtk_mls.editor.incision import Incision
 from vtk_mls.linear_algebra import unit
 
+_OF_PLANE = "The blue sheet cuts, and the mouse moves it; C: just half of it."
+_OF_HALF = "The blue sheet cuts as far as its red edge, and the mouse moves it; I: another half."
 _NEAR = 10  # pixels from the first point, where a click closes a line
 
 
@@ -24,8 +26,7 @@ class Cutting:
 
     def __init__(self, editor, interactor):
         self._editor, self._line, self._is_visible = editor, None, True
-        scene = editor.scene
-        self._widget = CutWidget(interactor, scene.renderer, scene.bounds, self._moved, self._ended)
+        self._widget = CutWidget(interactor, editor.scene, self._moved, self._ended)
 
     def show(self, state):
         """Show the flat cut of a state, for the mouse."""
@@ -44,11 +45,13 @@ class Cutting:
             cut = self._widget.first(self._camera)
         else:
             cut = self._widget.half(cut, self._camera) if isinstance(cut, Plane) else None
-        if editor.change(_with_flat_cut(editor.state, cut)) and cut is not None:
+        if cut is not None:  # with the first picture of it, or what is wrong
+            is_half = isinstance(cut, HalfPlane)
             editor.say(
-                "Drag handles away from the cut to open it (Ctrl + drag beside handles selects "
-                "several); the mouse moves the plane, too."
+                f"{_OF_HALF if is_half else _OF_PLANE} Drag handles away from it to open it "
+                "(Ctrl + drag beside handles selects several)."
             )
+        editor.change(_with_flat_cut(editor.state, cut))
 
     def change_half(self):
         """Cut by another half of the plane."""

@@ -38,8 +38,8 @@ class Drafts:
         self._path = os.path.abspath(path) if digest is None else digest
         cache = caches.folder()
         folder = folder or (cache and cache.joinpath(*_FOLDER))
-        name = hashlib.sha256(self._path.encode()).hexdigest()[:16]
-        self._file = folder and Path(folder) / f"{name}-{time.time_ns()}-{os.getpid()}.json"
+        name, self._began = hashlib.sha256(self._path.encode()).hexdigest()[:16], time.time_ns()
+        self._file = folder and Path(folder) / f"{name}-{self._began}-{os.getpid()}.json"
         self._pattern, self._found, self._taken = f"{name}-*.json", None, []
 
     def keep(self, state):
@@ -72,13 +72,32 @@ class Drafts:
         """Count what was found last as one's own."""
         self._taken.append(self._found)
 
+    def drop(self):
+        """Remove what was found last: nobody wants it."""
+        self._remove([self._found])
+
     def forget(self):
         """Remove the own one, for it is saved, or nothing is changed."""
         self._remove([self._file])
 
-    def forget_taken(self):
-        """Remove the own one and what was taken; others have not been seen, or are still edited."""
-        self._remove([self._file, *self._taken])
+    def forget_all(self):
+        """Remove the own one, what was taken, and what was passed over."""
+        self._remove([self._file, *self._taken, *self._passed_over()])
+
+    def _passed_over(self):
+        """Files that were offered and not taken, in this session or in the one found last.
+
+        Those of sessions that go on are not among them.
+        """
+        if self._found is None or self._found in self._taken:
+            return []
+        began = _began(self._found)
+        older = [file for file in self._others() if _written(file) < began]
+        return [
+            file
+            for file in (self._found, *older)
+            if _written(file) < self._began and not _is_running(file)
+        ]
 
     def _others(self):
         """Files of other sessions, the newest first."""
@@ -92,6 +111,32 @@ class Drafts:
             if file is not None:
                 with suppress(OSError):
                     file.unlink()
+
+
+def _began(file):
+    """When the session of a file began, in ns."""
+    return int(file.stem.split("-")[1])
+
+
+def _written(file):
+    """When a file was written last, in ns; later than all if it is gone."""
+    try:
+        return file.stat().st_mtime_ns
+    except OSError:
+        return 2**63
+
+
+def _is_running(file):
+    """Whether the process of a file's session goes on, as far as one can know."""
+    if os.name != "posix":  # elsewhere there is no such question
+        return True
+    try:
+        os.kill(int(file.stem.split("-")[2]), 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # it is another user's
+        return True
+    return True
 
 
 def _text(path, state):

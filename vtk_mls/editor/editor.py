@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from vtk_mls.editor.cutting import Cutting
+from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.history import History
 from vtk_mls.editor.keyboard import Keyboard
 from vtk_mls.editor.mouse import PRIORITY, Mouse
@@ -15,7 +16,6 @@ from vtk_mls.editor.slice_mouse import SliceMouse
 from vtk_mls.editor.state import State
 from vtk_mls.editor.unsaved import Unsaved
 from vtk_mls.editor.view import View
-from vtk_mls.filters.control_points import lattice
 
 _TICK = 15  # milliseconds
 _LATTICES = 3, 4, 5, 2  # handles along each axis
@@ -240,12 +240,13 @@ class Editor:
         self.change(self.state.at_rest())
 
     def lay_lattice(self):
-        """Replace the handles by a lattice over the data; each time another one."""
+        """Replace the handles by a lattice on the data; each time another one."""
         self._lattices += 1
         count = _LATTICES[self._lattices % len(_LATTICES)]
         self.selected, self.hovered = _NOTHING, None
         if self.change(self.state.with_handles_at(self._lattice(count))):
-            self.say(f"{count} x {count} x {count} handles; Z brings the others back.")
+            handles = f"{len(self.state)} handles, {count} along each axis"
+            self.say(f"{handles}; Z brings the others back.")
 
     def change_kind(self):
         """Fit maps of the next kind."""
@@ -360,6 +361,14 @@ class Editor:
             self._unsaved.take()
             self.say(f"They are back; Z takes the others again. {self.offer}".strip())
 
+    def decline(self):
+        """Drop what is offered, for good."""
+        if self._unsaved.offered is None:
+            self.say("Nothing is offered.")
+            return
+        self._unsaved.drop()
+        self.say(f"They are dropped. {self.offer}".strip())
+
     @property
     def offer(self):
         """A sentence that offers what another session has left; empty if there is nothing."""
@@ -403,7 +412,7 @@ class Editor:
         self.say("")
         with self.telling():
             getattr(self, name)(*(() if value is None else (value,)))
-        if self.message:
+        if self.message != self._view.drawn_message:
             self._draw()
 
     @contextmanager
@@ -490,7 +499,7 @@ class Editor:
         return np.array([self.hovered])
 
     def _lattice(self, count):
-        return lattice((count,) * 3, self.scene.bounds.T.ravel())
+        return handles_on(self.scene.shown, self.scene.bounds, count)
 
 
 def _sentence(error):

@@ -33,10 +33,15 @@ KEYS = (
     ("R", "see all of it", ("r",), "reset_camera", None),
     ("S", "save all: handles, data, field, picture, script", ("s", "Ctrl+s"), "save", None),
     ("", "", ("Return", "KP_Enter"), "accept", None),
+    ("", "", ("n",), "decline", None),
     ("Esc", "select none", ("Escape",), "deselect", None),
-    ("H", "hide or show this", ("h", "F1"), "toggle_legend", None),
+    ("H   ?", "hide or show this", ("h", "F1", "?"), "toggle_legend", None),
     ("Q", "quit; nothing is lost", ("q", "Ctrl+q"), "quit", None),
 )
+
+
+# What is written while the legend is not there, the last of it alone in narrow windows.
+HINT = "Drag a handle, or beside it to turn.   C  cut   Z  undo   S  save", "H  all keys"
 
 
 def legend():
@@ -75,4 +80,5 @@ _CHARACTERS = {
     "bracketright": "]",
     "comma": ",",
     "period": ".",
+    "question": "?",
 }

@@ -6,6 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonCore import mutable, vtkIdList
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 
 from vtk_mls.linear_algebra import unit
 
@@ -36,6 +37,23 @@ class MeshSurface:
             self._built.SetDataSet(self._surface)
             self._built.BuildLocator()
         return self._built
+
+    def nearest(self, points):
+        """What is next to each of `points` (n, 3): (n, 3); those within a closed surface stay."""
+        surface, inside = self._surface, vtkSelectEnclosedPoints()
+        if surface.GetNumberOfCells() == 0:
+            rows = [surface.FindPoint(point) for point in points]
+            return np.array([p if i < 0 else surface.GetPoint(i) for i, p in zip(rows, points)])
+        is_closed = bool(inside.IsSurfaceClosed(surface))
+        inside.Initialize(surface)
+        found = np.array(points)
+        for row, point in enumerate(points):
+            if not (is_closed and inside.IsInsideSurface(*point)):
+                nearest = [0.0] * 3
+                self._locator.FindClosestPoint(point, nearest, mutable(0), mutable(0), mutable(0.0))
+                found[row] = nearest
+        inside.Complete()
+        return found
 
     def normal(self, point):
         """The unit normal (3,) of the cell that is nearest to a point; None if it has none."""

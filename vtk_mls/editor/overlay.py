@@ -16,11 +16,20 @@ _PANEL, _MARGIN, _SIZE = (0.04, 0.05, 0.08), 14, 14
 
 
 class Overlay:
-    """What is written over the picture of a renderer: the keys, how it is, and what was said."""
+    """What is written over the picture of a renderer: the keys, how it is, and what was said.
 
-    def __init__(self, renderer, keys):
+    Parameters
+    ----------
+    renderer : vtkRenderer
+    keys : list of (str, str)
+        Lines of the legend, which is not there at first.
+    hint : (str, str)
+        What is there while the legend is not, the second part alone where there is no room.
+    """
+
+    def __init__(self, renderer, keys, hint):
         names, texts = zip(*keys)
-        self._renderer = renderer
+        self._renderer, self._hints, self._has_texts = renderer, ("   ".join(hint), hint[1]), True
         self._keys = _text(_AMBER), _text(_SOFT)
         self._keys[0].SetInput("\n".join(names))
         self._keys[1].SetInput("\n".join(texts))
@@ -28,13 +37,19 @@ class Overlay:
             actor.GetTextProperty().SetVerticalJustificationToTop()
             actor.GetTextProperty().SetLineSpacing(1.15)
         self._panel, self._band = _rectangle(_PANEL, 0.62), _outline(_GREEN)
-        self._status, self._message = _text(_SOFT), _text(_AMBER, _SIZE + 3)
+        self._hint, self._status, self._message = (
+            *(_text(_SOFT), _text(_SOFT)),
+            _text(_AMBER, _SIZE + 3),
+        )
+        self._hint.GetTextProperty().SetVerticalJustificationToTop()
         self._message.GetTextProperty().SetBackgroundColor(_PANEL)
         self._message.GetTextProperty().SetBackgroundOpacity(0.75)
         self._message.GetTextProperty().SetJustificationToCentered()
-        for actor in (self._panel, *self._keys, self._status, self._message, self._band):
+        texts = self._hint, self._status, self._message
+        for actor in (self._panel, *self._keys, *texts, self._band):
             renderer.AddViewProp(actor)
         self.set_band(None)
+        self.set_keys_visible(False)
 
     @property
     def message(self):
@@ -55,10 +70,13 @@ class Overlay:
         """Show or hide the legend of keys."""
         for actor in (self._panel, *self._keys):
             actor.SetVisibility(is_visible)
+        self._hint.SetVisibility(self._has_texts and not is_visible)
 
-    def set_status_visible(self, is_visible):
-        """Show or hide how it is."""
-        self._status.SetVisibility(is_visible)
+    def set_texts_visible(self, are_visible):
+        """Show or hide how it is and the hint; the legend is hidden."""
+        self._has_texts = are_visible
+        self._status.SetVisibility(are_visible)
+        self.set_keys_visible(False)
 
     def set_message_visible(self, is_visible):
         """Show or hide what is said."""
@@ -92,6 +110,8 @@ class Overlay:
         self._keys[1].SetPosition(2 * _MARGIN + first + _MARGIN, top - _MARGIN)
         low = (_MARGIN, top - tall - 2 * _MARGIN)
         _set_corners(self._panel, low, (first + second + 4 * _MARGIN, top))
+        self._hint.SetPosition(_MARGIN, top)
+        self._hint.SetInput(self._hints[_width_of(self._hints[0]) > width])
         self._status.SetPosition(_MARGIN, _MARGIN)
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE)
 
@@ -105,6 +125,11 @@ def _text(colour, size=_SIZE):
     font.SetFontSize(size)
     font.SetColor(colour)
     return actor
+
+
+def _width_of(text):
+    """Pixels that a line is wide, about: it is to be known before it is drawn."""
+    return 0.6 * _SIZE * len(text)
 
 
 def _wrapped(sentence, width):

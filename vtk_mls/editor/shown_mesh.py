@@ -61,6 +61,10 @@ class ShownMesh:
         else:
             self._drawn.update(deformation, exact=is_final)
 
+    def nearest(self, points):
+        """What of it at rest is next to each of `points` (n, 3): (n, 3)."""
+        return MeshSurface(self._mesh).nearest(points)
+
     def detach(self):
         """Leave the mesh as it is at rest."""
         self._drawn.detach()

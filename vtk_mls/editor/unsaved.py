@@ -36,10 +36,12 @@ class Unsaved:
             self._drafts.keep(state)
 
     def note_saved(self, state):
-        """Keep nothing of this session any more, for this state is saved."""
+        """Keep nothing of this session any more, for this state is saved; nor what it replaces."""
         self._saved = state
         if self._drafts is not None:
-            self._drafts.forget_taken()
+            self._drafts.forget_all()
+            if self._found:
+                self._found = self._drafts.found()
 
     @property
     def offered(self):
@@ -51,9 +53,17 @@ class Unsaved:
         if not self._found:
             return ""
         text = time.strftime("%d %B, %H:%M", time.localtime(self._found[1]))
-        return f"{len(self.offered)} handles of {text} were not saved: Return brings them back."
+        return (
+            f"{len(self.offered)} handles of {text} were not saved: Return brings them back, "
+            "N drops them."
+        )
 
     def take(self):
         """Offer it no more, but what was left before it; it is gone when this session saves."""
         self._drafts.take()
+        self._found = self._drafts.found()
+
+    def drop(self):
+        """Never offer it again, but what was left before it."""
+        self._drafts.drop()
         self._found = self._drafts.found()

@@ -32,6 +32,8 @@ class View:
     ticks : bool
         Whether a timer is known to run, so that coarse pictures are replaced by finer ones.
     hides_handles : bool
+    drawn_message : str
+        What the last picture says.
     shows_before : bool
         Whether the corner says that the data are seen as they were.
     """
@@ -41,7 +43,8 @@ class View:
         self.scene = Scene(window, datasets)
         self.slices = Slices(self.scene)
         self.ticks = self.hides_handles = self.shows_before = False
-        self._overlay, self._pace = Overlay(self.scene.overlay, keys.legend()), Pace()
+        self.drawn_message = ""
+        self._overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
         self._looks, self._shows_times, self._moved_at = 0, False, None
         self._tags = [
             (observed, observed.AddObserver(event, what))
@@ -91,6 +94,7 @@ class View:
         self.scene.glyphs.show(marks)
         self.slices.mark(marks)
         self._overlay.set_status(self._status(state, selected))
+        self.drawn_message = self.message
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
         self.scene.window.Render()
@@ -100,16 +104,15 @@ class View:
     def draw_for_file(self, state):
         """Make a picture as fine as it can be, without texts."""
         has_keys = self._overlay.shows_keys
-        self._overlay.set_keys_visible(False)
-        self._overlay.set_status_visible(False)
+        self._overlay.set_texts_visible(False)
         self._overlay.set_message_visible(False)
         self.scene.set_coarseness(self._pace.pixels_for_file())
         marks = Marks(state, _NOTHING, None, _NOTHING, not self.hides_handles)
         self.scene.glyphs.show(marks)
         self.slices.mark(marks)
         self.scene.window.Render()
+        self._overlay.set_texts_visible(not self.hides_handles)
         self._overlay.set_keys_visible(has_keys)
-        self._overlay.set_status_visible(not self.hides_handles)
         self._overlay.set_message_visible(True)
 
     @property
@@ -138,11 +141,10 @@ class View:
         self._overlay.set_band(corners)
 
     def hide_handles(self):
-        """Hide handles, legend and status, or show them again; what is said is seen."""
+        """Hide handles, legend, hint and status, or show them again; what is said is seen."""
         self.hides_handles = not self.hides_handles
         self.scene.glyphs.set_visible(not self.hides_handles)
-        self._overlay.set_status_visible(not self.hides_handles)
-        self._overlay.set_keys_visible(False)
+        self._overlay.set_texts_visible(not self.hides_handles)
 
     def toggle_legend(self):
         """Hide or show the legend of keys."""

@@ -29,7 +29,6 @@ class LiveVolume(LiveProp):
         mapper.SetInputData(image)
         # as ParaView's own at rest; that one makes steps longer, not rays fewer, while it moves
         mapper.SetAutoAdjustSampleDistances(False)
-        mapper.SetSampleDistance(usual_step(image))
         association, name = colors.array(display)
         if association == "1":
             mapper.SetScalarModeToUseCellFieldData()
@@ -40,7 +39,7 @@ class LiveVolume(LiveProp):
         volume = vtkVolume()
         volume.SetMapper(mapper)
         super().__init__(display, image, renderer, volume)
-        self._spacing = RaySpacing(mapper)
+        self._mapper, self._spacing = mapper, RaySpacing(mapper)
         self._peels = renderer.GetUseDepthPeelingForVolumes()
         self._drawn, self._pace = DeformedVolume(volume, renderer), MapPace(_MOST)
 
@@ -75,6 +74,7 @@ class LiveVolume(LiveProp):
         return self._drawn.failure is not None
 
     def _show(self, pending, is_held):
+        self._mapper.SetSampleDistance(usual_step(self._data))  # of data that may have changed
         # fitted is large enough for all, in steps of a voxel
         within = None if pending.is_fitted else pending.geometry(self._data).grid
 

@@ -101,7 +101,6 @@ class Edit:
         self._is_open = True
         plotter.camera_set = True  # the first picture is not to turn it
         plotter.set_background(BOTTOM, top=TOP)
-        self.editor.toggle_legend()  # it would hide half of a notebook's view
         self.editor.say("H shows what mouse and keys do.")
 
     @property

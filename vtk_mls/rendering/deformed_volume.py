@@ -8,12 +8,10 @@ import numpy as np
 from vtkmodules.vtkCommonCore import reference, vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
-from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
-from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.rendering import shader
+from vtk_mls.rendering import shader, volume_checks
 from vtk_mls.rendering.errors import RenderingError
 from vtk_mls.rendering.map_box import MapBox
 from vtk_mls.rendering.map_layers import layers
@@ -21,7 +19,6 @@ from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
 
 _GROWTHS = 8  # of the box in one update
-_ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
 _drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom
 
 
@@ -62,7 +59,8 @@ class DeformedVolume:
     def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
         self.failure: str | None = None
         _check_is_free(volume, self)
-        self._volume, self._renderer, self._mapper = volume, renderer, _checked_mapper(volume)
+        self._volume, self._renderer = volume, renderer
+        self._mapper = volume_checks.checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
@@ -98,7 +96,8 @@ class DeformedVolume:
         if self.failure is not None:
             raise RenderingError(self.failure)
         _check_is_free(self._volume, self)
-        _check_mode(self._mapper)
+        self._check_is_alone()
+        volume_checks.check_mode(self._mapper)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             self._take_source()
@@ -159,10 +158,17 @@ class DeformedVolume:
         self._mapper.SetInputDataObject(stretched)
         self._box, self._stretched = box, stretched
 
+    def _check_is_alone(self):
+        """Whether the mapper draws just this volume: in this window, or deformed in another."""
+        window = self._renderer.GetRenderWindow()
+        renderers = window.GetRenderers() if window else [self._renderer]
+        seen = (volume for renderer in renderers for volume in renderer.GetVolumes())
+        volume_checks.check_own_mapper(self._volume, [*seen, *_drawn])
+
     def _take_source(self):
         """The image as it is now."""
         image = _image_of(self._producer)
-        _check_image(image)
+        volume_checks.check_image(image)
         self._source, self._source_time = image, image.GetMTime()
 
     def _geometry(self):
@@ -189,8 +195,9 @@ class DeformedVolume:
         if not vars(self):  # Python's collector has emptied it before VTK let the renderer go
             return
         try:
-            _check_mode(self._mapper)
-            _check_support(self._volume, renderer.GetRenderWindow())
+            self._check_is_alone()
+            volume_checks.check_mode(self._mapper)
+            volume_checks.check_support(self._volume, renderer.GetRenderWindow())
             self._follow_source()
             unit = self._texture.bind(renderer.GetRenderWindow())
         except (ValueError, TypeError, RuntimeError, MemoryError) as error:
@@ -222,45 +229,6 @@ class DeformedVolume:
         Messages.error(f"DeformedVolume: {self.failure}")
 
 
-def _checked_mapper(volume):
-    mapper = volume.GetMapper()
-    if not isinstance(mapper, (vtkGPUVolumeRayCastMapper, vtkSmartVolumeMapper)):
-        raise TypeError(
-            "`volume` must have a vtkGPUVolumeRayCastMapper or a vtkSmartVolumeMapper, "
-            f"got {type(mapper).__name__}"
-        )
-    if mapper.GetNumberOfInputConnections(0) != 1:
-        raise ValueError("the mapper of `volume` must have one input, got none or several")
-    _check_mode(mapper)
-    return mapper
-
-
-def _check_mode(mapper):
-    """Whether a mapper is not told to draw otherwise than on the graphics card."""
-    if isinstance(mapper, vtkGPUVolumeRayCastMapper):
-        return
-    mode = mapper.GetRequestedRenderMode()
-    if mode not in _ON_CARD:
-        names = (name for name, value in vars(vtkSmartVolumeMapper).items() if value == mode)
-        name = next(name for name in names if name.endswith("RenderMode"))
-        raise ValueError(
-            "the mapper of `volume` must draw on the graphics card, "
-            f"got {name}; call its SetRequestedRenderModeToGPU()"
-        )
-
-
-def _check_support(volume, window):
-    """Whether VTK can draw a volume on the graphics card."""
-    mapper = volume.GetMapper()
-    if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
-        mapper = vtkGPUVolumeRayCastMapper()
-    if not mapper.IsRenderSupported(window, volume.GetProperty()):
-        raise RenderingError(
-            "`volume` must be drawn on the graphics card, which VTK cannot do in this window; "
-            "draw the resampled volume instead"
-        )
-
-
 def _owner(volume):
     """The DeformedVolume that draws a vtkVolume; None if none does."""
     return _drawn[volume][2]() if volume in _drawn else None
@@ -281,17 +249,6 @@ def _image_of(producer):
     algorithm, port = producer
     algorithm.Update(port)
     return algorithm.GetOutputDataObject(port)
-
-
-def _check_image(image):
-    if not isinstance(image, vtkImageData):
-        raise TypeError(
-            f"`volume` must show a vtkImageData, got {type(image).__name__}; resample it to one"
-        )
-    if min(image.GetDimensions()) < 2:
-        raise ValueError(
-            f"`volume` must have at least two points along each axis, got {image.GetDimensions()}"
-        )
 
 
 def drawn_as(volume):

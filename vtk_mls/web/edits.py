@@ -10,7 +10,8 @@ from vtk_mls.web import panel_values
 # Methods of the editor that need no value.
 PLAIN = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
-    *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time", "accept"),
+    *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
+    *("accept", "decline"),
 )
 _RANGES = {"alpha": (0.1, 10), "nu": (1.05, 20), "blend": (0, 1)}
 _CHOICES = {

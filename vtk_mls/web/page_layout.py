@@ -35,7 +35,7 @@ _TOOLS = (
     ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
 )
 # Keys of the window that the page has none for.
-_LEFT_OUT = "Q", "H"
+_LEFT_OUT = "Q", "H   ?"
 _NARROW = 900  # pixels, below which the panel lies over the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
@@ -169,6 +169,7 @@ def _offer(edit):
             click=(edit, "['accept']"),
         )
         v.VBtn("Later", variant="text", size="small", classes="ml-1", click="put_off = offer")
+        v.VBtn("Drop them", variant="text", size="small", click=(edit, "['decline']"))
 
 
 def _legend():

@@ -201,7 +201,6 @@ def _name_of(event):
 
 def _leave_texts_to_the_page(editor):
     """Take texts out of the picture: the page has its own, which stay sharp."""
-    editor.toggle_legend()
     for prop in [*editor.scene.overlay.GetViewProps()]:
         if isinstance(prop, vtkTextActor):
             editor.scene.overlay.RemoveViewProp(prop)

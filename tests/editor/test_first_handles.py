@@ -1,0 +1,78 @@
+"""Handles lie on what one sees of data that come without, not in the air beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource, vtkSphereSource
+
+from vtk_mls import arrays
+
+MIDDLE, RADIUS = (SIZE - 1) / 2, SIZE / 3
+
+
+@pytest.mark.parametrize("data", [ball_image, ball_mesh])
+def test_none_is_beside_a_ball_and_the_middle_has_one(data):
+    hands = Hands(data())
+    for count in (27, 64, 125):
+        rest = hands.editor.state.rest
+        assert 0.9 * count < len(rest) <= count
+        radius = np.linalg.norm(rest - MIDDLE, axis=1)
+        assert radius.max() < RADIUS + 1
+        assert (np.abs(radius - RADIUS) < 1).sum() >= count / 2
+        hands.press("l")
+    distances = np.linalg.norm(rest - rest[:, None], axis=2) + 99 * np.eye(len(rest))
+    assert distances.min() > 0.5
+
+
+def test_a_sheet_has_one_layer():
+    sheet = vtkPlaneSource()
+    sheet.SetResolution(10, 10)
+    sheet.Update()
+    rest = Hands(sheet.GetOutput()).editor.state.rest
+    assert len(rest) == 9
+    np.testing.assert_allclose(rest[:, 2], 0, atol=1e-9)
+
+
+def test_two_balls_have_none_between_them():
+    append = vtkAppendPolyData()
+    for x in (0.0, 10.0):
+        ball = vtkSphereSource()
+        ball.SetCenter(x, 0, 0)
+        ball.SetRadius(2)
+        append.AddInputConnection(ball.GetOutputPort())
+    append.Update()
+    rest = Hands(append.GetOutput()).editor.state.rest
+    assert len(rest) > 15
+    assert np.abs(np.abs(rest[:, 0] - 5) - 5).max() < 2.01
+    assert set(rest[:, 0] > 5) == {False, True}
+
+
+def test_points_without_cells():
+    source = vtkPointSource()
+    source.SetNumberOfPoints(500)
+    source.Update()
+    points = vtkPolyData()
+    points.SetPoints(source.GetOutput().GetPoints())
+    there = arrays.to_numpy(points.GetPoints().GetData())
+    rest = Hands(points).editor.state.rest
+    assert len(rest) > 15
+    away = np.linalg.norm(there - rest[:, None], axis=2).min(axis=1)
+    np.testing.assert_allclose(away, 0, atol=1e-6)
+
+
+def test_a_single_point_has_one():
+    points = vtkPolyData()
+    points.SetPoints(vtkPoints())
+    points.GetPoints().InsertNextPoint(3, 4, 5)
+    assert Hands(points).editor.state.rest.tolist() == [[3, 4, 5]]
+
+
+def test_an_empty_image_has_them_all_the_same():
+    image = ball_image()
+    arrays.to_numpy(image.GetPointData().GetScalars())[:] = 0
+    assert len(Hands(image).editor.state) == 27

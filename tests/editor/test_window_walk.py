@@ -1,0 +1,53 @@
+"""A new user opens a brain in the window, with mouse and keyboard; each step leaves a picture."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from command_fixtures import PROJECT
+from opened_brain import MOST_ACTIONS, NAME, OpenedBrain, copy_to
+from test_window import _screen, window  # noqa: F401  (one is a fixture)
+
+pytestmark = pytest.mark.matrix
+_SIZE = 1200, 850
+_PICTURES = PROJECT / "build" / "window"
+
+
+class Steps:
+    """Counts what the user does, and takes a picture after each."""
+
+    def __init__(self, shown):
+        self.count, self._shown = 0, shown
+        _PICTURES.mkdir(parents=True, exist_ok=True)
+
+    def done(self, name):
+        self.count += 1
+        time.sleep(3)
+        self._shown.photograph(_PICTURES / f"{self.count}_{name}.png")
+
+
+def test_a_brain_is_cut_open_and_saved(tmp_path):
+    copy_to(tmp_path)
+    brain = OpenedBrain(tmp_path, _SIZE)
+    grabbed = [round(share * (side - 1)) for share, side in zip(brain.grabbed, _SIZE)]
+    with window(tmp_path, NAME) as shown:
+        steps = Steps(shown)
+        steps.done("opened")
+        shown.press("c")
+        steps.done("plane")
+        shown.press("c")
+        steps.done("half")
+        shown.do("keydown", "ctrl")
+        shown.drag((_SIZE[0] // 2, 60), (550, 740))
+        shown.do("keyup", "ctrl")
+        steps.done("selected")
+        shown.drag(grabbed, (170, 20))
+        steps.done("dragged")
+        shown.press("s")
+        saved = tmp_path / "brain-edited"
+        shown.wait_for(saved / "deform.py")
+        steps.done("saved")
+        assert shown.end() == (0, "")
+    brain.check(saved)
+    assert steps.count < MOST_ACTIONS

@@ -1,0 +1,70 @@
+"""A new user opens a brain on the page, with mouse and keyboard; each step leaves a picture."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from browser_fixtures import browser  # noqa: F401  (a fixture)
+from command_fixtures import PROJECT
+from opened_brain import MOST_ACTIONS, NAME, OpenedBrain, copy_to
+from page_mouse import drag
+from page_server import server
+from test_page import Page
+
+pytestmark = pytest.mark.matrix
+BROWSER_ARGUMENTS = ("--disable-3d-apis",)
+_PICTURES = PROJECT / "build" / "web"
+_WINDOW = {"width": 1280, "height": 800}
+
+
+# The handle table says of some how far they are moved.
+_HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(each => each.innerText)"
+
+
+class Steps:
+    """Counts what the user does, and takes a picture after each."""
+
+    def __init__(self, page):
+        self.count, self._page = 1, page  # the command
+        _PICTURES.mkdir(parents=True, exist_ok=True)
+
+    def done(self, name):
+        self.count += 1
+        shown = -1
+        while shown != self._page.frames():  # until the picture is as fine as it gets
+            shown = self._page.frames()
+            time.sleep(2)
+        self._page.tab.screenshot(path=_PICTURES / f"{self.count}_{name}.png")
+
+
+def test_a_brain_is_cut_open_and_saved(browser, tmp_path):
+    copy_to(tmp_path)
+    with server(tmp_path, NAME) as (_, address):
+        page = Page(browser, address, viewport=_WINDOW)
+        steps, keyboard = Steps(page), page.tab.keyboard
+        steps.done("opened")
+        page.tab.get_by_role("button", name="Half-plane").click()
+        page.says("The blue sheet cuts as far as its red edge")
+        steps.done("cut")
+        box = page.tab.locator("canvas").bounding_box()
+        brain = OpenedBrain(tmp_path, (round(box["width"]), round(box["height"])))
+        keyboard.down("Control")
+        drag(page.tab.mouse, page.pixel((0.5, 0.1)), (0.48 * box["width"], 0.8 * box["height"]))
+        keyboard.up("Control")
+        page.status("selected")
+        steps.done("selected")
+        page.drag(brain.grabbed, (150, 20))
+        page.tab.wait_for_function(_HAS_MOVED)
+        steps.done("dragged")
+        page.tab.get_by_role("button", name="Save", exact=True).click()
+        page.tab.get_by_role("link", name="picture.png").wait_for()
+        steps.done("saved")
+        with page.tab.expect_download() as download:
+            page.tab.get_by_role("link", name="picture.png").click()
+        steps.done("taken")
+        saved = tmp_path / "brain-edited"
+        assert download.value.path().read_bytes() == (saved / "picture.png").read_bytes()
+        page.close()
+    brain.check(saved)
+    assert steps.count < MOST_ACTIONS
