@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,10 @@ class Sampling:
         What is in the void: `background`; or the values that the map of each side brings there, as
         if its material went on behind the face of the cut. Contours of these end sharp where they
         are clipped by the void distance.
+    versions : sequence of hashable or None, one for each array, optional
+        What tells an array's contents from all others, such as its modification time: devices with
+        a memory of their own keep it there for the next question with an equal one. They keep no
+        array whose version is None.
 
     Raises
     ------
@@ -47,6 +51,7 @@ class Sampling:
     interpolation: str | tuple[str, ...] = "linear"
     background: float = 0.0
     void_values: str = "background"
+    versions: tuple[Hashable, ...] = ()
 
     if TYPE_CHECKING:
 
@@ -57,6 +62,7 @@ class Sampling:
             interpolation: str | Iterable[str] = ...,
             background: float = ...,
             void_values: str = ...,
+            versions: Iterable[Hashable] = ...,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -74,6 +80,7 @@ class Sampling:
             "interpolation": interpolation,
             "background": arguments.number("background", self.background),
             "void_values": arguments.choice("void_values", self.void_values, VOID_VALUES),
+            "versions": tuple(self.versions),
         }.items():
             object.__setattr__(self, name, value)
 
@@ -98,6 +105,10 @@ class Sampling:
         if len(self.interpolation) != count:
             raise self._bad_interpolation()
         return self.interpolation
+
+    def version(self, number: int) -> Hashable:
+        """What tells the contents of the array with a number from all others; None if unknown."""
+        return self.versions[number] if number < len(self.versions) else None
 
     def _bad_interpolation(self):
         return ValueError(

@@ -125,7 +125,7 @@ class ClusteredMap:
         axes = [np.arange(a, b) for a, b in zip(low[:2], high[:2])]
         k, j, i = np.meshgrid(layers, *axes[::-1], indexing="ij")
         blocks = np.stack([i.ravel(), j.ravel(), k.ravel()], axis=1)
-        spans, listed = self._lists_in_turn(grid, blocks)
+        spans, listed = self._lists_by_parts(grid, blocks)
         inner = np.stack(np.meshgrid(*[np.arange(_ALONG)] * 3, indexing="ij"), -1).reshape(-1, 3)
         at = (_ALONG * blocks[:, None] + inner).reshape(-1, 3)
         here = np.all((at >= first) & (at < last), axis=1)
@@ -138,7 +138,7 @@ class ClusteredMap:
             *(memory.constant(np.ascontiguousarray(a)) for a in (of_cells, listed)),
         ]
 
-    def _lists_in_turn(self, grid, blocks):
+    def _lists_by_parts(self, grid, blocks):
         """What `_lists` says of `blocks` (b, 3), found for some at a time."""
         spans, listed, length = [], [], 0
         for first in range(0, len(blocks), _TOGETHER):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections import OrderedDict
 
 import numpy as np
 import pyopencl as cl
@@ -34,12 +35,14 @@ class Memory:
         self._takes_addresses = _takes_addresses(device.handle)
         self.limit = device.handle.global_mem_size // 2 // devices.sharers(device)
         self._kept = {}
+        self._resident = OrderedDict()  # arrays by their version, the last used at the end
 
     def shrink(self):
         """Use a quarter of the memory from now on; whether that is of any use."""
         if self.limit < _LEAST:
             return False
         self._kept.clear()
+        self._resident.clear()
         self.limit //= 4
         return True
 
@@ -59,6 +62,21 @@ class Memory:
         """`array` on the device, to read as long as the buffer is kept."""
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self.context, flags, hostbuf=array)
+
+    def resident(self, array, version):
+        """`array` on the device, kept for the next call with an equal version of it.
+
+        So are others, of which those that were not used for longest make room.
+        """
+        key = version, array.dtype, array.shape
+        kept = self._resident.pop(key, None)
+        if kept is None:
+            others = self._resident.values
+            while others() and array.nbytes + sum(each.size for each in others()) > self.limit / 2:
+                self._resident.popitem(last=False)
+            kept = self.constant(array)
+        self._resident[key] = kept
+        return kept
 
     def planes(self, buffer, count, planes=3):
         """The first `planes * count` floats of a buffer on the host, (planes, count)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ class Rule(NamedTuple):
     background: float
     # whether they are covariant vectors, which are 0 outside: None, or if they get length 1
     covariant: bool | None = None
+    version: Hashable = None  # tells the contents of the array from all others, if it is not None
 
     @property
     def planes(self):
@@ -79,8 +81,8 @@ class Sampler:
         """The pieces that together make a slab of `count` points."""
         if self.fits:
             if self._whole is None:
-                self._whole = self.memory.read(self.array)
-            yield _Piece(0, count, index, self._whole.argument, self.source)
+                self._whole = self._all_values()
+            yield _Piece(0, count, index, self._whole, self.source)
             return
         planes = self.memory.planes(index, count, self.rule.planes)
         pieces = [(0, count)]
@@ -102,6 +104,12 @@ class Sampler:
                 nx, ny, _ = self.source.dimensions
                 grid = self.source.part((0, 0, low), (nx, ny, high - low))
                 yield _Piece(first, stop, moved, values, grid)
+
+    def _all_values(self):
+        """The array as an argument of kernels."""
+        if self.memory.in_place or self.rule.version is None:
+            return self.memory.read(self.array).argument
+        return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, result):
         """Launch the kernel for one piece of a slab."""
@@ -152,7 +160,7 @@ def samplers(launcher, arrays, sampling, covariant):
     return [
         Sampler(
             *(launcher, array, sampling.source),
-            Rule(method, sampling.background, covariant.get(number)),
+            Rule(method, sampling.background, covariant.get(number), sampling.version(number)),
             fits,
         )
         for number, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))

@@ -70,19 +70,19 @@ class Resampling:
         def fill(background, members, progress):
             chosen = [values[number] for number, _ in members]
             methods = [method for _, method in members]
+            versions = [self._version(old.GetAbstractArray(number)) for number, _ in members]
+            how = replace(sampling, interpolation=methods, background=background, versions=versions)
             void_distance = self._new_void_distance(sampling)
             if with_gradient and background == sampling.background:
-                methods.append(sampling.interpolation)
                 done, self._gradient = self.deformation.resample_with_gradient(
                     chosen,
                     self._scalars,
-                    replace(sampling, interpolation=methods),
+                    replace(how, interpolation=[*methods, sampling.interpolation]),
                     self.wanted.GetNormalizeGradient(),
                     progress,
                     void_distance,
                 )
             else:
-                how = replace(sampling, interpolation=methods, background=background)
                 done = self.deformation.resample(chosen, how, progress, void_distance)
             for (number, _), result in zip(members, done):
                 results[number] = result
@@ -111,6 +111,11 @@ class Resampling:
         tasks += [partial(fill, background, members) for background, members in passes.items()]
         run_all(tasks, progress)
         arrays.set_image_values(new, results, old)
+
+    def _version(self, array):
+        """What tells the contents of an array of the image from all others."""
+        # of the image, too: who writes into an array need not say so to the array itself
+        return array.__this__, array.GetMTime(), self.image.GetMTime()
 
     def _method(self, array):
         """Interpolation and background of an array."""
