@@ -57,10 +57,10 @@ class MLSDeform(DeformingFilter):
     `splitting`); types that cannot hold the pieces become vtkUnstructuredGrid.
 
     A GPU keeps the arrays of images until they or the image are `Modified()`, or others need the
-    memory. Memory is that of input and output. Pieces of the output are computed independently, so that MPI
-    processes share the work, and pieces of an image are, put together, the whole to the bit. Only
-    the extent of the input image that a piece needs is requested; to know it, control points and
-    cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
+    memory. Memory is that of input and output. Pieces of the output are computed independently, so
+    that MPI processes share the work, and pieces of an image are, put together, the whole to the
+    bit. Only the extent of the input image that a piece needs is requested; to know it, control
+    points and cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
     """
 
     def __init__(self):
