@@ -73,28 +73,32 @@ def test_a_killed_one_leaves_nothing_for_long(where):
 
 
 def test_what_is_young_or_not_ours_stays(where, monkeypatch):
-    for name in ("vtk-mls-young", "vtk-mls-old", "others-old"):
+    for name in ("vtk-mls-temporary-young", "vtk-mls-temporary-old", "vtk-mls-results"):
         (where / name).mkdir()
     target = where / "target"
     target.mkdir()
     (target / "kept").write_text("")
-    (where / "vtk-mls-link").symlink_to(target)
-    (where / "vtk-mls-file").write_text("")
-    for name in ("vtk-mls-old", "others-old", "target"):
+    (where / "vtk-mls-temporary-link").symlink_to(target)
+    (where / "vtk-mls-temporary-file").write_text("")
+    for name in ("vtk-mls-temporary-old", "vtk-mls-results", "target"):
         _make_old(where / name)
     monkeypatch.setattr(os, "getuid", lambda: 12345)
     temporary_folder.remove_abandoned(where)
-    assert (where / "vtk-mls-old").is_dir()
+    assert (where / "vtk-mls-temporary-old").is_dir()
     monkeypatch.undo()
     temporary_folder.remove_abandoned(where)
-    kept = ["others-old", "target", "vtk-mls-file", "vtk-mls-link", "vtk-mls-young"]
+    kept = [
+        "target",
+        "vtk-mls-results",
+        *(f"vtk-mls-temporary-{n}" for n in ("file", "link", "young")),
+    ]
     assert _names(where) == kept
     assert (target / "kept").exists()
 
 
 def test_where_there_are_no_locks_nothing_is_removed(where, monkeypatch):
-    (where / "vtk-mls-old").mkdir()
-    _make_old(where / "vtk-mls-old")
+    (where / "vtk-mls-temporary-old").mkdir()
+    _make_old(where / "vtk-mls-temporary-old")
 
     def refuse(*_):
         raise OSError("no locks available")
@@ -102,4 +106,4 @@ def test_where_there_are_no_locks_nothing_is_removed(where, monkeypatch):
     monkeypatch.setattr(temporary_folder.fcntl, "flock", refuse)
     with temporary_folder.made() as folder:
         assert os.path.isdir(folder)
-        assert (where / "vtk-mls-old").is_dir()
+        assert (where / "vtk-mls-temporary-old").is_dir()

@@ -15,7 +15,7 @@ try:
 except ModuleNotFoundError:  # Windows removes nothing that is open, and has no such locks
     fcntl = None
 
-_PREFIX = "vtk-mls-"
+_PREFIX = "vtk-mls-temporary-"  # as nobody names what is to stay
 _YOUNG = 600  # seconds, in which a folder may not yet be locked by the process that makes it
 
 
