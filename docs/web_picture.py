@@ -21,7 +21,7 @@ BRAIN = (
     Path(nilearn.__file__).parent / "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
 )
 # Handles in the picture at first, and how far they are dragged, in pixels.
-DRAGS = ((325, 285), (-55, -25)), ((534, 318), (95, -20)), ((466, 224), (60, -30))
+DRAGS = ((288, 361), (-55, -25)), ((502, 375), (95, -20)), ((601, 298), (60, -30))
 
 
 def step(name):

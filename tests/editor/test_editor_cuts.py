@@ -190,3 +190,24 @@ def test_what_a_cut_is_for_is_said_with_its_first_picture():
     assert said[1].startswith("The blue sheet cuts as far as its red edge")
     hands.press("c")
     assert said[2:] == [""]
+
+
+@pytest.mark.parametrize("what", ["undo", "lay_lattice", "delete", "toggle_slices", "compare"])
+def test_whatever_is_done_lets_go_of_the_sheet(what):
+    """VTK's widget keeps keys for itself then; a page's buttons and its key S come all the same."""
+    hands = Hands(ball_mesh())
+    hands.press("c")
+    high, point = hands.editor.scene.bounds[1], hands.editor.state.cuts[0].point
+    above = point[0], high[1], high[2] + 0.03 * SIZE * 2 / 3
+    start = hands.editor.projection.pixels([above])[0, :2]
+    hands.drag(start, (20, 0), released=False)
+    assert hands.editor.state.cuts[0].point[0] > point[0] + 0.5
+    hands.editor.do(what)
+    state = hands.editor.settled
+    assert hands.editor.state is state
+    hands.move(start + (40, 0))
+    hands.tick()
+    hands.send("LeftButtonReleaseEvent")
+    assert hands.editor.state is state
+    hands.press("y" if what == "undo" else "z")
+    hands.drag(start + (20, 0), (10, 0))  # it can be held again

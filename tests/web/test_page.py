@@ -287,6 +287,12 @@ def test_what_was_not_saved_is_offered_beside_other_messages(browser, folder):
         page.tab.keyboard.press("Enter")
         page.says("They are back")
         page.status("similarity")
+        _send(page, "data", folder / "ball.vtp")
+        page.status("rigid")
+        for said in ("They are dropped. 27 handles of", "They are dropped."):
+            page.tab.get_by_role("button", name="Drop them").click()
+            page.says(said)
+        page.tab.get_by_role("button", name="Drop them").wait_for(state="detached")
         page.close()
     assert not [*folder.glob("sent-*")]
 
@@ -295,7 +301,7 @@ def test_a_reload_has_all_of_it(page):
     before = page.rows()[0]
     page.drag((0.44, 0.3), (0, 0))  # beside handles: the camera
     page.tab.keyboard.press("l")
-    page.says("x 4 handles")
+    page.says("64 handles, 4 along each axis")
     page.tab.reload()
     page.tab.wait_for_selector("canvas[data-frames]")
     page.status("64 handles")

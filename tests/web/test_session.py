@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -9,7 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import Deformation, arrays
 from vtk_mls.editor import State
-from vtk_mls.web import edits
+from vtk_mls.web import edits, panel_values
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
 
@@ -42,6 +44,30 @@ def opened(*data, paths=("ball.vtp",)):
 def do(session, name, value=None):
     session.call(lambda: edits.apply(session, name, value)).result()
     return session._told.values
+
+
+@pytest.mark.parametrize(("scale", "away"), [(1, 0), (1e-9, 0), (1, 5e5), (300, -40)])
+def test_the_table_has_as_many_decimals_as_tell_handles_apart(scale, away):
+    rest = away + scale * np.array([(0, 0, 1e-17), (1 / 3, -1e-16, 1), (0.125, 0.5, 2 / 3)])
+    rows = panel_values.values_of(_Shown(State(rest, rest)), {}, 0)["rows"]
+    at = np.array([row["at"] for row in rows])
+    np.testing.assert_allclose(at, rest, atol=1e-5 * scale)
+    assert max(len(repr(each)) for each in at.ravel().tolist()) < 13
+    assert "e" not in repr(at.tolist()) or scale < 1
+
+
+class _Shown:
+    """As much of an editor as the panel asks for its table."""
+
+    message = offer = status = ""
+    selected, grabbed, scene = (
+        np.zeros(0, int),
+        None,
+        SimpleNamespace(shown=[SimpleNamespace(looks=["plain"])]),
+    )
+
+    def __init__(self, state):
+        self.state = state
 
 
 def test_the_thread_outlives_a_failure_and_tells_it():

@@ -42,8 +42,14 @@ class CutWidget:
         self._widget.SetInteractor(interactor)
         self._widget.SetRepresentation(self._plane)
         self._widget.KeyPressActivationOff()
-        for event, told in (("InteractionEvent", moved), ("EndInteractionEvent", ended)):
-            self._widget.AddObserver(event, lambda *_, told=told: told(self._read()))
+        self._interactor, self._is_held = interactor, False
+        self._moved, self._ended = moved, ended
+        for event, what in (
+            ("StartInteractionEvent", self._hold),
+            ("InteractionEvent", lambda *_: self._moved(self._read())),
+            ("EndInteractionEvent", self._let_go),
+        ):
+            self._widget.AddObserver(event, what)
 
     def show(self, cut):
         """Show a Plane or a HalfPlane, or nothing for None."""
@@ -55,6 +61,12 @@ class CutWidget:
             self._plane.SetOrigin(cut.point)
             self._plane.SetNormal(cut.normal)
             self._draw(cut)
+
+    def finish(self):
+        """Let go of it if the mouse holds it."""
+        if self._is_held:
+            # VTK's widget hears the mouse while it holds something, even if it is switched off
+            self._interactor.InvokeEvent("LeftButtonReleaseEvent")
 
     def set_visible(self, is_visible):
         """Hide it, or show it again if there is a cut."""
@@ -78,8 +90,16 @@ class CutWidget:
 
     def detach(self):
         """Leave the view."""
+        self.finish()
         self._widget.SetEnabled(False)
         self._widget.SetInteractor(None)
+
+    def _hold(self, widget, event):
+        self._is_held = True
+
+    def _let_go(self, widget, event):
+        self._is_held = False
+        self._ended(self._read())
 
     def _enable(self, is_enabled):
         # it forgets its renderer, and would take the one under the mouse

@@ -96,6 +96,10 @@ class Cutting:
             line.add(point)
         return True
 
+    def finish(self):
+        """Let go of a cut that the mouse holds."""
+        self._widget.finish()
+
     def drop_line(self):
         """Draw no line on."""
         if self._line is not None:

@@ -157,6 +157,7 @@ class Editor:
         """Let go of what the mouse holds: it is an edit."""
         self._mouse.finish()
         self._slice_mouse.finish()
+        self._cutting.finish()
         self.settle()
 
     @property

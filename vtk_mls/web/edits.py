@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from vtk_mls import kinds
 from vtk_mls.web import panel_values
@@ -40,7 +41,8 @@ def apply(session, name, value=None):
         return
     editor.finish()
     editor.say("")
-    with editor.telling():
+    # what no page of ours sends is passed over
+    with editor.telling(), suppress(LookupError, OverflowError):
         _apply(session, editor, name, value)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vtk_mls import HalfPlane, Plane, Surface
 
-_DIGITS = 5
+_DIGITS = 5  # after the first one of how far handles are apart
 _OF_THE_MAP = "kind", "alpha", "nu", "blend", "cut_frame", "degree"
 
 
@@ -51,15 +51,24 @@ def shape_of(cuts):
 def _rows(state):
     """The handle table."""
     steps = np.linalg.norm(state.deformed - state.rest, axis=1)
+    positions = np.round(state.deformed, _decimals(state.deformed)) + 0.0  # which has no sign
     return [
         {
             "row": i,
             "name": label or str(i + 1),
-            "at": [float(f"{each:.{_DIGITS}g}") for each in position],
+            "at": position.tolist(),
             "moved": float(f"{step:.3g}"),
             "fixed": bool(fixed),
         }
         for i, (label, position, step, fixed) in enumerate(
-            zip(state.labels, state.deformed, steps, state.anchored)
+            zip(state.labels, positions, steps, state.anchored)
         )
     ]
+
+
+def _decimals(positions):
+    """How many decimals tell handles apart that are at positions (n, 3)."""
+    if len(positions) == 0:
+        return 0
+    span = np.ptp(positions, axis=0).max() or np.abs(positions).max() or 1.0
+    return _DIGITS - int(np.floor(np.log10(span)))

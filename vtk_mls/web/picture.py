@@ -48,7 +48,7 @@ class Picture:
         async for message in socket:
             if message.type != WSMsgType.TEXT or socket is not self._socket:
                 break
-            with suppress(ValueError, KeyError, TypeError, OverflowError):
+            with suppress(ValueError, KeyError, TypeError, OverflowError, RecursionError):
                 self._hear(json.loads(message.data))
         if socket is self._socket:
             self._socket = None

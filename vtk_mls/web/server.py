@@ -105,7 +105,7 @@ class Page:
 
     def _opened(self, name):
         """Called when the page has sent data that are shown now."""
-        self._show(title=name, files=[])
+        self._show(title=name, files=[], put_off="")
         saver = self.session.editor.saver
         saver.within, saver.copies_data = self._within, True
 

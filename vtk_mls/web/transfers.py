@@ -146,6 +146,7 @@ async def _try(reader, path):
         _, said = await asyncio.wait_for(child.communicate(), _PATIENCE)
     except asyncio.TimeoutError:
         child.kill()
+        await child.wait()
         raise ValueError(f"VTK's reader does not come to an end with `{path.name}`") from None
     if child.returncode:
         raise ValueError(_last_words(said) or f"`{path.name}` makes VTK's reader crash")

@@ -1,0 +1,131 @@
+"""Who is let in, whatever the request is made of; and what is heard of whoever is."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+
+import pytest
+from test_session import ball_mesh, do, opened
+
+pytest.importorskip("trame", reason="the extra web is not installed")
+aiohttp = pytest.importorskip("aiohttp")
+TOKEN = "right-token"
+
+
+def _asked(*requests, routes=None):
+    """What a server behind the middleware answers to (path, headers): (status, headers) of each."""
+    from aiohttp import web
+    from aiohttp.test_utils import TestServer
+
+    from vtk_mls.web import access
+
+    async def hello(request):
+        return web.Response(text="hello")
+
+    async def ask():
+        application = web.Application(middlewares=[access.middleware(TOKEN)])
+        application.add_routes(routes or [web.get("/", hello)])
+        async with TestServer(application) as server:
+            return [await _raw(server, *each) for each in requests]
+
+    return asyncio.run(ask())
+
+
+async def _raw(server, path, headers):
+    """The status of a request of these bytes."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    host = b"127.0.0.1:%d" % server.port
+    lines = [b"GET %s HTTP/1.1" % path, b"Host: " + host, b"Connection: close"]
+    lines += [line.replace(b"HOST", host) for line in headers]
+    writer.write(b"\r\n".join([*lines, b"", b""]))
+    answer = await reader.read()
+    writer.close()
+    return int(answer.split()[1])
+
+
+def test_just_the_token_from_this_page_is_let_in():
+    right = b"/?token=" + TOKEN.encode()
+    allowed = [(right, []), (right, [b"Origin: http://HOST"])]
+    refused = [
+        (b"/", []),
+        (b"/?token=", []),
+        (b"/?token=right-toke", []),
+        (right + b"n", []),
+        (b"/?token=%ed%a0%80", []),
+        (b"/?token=%ff", []),
+        (b"/", [b"Cookie: a=\xff\xfe; vtk-mls-1=\xed\xa0\x80"]),
+        (b"/", [b"Cookie: " + b"=;" * 500]),
+        *(
+            (right, [b"Origin: " + origin])
+            for origin in (
+                b"null",
+                b"http://[",
+                b"http://127.0.0.1:1",
+                b"http://HOST.evil.example",
+                b"http://evil.example",
+                b"\xff",
+            )
+        ),
+    ]
+    assert _asked(*allowed) == [200] * len(allowed)
+    assert _asked(*refused) == [403] * len(refused)
+
+
+def test_a_cookie_of_broken_bytes_is_a_wrong_one():
+    """The name of the cookie is known to whoever shares the machine's browser."""
+    from vtk_mls.web.access import _is_same
+
+    assert _is_same(TOKEN, TOKEN)
+    assert not _is_same("\udcff" + TOKEN, TOKEN)
+    assert not _is_same("\udcff", TOKEN)
+
+
+VALUES = [None, [], {}, "", "x", 1e400, float("nan"), -1, 10**400, [1], [0, 1], [[0]], {"a": 1}]
+NAMES = ["position", "select", "look", "cut", "alpha", "kind", "say", "no such", ["x"]]
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_no_edit_fails_whatever_its_value_is(name):
+    session = opened(ball_mesh())
+    for value in VALUES:
+        do(session, name, value)
+    assert do(session, "lay_lattice")["count"] == 64
+
+
+TEXTS = [
+    *("", "{", "[]", "1", "null", '"type"', '{"type": []}', '{"type": "move"}', "[" * 4000),
+    *('{"type": "down", "button": 9, "x": 0, "y": 0}', '{"type": "key", "key": 3}'),
+    *('{"type": "move", "x": NaN, "y": 1}', '{"type": "move", "x": 1e300, "y": 1}'),
+    *('{"type": "wheel", "steps": "many"}', '{"type": "size", "w": NaN, "h": -1}'),
+    *('{"type": "key", "key": "\\ud800"}', '{"type": "key", "key": ""}', '{"type": "size"}'),
+    json.dumps({"type": "key", "key": "x" * 3000}),
+]
+
+
+def test_the_socket_outlives_whatever_it_hears(capfd):
+    from aiohttp import web
+    from aiohttp.test_utils import TestClient, TestServer
+
+    from vtk_mls.web.picture import Picture
+
+    session = opened(ball_mesh())
+    picture = Picture(session)
+
+    async def talk():
+        application = web.Application()
+        application.add_routes([web.get("/picture", picture.connect)])
+        server = TestServer(application)
+        async with TestClient(server) as client, client.ws_connect("/picture") as socket:
+            for text in TEXTS:
+                await socket.send_str(text)
+            await socket.send_str('{"type": "key", "key": "l"}')
+            until = asyncio.get_running_loop().time() + 60
+            while len(session.editor.state) == 27:
+                assert asyncio.get_running_loop().time() < until
+                await asyncio.sleep(0.05)
+            assert not socket.closed
+
+    asyncio.run(talk())
+    assert len(session.editor.state) == 64
+    assert "Traceback" not in capfd.readouterr().err
