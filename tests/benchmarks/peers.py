@@ -2,8 +2,8 @@
 
 Each maps 15 points of a box of 128 to where they were moved to. You will see, in millionths, how
 far off each then is there, and how far its inverse leads from where a point came, if it has one;
-and how long 256 points take until the first answers. What is not installed is left out (pip install itk molesq scipy
-SimpleITK).
+and how long 256 points take until the first answers. What is not installed is left out (pip install
+itk molesq scipy SimpleITK).
 """
 
 from __future__ import annotations
