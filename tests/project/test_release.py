@@ -92,6 +92,8 @@ def test_links_and_pictures_of_the_release_are_addresses(released):
     assert not [each for each in targets if not each.startswith(("https://", "#"))]
     pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
     raw = "https://raw.githubusercontent.com/someone/vtk_mls/v9.9/"
+    assert "pip install 'vtk-mls[vtk,cpu]'" in text
+    assert "'.[" not in text
     assert pictures
     assert [each for each in pictures if each.startswith(raw)] == pictures
     for target in targets:
