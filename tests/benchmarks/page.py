@@ -24,11 +24,12 @@ what they mean. The paper's figures are those of its Table 1: a GeForce 8800 Ult
 
 Tables of kernels say how long each takes alone, and its **operations** on floats for a point, as a
 simulator (Oclgrind) has counted them in the compiled code: additions, multiplications, divisions
-and roots are one, fused multiply-adds two, comparisons, selections and integers none. The **bytes**
-of a point are those of each array that is read or written, once. Both stand beside the peaks that
-other kernels have reached on the same device: fused multiply-adds, and copies in memory. What an
-update moves for a voxel is counted where buffers are made; its memory **beside** input and output
-is the largest that the system has told.
+and roots are one, fused multiply-adds two, comparisons, selections and integers none. With a
+half-plane that is more than on a fine grid, as searches begin farther off on that of the simulator.
+The **bytes** of a point are those of each array that is read or written, once: in a cache, they may
+be faster than the memory. Both stand beside the peaks that other kernels have reached on the same
+device: fused multiply-adds, and copies in memory. What an update moves for a voxel is counted where
+buffers are made; its memory **beside** input and output is the largest that the system has told.
 
 To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
 `make pages`. It measures the first GPU, else the fastest driver for the CPU, or what

@@ -127,7 +127,7 @@ def table(engine, n):
             needed = operations_of[each.name]
             done = needed["point"] * grid.size / best / 1e9
             row["operations"] = needed["point"]
-            row["for each control point"] = needed["pair"]
+            row["for each control point"] = round(needed["pair"], 1)
             row |= {"G/s": done, "% of the peak": 100 * done / peak[0]}
         row |= {"bytes": each.bytes, "GB/s": moved, "% of the memory's": 100 * moved / peak[1]}
     rows["peak"] = {"G/s": peak[0], "GB/s": peak[1]}

@@ -116,6 +116,20 @@ def test_fields_keep_to_the_tolerance(device, places, kind_and_degree, rng, note
 
 
 @pytest.mark.parametrize("device", DEVICES)
+def test_folds_and_jumps_are_exact(device):
+    rng = np.random.default_rng(1)
+    q = in_a_box(rng)
+    p = q + rng.normal(0, 100, q.shape)  # many times as far as it is to the next
+    found, expected = (
+        Deformation(p, q, "similarity", alpha=1.5, map_tolerance=t, device=device)
+        .displacement_field(GRID)
+        .displacement
+        for t in (1.0, 0)
+    )
+    assert worst(found, expected) <= 1.0
+
+
+@pytest.mark.parametrize("device", DEVICES)
 def test_the_reference_is_as_near(device, rng, noted):
     q = in_a_box(rng)
     p, grid = moved(q, rng), Grid((11, 10, 9), (9.0, 8.0, 7.0), (2.0, 2.2, 1.9))

@@ -703,6 +703,11 @@ add(
     "is_close = errors <= 1e9\n",
 )
 add(
+    "clusters: they count at folds and jumps, too",
+    "np.flatnonzero(self._steepness(grid, exact) <= _STEEPEST)",
+    "np.flatnonzero(self._steepness(grid, exact) <= 1e9)",
+)
+add(
     "clusters: blocks have the lists of the first that are found at a time",
     "spans.append(own + np.array([length, 0], np.int32))",
     "spans.append(own)",

@@ -22,6 +22,8 @@ _STEPS = 0.5, 0.9  # from try to try at most and at least
 # Times that errors may be larger than at the points of a block that are looked at: 2.8 times in the
 # worst of 6,000 blocks.
 _SAFETY = 3
+_SAFETY_OF_CUBICS = 6  # of maps with more functions than those of degree 2: 4.3 times
+_QUADRATICS = 9
 _MANY = 1 << 11  # control points, from which on lists are much shorter
 LISTED = 3000  # for a block, as a rule
 # Beyond, a few control points outweigh all others, and what those tell of the twist about them is
@@ -29,8 +31,11 @@ LISTED = 3000  # for a block, as a rule
 _LARGEST_ALPHA = 1.5
 # Points that are looked at: the corners of a block, the middles of its edges and faces, and its own
 # (so often that they fill the lanes). The exact map at what is its neighbours', too, is found once.
-_OUTSIDE = [at for at in itertools.product((0, 4, 8), repeat=3) if at != (4, 4, 4)]
-_LOOKED_AT = np.array(_OUTSIDE + 6 * [(4, 4, 4)])
+_REGULAR = list(itertools.product((0, 4, 8), repeat=3))
+_LOOKED_AT = np.array(_REGULAR + 5 * [(4, 4, 4)])
+# Where displacements change from one of these to the next by more than so many times their distance
+# all control points count: at folds and jumps errors between them were up to 40 times larger.
+_STEEPEST = 2
 _GROUP = len(_LOOKED_AT)
 _EXACT = 10  # for which the exact map is found, of each block, about
 _TOGETHER = 512  # blocks whose lists are found at a time
@@ -160,7 +165,8 @@ class ClusteredMap:
         points, exact, low, high = self._looked_at(grid.whole, blocks)
         everything = np.arange(len(self.map.control_points), dtype=np.int32)
         spans = np.tile(np.array([0, len(everything)], np.int32), (len(blocks), 1))
-        lists, length, rest = [everything], len(everything), np.arange(len(blocks))
+        lists, length = [everything], len(everything)
+        rest = np.flatnonzero(self._steepness(grid, exact) <= _STEEPEST)
         relative_size = np.full(len(blocks), _RELATIVE_SIZE)
         while len(rest):
             numbers, stops = self._clusters.near(low[rest], high[rest], relative_size[rest])
@@ -220,9 +226,24 @@ class ClusteredMap:
 
     def _errors(self, grid, errors):
         """Largest of each group of errors (3, m), as multiples of what keeps to the tolerance."""
-        to_index = np.linalg.inv(grid.index_to_world) * self.map.control_points.scale
-        limit = self.map.deformation.map_tolerance / _SAFETY
-        return np.linalg.norm(to_index @ errors, axis=0).reshape(-1, _GROUP).max(axis=1) / limit
+        control_points = self.map.control_points
+        is_cubic = control_points.kind.functions(control_points) > _QUADRATICS
+        safety = _SAFETY_OF_CUBICS if is_cubic else _SAFETY
+        limit = self.map.deformation.map_tolerance / safety
+        in_voxels = self._to_index(grid) @ errors
+        return np.linalg.norm(in_voxels, axis=0).reshape(-1, _GROUP).max(axis=1) / limit
+
+    def _steepness(self, grid, displacements):
+        """How fast `displacements` (3, m) change in each group at most, voxels a voxel."""
+        in_voxels = (self._to_index(grid) @ displacements).reshape(3, -1, _GROUP)
+        regular = in_voxels[:, :, : len(_REGULAR)].reshape(3, -1, 3, 3, 3)
+        changes = [np.diff(regular, axis=axis) for axis in (2, 3, 4)]
+        fastest = [np.linalg.norm(each, axis=0).max(axis=(1, 2, 3)) for each in changes]
+        return np.max(fastest, axis=0) / STEP
+
+    def _to_index(self, grid):
+        """(3, 3): from the local frame to indices of a grid."""
+        return np.linalg.inv(grid.index_to_world) * self.map.control_points.scale
 
 
 def _blocks_of(grid):
