@@ -20,13 +20,15 @@ STEPS = Path(sys.argv[1]) if len(sys.argv) > 1 else None
 BRAIN = (
     Path(nilearn.__file__).parent / "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
 )
-# Handles in the picture at first, and how far they are dragged, in pixels.
-DRAGS = ((288, 361), (-55, -25)), ((502, 375), (95, -20)), ((601, 298), (60, -30))
+# Pixels, and how far the mouse goes from there: round the handles on the right, and with one.
+AROUND, OPENING = ((466, 110), (445, 600)), ((502, 375), (130, 15))
 
 
 def step(name):
     """Let the picture become fine, and keep it."""
-    time.sleep(8)
+    shown = None
+    while shown != (shown := page.get_attribute("canvas", "data-frames")):
+        time.sleep(8)
     if STEPS:
         page.screenshot(path=STEPS / f"{name}.png")
 
@@ -46,18 +48,22 @@ try:
         step("1-opened")
         page.get_by_role("button", name="Half-plane").click()
         step("2-cut")
-        for number, each in enumerate(DRAGS, 3):
-            drag(page.mouse, *each, steps=10, rest=1)
-            step(f"{number}-dragged")
+        page.keyboard.down("Control")
+        drag(page.mouse, *AROUND)
+        page.keyboard.up("Control")
+        step("3-selected")
+        drag(page.mouse, *OPENING, steps=10, rest=1)
+        page.locator(".mls-row .moved", has_text=".").first.wait_for(timeout=240_000)
+        step("4-dragged")
         page.screenshot(path=Path(__file__).with_name("web.png"))
         page.get_by_role("button", name="Save").click()
         link = page.get_by_role("link", name="picture.png")
         link.wait_for(timeout=240_000)
-        step("6-saved")
+        step("5-saved")
         with page.expect_download() as download:
             link.click()
         if STEPS:
-            download.value.save_as(STEPS / "7-picture.png")
+            download.value.save_as(STEPS / "6-picture.png")
         browser.close()
 finally:
     server.terminate()

@@ -12,7 +12,7 @@ from vtk_mls import HalfPlane, Plane
 from vtk_mls.editor.half_sheet import HalfSheet
 from vtk_mls.linear_algebra import unit
 
-_FACE = 0.35, 0.75, 1.0
+_FACE, _BRIGHT = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0)
 _OPACITY, _GRASPED = 0.18, 0.35  # of the sheet
 # Where half of it is drawn instead: VTK's mouse grasps nothing that is not there at all.
 _UNSEEN, _FAINT = 0.004, 0.06
@@ -152,4 +152,5 @@ def _representation(bounds):
     plane.SetEdgeColor(_FACE)
     plane.TubingOff()
     plane.GetNormalProperty().SetColor(_FACE)
+    plane.GetSelectedNormalProperty().SetColor(_BRIGHT)
     return plane
