@@ -32,7 +32,7 @@ inline void store_values(__global VALUE *to, VALUES found, int lanes, int compon
 #if COVARIANT
 // J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalise`. After the three planes of indices
 // `grid_source_frame` stores nine of J = dG/dv.
-HOT vec covariant(vec n, const int normalise, __global const float *index, long count, long first) {
+inline vec covariant(vec n, int normalise, __global const float *index, long count, long first) {
   mat j;
   for (int i = 0; i < 9; ++i) j.a[i] = load_plane(index + (3 + i) * count, count, first);
   n = transposed_mat_vec(&j, n);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -76,7 +75,7 @@ def void_in_cells(deformation, grid, void_distance, progress):
         void[slab], unknown[slab] = _void_by_corners(void_distance, slab, least)
 
     slabs = [slice(first, first + _SLICES) for first in range(0, cells.shape[0], _SLICES)]
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(_THREADS) as threads:
         list(threads.map(look_at, slabs))
     unknown = np.flatnonzero(unknown)
     starts = range(0, len(unknown), _AT_ONCE)
@@ -95,7 +94,9 @@ _FAR = 4
 # Few enough for answers that do not depend on which others are asked for with them.
 _AT_ONCE = 1 << 16
 # Of an image, at a time: what is made of them stays in the cache.
-_SLICES = 8
+_SLICES = 6
+# Two halve the time, and each needs memory of its own.
+_THREADS = 2
 
 
 def _least_distance(deformation, grid):
