@@ -42,11 +42,7 @@ KERNEL void coarse_displacement(MAP_PARAMETERS, const grid_t grid, const coarse_
           continue;
         }
         for (int l = 0; l < LANES; ++l)
-          if (LANE_INT(kept, l)) {
-            to[3 * l] = LANE(d.x, l);
-            to[3 * l + 1] = LANE(d.y, l);
-            to[3 * l + 2] = LANE(d.z, l);
-          }
+          if (LANE_INT(kept, l)) store_point(to + 3 * l, d, l);
       }
     }
   }

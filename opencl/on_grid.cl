@@ -170,12 +170,7 @@ inline void store_kept_points(__global float *points, vec value, const item_t *i
     return;
   }
   for (int l = 0; l < item->lanes; ++l)
-    if (is_kept(item, l)) {
-      __global float *to = points + 3 * position_of(item, l);
-      to[0] = LANE(value.x, l);
-      to[1] = LANE(value.y, l);
-      to[2] = LANE(value.z, l);
-    }
+    if (is_kept(item, l)) store_point(points + 3 * position_of(item, l), value, l);
 }
 
 #if CUTS

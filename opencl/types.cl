@@ -121,6 +121,12 @@ inline void store_points(__global float *planes, vec value, long count, long fir
   __builtin_shufflevector(__builtin_shufflevector(a.x, a.y, EACH_LANE(X_OR_Y, n)), a.z,    \
                           EACH_LANE(OR_Z, n))
 #endif
+inline void store_point(__global float *to, vec a, int l) {
+  to[0] = LANE(a.x, l);
+  to[1] = LANE(a.y, l);
+  to[2] = LANE(a.z, l);
+}
+
 HOT void store_interleaved(__global float *to, vec a, int lanes) {
 #if LANES > 1
   if (lanes == LANES) {
@@ -130,11 +136,7 @@ HOT void store_interleaved(__global float *to, vec a, int lanes) {
     return;
   }
 #endif
-  for (int l = 0; l < lanes; ++l) {
-    to[3 * l] = LANE(a.x, l);
-    to[3 * l + 1] = LANE(a.y, l);
-    to[3 * l + 2] = LANE(a.z, l);
-  }
+  for (int l = 0; l < lanes; ++l) store_point(to + 3 * l, a, l);
 }
 
 // a / |a|, and 0 for a = 0.

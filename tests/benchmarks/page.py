@@ -15,7 +15,7 @@ RESULTS = Path(__file__).parent / "results"
 PAGE = PROJECT / "docs/benchmarks.md"
 HEAD = """# Benchmarks
 
-What `make bench` has measured, in milliseconds, one run for each kind of machine: the smallest of
+What `make bench` has measured, in milliseconds, each table in one run of a kind of machine: the smallest of
 several times and the median, of drags the 99th percentile, too; then the smallest, and the
 **processor** time of all threads, as multiples of those of the row in bold. Figures of one table
 were taken in turns and can be compared; those of different machines cannot. [Speed](speed.md) says
