@@ -13,8 +13,7 @@ import importlib.metadata
 import time
 
 import numpy as np
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
+import peers
 
 import vtk_mls
 
@@ -28,32 +27,13 @@ def ours(p, q):
 
 
 def vtk(p, q):
-    def placed(positions):
-        points = vtkPoints()
-        points.SetDataTypeToDouble()
-        for each in positions:
-            points.InsertNextPoint(each)
-        return points
-
-    spline = vtkThinPlateSplineTransform()
-    spline.SetBasisToR()
-    spline.SetSourceLandmarks(placed(p))
-    spline.SetTargetLandmarks(placed(q))
+    spline = peers.spline(q, p)
     maps = spline, spline.GetInverse()
     return [lambda x, of=of: np.array([of.TransformPoint(each) for each in x]) for of in maps]
 
 
 def itk(p, q):
-    from itk import D, ThinPlateSplineKernelTransform
-
-    spline = ThinPlateSplineKernelTransform[D, 3].New()
-    ends = [type(spline.GetSourceLandmarks()).New() for _ in range(2)]
-    for points, positions in zip(ends, (p, q)):
-        for number, each in enumerate(positions.tolist()):
-            points.SetPoint(number, each)
-    spline.SetSourceLandmarks(ends[0])
-    spline.SetTargetLandmarks(ends[1])
-    spline.ComputeWMatrix()
+    spline = peers.itk_spline(q, p)
     assert spline.GetInverseTransform() is None
     return lambda x: np.array([list(spline.TransformPoint(each)) for each in x.tolist()]), None
 

@@ -15,12 +15,12 @@ RESULTS = Path(__file__).parent / "results"
 PAGE = PROJECT / "docs/benchmarks.md"
 HEAD = """# Benchmarks
 
-What `make bench` has measured, in milliseconds, each table in one run of a kind of machine: the smallest of
-several times and the median, of drags the 99th percentile, too; then the smallest, and the
-**processor** time of all threads, as multiples of those of the row in bold. Figures of one table
-were taken in turns and can be compared; those of different machines cannot. [Speed](speed.md) says
-what they mean. The paper's figures are those of its Table 1: a GeForce 8800 Ultra, and a CPU of
-2 GHz.
+What `make bench` has measured, in milliseconds, each table in one run of a kind of machine: the
+smallest of several times and the median, of drags the 99th percentile, too; then the smallest,
+and the **processor** time of all threads, as multiples of those of the row in bold. Figures of
+one table were taken in turns and can be compared; those of different machines cannot.
+[Speed](speed.md) says what they mean. The paper's figures are those of its Table 1: a GeForce
+8800 Ultra, and a CPU of 2 GHz.
 
 Tables of kernels say how long each takes alone, and its **operations** on floats for a point, as a
 simulator (Oclgrind) has counted them in the compiled code: additions, multiplications, divisions

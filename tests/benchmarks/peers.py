@@ -6,7 +6,7 @@ A function does its job once and may be called again and again.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersHybrid import vtkTransformToGrid
@@ -32,7 +32,7 @@ def spline(rest, deformed):
 
 def _vtk_points(array):
     points = vtkPoints()
-    points.SetDataType(VTK_FLOAT)
+    points.SetDataTypeToDouble()
     for point in array:
         points.InsertNextPoint(point)
     return points
@@ -69,11 +69,10 @@ def transform_filters(mesh, rest, deformed):
         yield f"vtkTransformFilter {name}", lambda move=move: again(move)
 
 
-def _itk(rest, deformed, n):
-    try:
-        import itk
-    except ImportError:
-        return None
+def itk_spline(rest, deformed):
+    """ITK's thin-plate spline, backward as ours."""
+    import itk
+
     transform = itk.ThinPlateSplineKernelTransform[itk.D, 3].New()
 
     def landmarks(points):
@@ -85,6 +84,15 @@ def _itk(rest, deformed, n):
     transform.SetSourceLandmarks(landmarks(deformed))
     transform.SetTargetLandmarks(landmarks(rest))
     transform.ComputeWMatrix()
+    return transform
+
+
+def _itk(rest, deformed, n):
+    try:
+        import itk
+    except ImportError:
+        return None
+    transform = itk_spline(rest, deformed)
     field = itk.Image[itk.Vector[itk.F, 3], 3]
     to_field = itk.TransformToDisplacementFieldFilter[field, itk.D].New()
     to_field.SetTransform(transform)
