@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from vtk_mls.grid import Grid
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
 _EMPTY = (0, -1, 0, -1, 0, -1)
+# Geometries, and grids of cells, that are asked for at each update.
+_KEPT = 32
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -87,16 +90,12 @@ class ImageGeometry:
 
     def holds(self, extent):
         """Whether another, non-empty extent lies within."""
-        low, high = np.array(extent[::2]), np.array(extent[1::2])
-        inside = (self.extent[::2] <= low) & (low <= high) & (high <= self.extent[1::2])
-        return bool(inside.all())
+        ends = zip(self.extent[::2], extent[::2], extent[1::2], self.extent[1::2])
+        return all(first <= low <= high <= last for first, low, high, last in ends)
 
     def grid_within(self, whole):
         """The points as a part of the `Grid` of a whole that holds them."""
-        first, last, start = (
-            np.array(ends) for ends in (self.extent[::2], self.extent[1::2], whole.extent[::2])
-        )
-        return whole.grid.part(first - start, last - first + 1)
+        return _part_of(whole, self.extent)
 
     @property
     def is_empty(self):
@@ -106,11 +105,24 @@ class ImageGeometry:
     @property
     def grid(self):
         """The points as a `Grid`, whose origin is the extent's first point."""
-        first, last = np.array(self.extent[::2]), np.array(self.extent[1::2])
-        base = Grid((1, 1, 1), self.origin, self.spacing, np.reshape(self.direction, (3, 3)))
-        return Grid(last - first + 1, base.at(first[None])[0], base.spacing, base.direction)
+        return _grid_of(self)
 
 
+@functools.lru_cache(_KEPT)
+def _grid_of(geometry):
+    first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
+    direction = np.reshape(geometry.direction, (3, 3))
+    base = Grid((1, 1, 1), geometry.origin, geometry.spacing, direction)
+    return Grid(last - first + 1, base.at(first[None])[0], base.spacing, base.direction)
+
+
+@functools.lru_cache(_KEPT)
+def _part_of(whole, extent):
+    first, last, start = (np.array(ends) for ends in (extent[::2], extent[1::2], whole.extent[::2]))
+    return whole.grid.part(first - start, last - first + 1)
+
+
+@functools.lru_cache(_KEPT)
 def cell_grid(grid):
     """The centres of a grid's cells; along an axis with one point lies one layer of cells."""
     dimensions = np.array(grid.dimensions)

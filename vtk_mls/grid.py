@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -63,13 +65,7 @@ class Grid:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        wanted = real("dimensions", self.dimensions, "three positive integers (nx, ny, nz)")
-        if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
-            raise ValueError(
-                "`dimensions` must be three positive integers (nx, ny, nz), "
-                f"got {shown(self.dimensions)}"
-            )
-        dimensions = tuple(int(n) for n in wanted)
+        dimensions = _positive_integers(self.dimensions)
         direction = np.eye(3) if self.direction is None else self.direction
         for name, value, shape in (
             ("origin", self.origin, (3,)),
@@ -79,8 +75,7 @@ class Grid:
             array = real(name, value)
             if array.shape != shape or not np.isfinite(array).all():
                 raise ValueError(f"`{name}` must be {shape} finite numbers, got {shown(value)}")
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, _read_only(array))
         object.__setattr__(self, "dimensions", dimensions)
         object.__setattr__(self, "whole", self)
         if abs(np.linalg.det(self.direction)) < 1e-9 or not self.spacing.all():
@@ -95,16 +90,19 @@ class Grid:
         Points are placed, and values at the border are found, as in the whole: what is computed
         in parts is the same to the bit.
         """
-        part = Grid(dimensions, self.at([first])[0], self.spacing, self.direction)
-        first = tuple(int(a) + int(b) for a, b in zip(self.first, first))
-        last = [a + n for a, n in zip(first, part.dimensions)]
-        if min(first) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
+        dimensions = _positive_integers(dimensions)
+        start = tuple(int(a) + int(b) for a, b in zip(self.first, first))
+        last = [a + n for a, n in zip(start, dimensions)]
+        if min(start) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
             raise ValueError(
                 f"`first` and `dimensions` must be of a part of the {self.whole.dimensions} "
-                f"points, got {first} and {part.dimensions}"
+                f"points, got {start} and {dimensions}"
             )
-        object.__setattr__(part, "whole", self.whole)
-        object.__setattr__(part, "first", first)
+        part = copy.copy(self)
+        origin = _read_only(self.at([first])[0])
+        values = {"dimensions": dimensions, "origin": origin, "first": start}
+        for name, value in values.items():
+            object.__setattr__(part, name, value)
         return part
 
     @property
@@ -117,10 +115,15 @@ class Grid:
         """Number of points."""
         return int(np.prod(self.dimensions, dtype=np.int64))
 
-    @property
+    @functools.cached_property
     def index_to_world(self) -> NDArray[np.float64]:
         """(3, 3) matrix whose columns are the steps between neighbours in the world."""
-        return self.direction * self.spacing
+        return _read_only(self.direction * self.spacing)
+
+    @functools.cached_property
+    def world_to_index(self) -> NDArray[np.float64]:
+        """(3, 3) inverse of `index_to_world`."""
+        return _read_only(np.linalg.inv(self.index_to_world))
 
     def at(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions (m, 3) of the continuous indices `index` (m, 3) = (i, j, k)."""
@@ -128,9 +131,7 @@ class Grid:
 
     def index_of(self, points: ArrayLike) -> NDArray[np.float64]:
         """Continuous indices (m, 3) = (i, j, k) of the world positions `points` (m, 3)."""
-        return (np.asarray(points, dtype=np.float64) - self.origin) @ np.linalg.inv(
-            self.index_to_world
-        ).T
+        return (np.asarray(points, dtype=np.float64) - self.origin) @ self.world_to_index.T
 
     def covers(self, index: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""
@@ -141,7 +142,7 @@ class Grid:
 
         Grids whose points coincide, as far as both reach, get exact integers.
         """
-        matrix = np.linalg.solve(other.index_to_world, self.index_to_world)
+        matrix = other.world_to_index @ self.index_to_world
         offset = other.index_of(self.origin[None])[0]
         return _snapped(matrix), _snapped(offset)
 
@@ -158,6 +159,20 @@ class Grid:
         """World positions (8, 3) of the corners."""
         last = np.array(self.dimensions) - 1
         return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))
+
+
+def _positive_integers(dimensions):
+    wanted = real("dimensions", dimensions, "three positive integers (nx, ny, nz)")
+    if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
+        raise ValueError(
+            f"`dimensions` must be three positive integers (nx, ny, nz), got {shown(dimensions)}"
+        )
+    return tuple(int(n) for n in wanted)
+
+
+def _read_only(array):
+    array.flags.writeable = False
+    return array
 
 
 def _snapped(values: np.ndarray) -> np.ndarray:

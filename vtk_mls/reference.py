@@ -268,7 +268,7 @@ def _sources(deformation, sampling, progress, with_jacobian=False):
     """
     source, target = sampling.source, sampling.target
     matrix, offset = target.whole.index_transform(source.whole)
-    to_index = np.linalg.inv(source.index_to_world)
+    to_index = source.world_to_index
     for part in progress.over(_parts(target.size, deformation)):
         v = target.points(part.start, part.stop)
         moved, void_distance, jacobian = _answers(deformation, v, with_jacobian=with_jacobian)

@@ -30,7 +30,7 @@ def gradient(array, grid, progress=SILENT):
     values = np.asarray(array, dtype=np.float64)
     slopes = np.stack([_slope(values, axis) for axis in progress.over((2, 1, 0))], axis=-1)
     # d/dx = sum of d/di times di/dx
-    return (slopes @ np.linalg.inv(grid.index_to_world)).astype(np.float32)
+    return (slopes @ grid.world_to_index).astype(np.float32)
 
 
 def covariant(vectors, transposed_jacobian, normalise):

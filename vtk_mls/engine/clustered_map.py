@@ -243,7 +243,7 @@ class ClusteredMap:
 
     def _to_index(self, grid):
         """(3, 3): from the local frame to indices of a grid."""
-        return np.linalg.inv(grid.index_to_world) * self.map.control_points.scale
+        return grid.world_to_index * self.map.control_points.scale
 
 
 def _blocks_of(grid):

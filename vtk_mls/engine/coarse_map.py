@@ -152,7 +152,7 @@ class CoarseMap:
         middles = self._at_nodes(grid, low, checked, STEP / 2)
         here = {"first_cell": low, "cells": checked}
         record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
-        to_index = np.linalg.inv(grid.index_to_world) * self.map.control_points.scale
+        to_index = grid.world_to_index * self.map.control_points.scale
         limit = self.map.deformation.map_tolerance / _SAFETY
         check = kernel_arguments.filled(
             kernel_arguments.CHECK,

@@ -18,7 +18,7 @@ def gradient(launcher, array, grid, progress):
         *array_types.constants(array, launcher),
         ("SLICES", kernel_arguments.members(kernel_arguments.SLICES)),
     )
-    matrix = np.linalg.inv(grid.index_to_world).T
+    matrix = grid.world_to_index.T
     to_world = kernel_arguments.transform(matrix, np.zeros(3))
     lanes = dict(constants)["LANES"]
     row = -(-nx // lanes) * lanes  # points that a launch counts

@@ -264,16 +264,22 @@ class Engine:
             sampling.target.size, deformation, bytes_per_point + 4 + largest, coarsely=True
         )
         sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
-        launches, rivals = self._launches(deformation), self._rivals(deformation, slabs)
+        rivals = self._rivals(deformation, slabs)
+        launches = [
+            (map_, kernel_arguments.to_source(sampling, map_.control_points), is_rival)
+            for map_, is_rival in self._launches(deformation)
+        ]
         for part in progress.over(slabs):
             with ExitStack() as buffers:
                 distance = rivals
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
-                for map_, is_rival in launches:
+                for map_, to_source, is_rival in launches:
                     outputs = [sources, *map_.void_outputs(distance, may_lack=True)]
-                    map_.launch_from_source(
-                        *(asked.kernel, sampling, part, *outputs), is_rival=is_rival, coarsely=True
+                    map_.launch_on_grid(
+                        *(asked.kernel, sampling.target, part, to_source, *outputs),
+                        is_rival=is_rival,
+                        coarsely=True,
                     )
             yield part, sources
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 
@@ -69,6 +71,7 @@ def planes(points):
     return np.ascontiguousarray(points.T, dtype=np.float32)
 
 
+@functools.cache
 def members(dtype):
     """The members of the C struct that a structured dtype is, of numbers and arrays of them."""
     types = {"f4": "float", "f8": "double", "i4": "int", "i8": "long"}
@@ -128,15 +131,16 @@ def grid_points(grid, part, control_points):
     )
 
 
-def to_source(source, target, control_points, continued):
-    """What tells where in `source` points of `target` come from: a SOURCE."""
-    matrix, offset = target.whole.index_transform(source.whole)
-    to_index = np.linalg.inv(source.index_to_world)
+def to_source(sampling, control_points):
+    """What tells where in the source of a `Sampling` points of its target come from: a SOURCE."""
+    source = sampling.source.whole
+    matrix, offset = sampling.target.whole.index_transform(source)
+    to_index = source.world_to_index
     return filled(
         SOURCE,
         from_target=transform(matrix, offset + to_index @ control_points.mean_displacement),
         from_displacement=transform(to_index * control_points.scale, np.zeros(3)),
-        continued=continued,
+        continued=sampling.continues,
     )
 
 

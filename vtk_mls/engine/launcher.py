@@ -19,7 +19,9 @@ from vtk_mls.engine.origin_nodes import OriginNodes
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
-_CACHED = 1 << 18
+_CACHED = 1 << 19
+# Points whose forward images are searched for at a time.
+_SEARCHED = 1 << 18
 
 
 class Launcher:
@@ -68,19 +70,20 @@ class Launcher:
 
     def search_slabs(self, count, deformation):
         """Slabs of `count` points whose forward images are searched for."""
-        return self.slabs(count, deformation, 64, _CACHED)
+        return self.slabs(count, deformation, 64, _SEARCHED)
 
     # Kernels
 
     def launch(self, name, constants, count, *arguments):
         """Launch a kernel for `count` points."""
-        kernel = self._kernels.get((name, constants))
-        if kernel is None:
-            kernel = self._kernels[name, constants] = devices.kernel(self.device, name, constants)
-        items = -(-count // dict(constants)["LANES"])
+        known = self._kernels.get((name, constants))
+        if known is None:
+            kernel = devices.kernel(self.device, name, constants)
+            known = self._kernels[name, constants] = kernel, dict(constants)["LANES"]
+        kernel, lanes = known
+        items = -(-count // lanes)
         local = 64 if self.device.kind == "gpu" else 16
-        queue = self.memory.queue
-        kernel(queue, (-(-items // local) * local,), (local,), *arguments)
+        kernel(self.memory.queue, (-(-items // local) * local,), (local,), *arguments)
 
     def sums(self, double):
         """Build constants of kernels that sum in double or in float."""
@@ -248,15 +251,6 @@ class RegionMap:
             best = self._approximations[shares.index(least)] if least < 1 else None
             self._spared[grid.whole] = best
         return self._spared[grid.whole]
-
-    def launch_from_source(self, name, sampling, part, *outputs, is_rival=False, coarsely=False):
-        """Launch a kernel that finds the origins of the points `part` of the target."""
-        source = kernel_arguments.to_source(
-            sampling.source, sampling.target, self.control_points, sampling.continues
-        )
-        self.launch_on_grid(
-            name, sampling.target, part, source, *outputs, is_rival=is_rival, coarsely=coarsely
-        )
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""

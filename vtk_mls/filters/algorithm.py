@@ -23,6 +23,14 @@ from vtk_mls.announcements import heard_by
 from vtk_mls.filters.requests import ask_for_all, ask_within_the_whole
 from vtk_mls.progress import whole
 
+# The requests that filters answer, by methods of VTKPythonAlgorithmBase.
+_ANSWERS = {
+    vtkDemandDrivenPipeline.REQUEST_DATA_OBJECT(): "RequestDataObject",
+    vtkDemandDrivenPipeline.REQUEST_INFORMATION(): "RequestInformation",
+    vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT(): "RequestUpdateExtent",
+    vtkDemandDrivenPipeline.REQUEST_DATA(): "RequestData",
+}
+
 
 class Algorithm(VTKPythonAlgorithmBase):
     """Base of the filters.
@@ -50,23 +58,27 @@ class Algorithm(VTKPythonAlgorithmBase):
             setattr(self, each.attribute, each.initial)
 
     def ProcessRequest(self, request, inInfo, outInfo):
+        name = _ANSWERS.get(request.GetRequest())
+        if name is None:
+            return 1
         # points may be NaN or far away
         with heard_by(self._show, self._warn), np.errstate(all="ignore"):
-            return self._process(request, inInfo, outInfo)
+            return self._answer(name, request, inInfo, outInfo)
 
-    def _process(self, request, inInfo, outInfo):
-        if request.Has(vtkDemandDrivenPipeline.REQUEST_INFORMATION()) and _has_composite(inInfo):
+    def _answer(self, name, request, inInfo, outInfo):
+        answer = getattr(self, name)
+        if name == "RequestInformation" and _has_composite(inInfo):
             self._blocks_since = self.GetExecutive().GetPipelineMTime()
             return 1
-        if request.Has(vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT()):
+        if name == "RequestUpdateExtent":
             self._empty_what_is_out_of_date(outInfo)
             if _has_composite(inInfo):
                 self._has_reported = False
-        if not request.Has(vtkDemandDrivenPipeline.REQUEST_DATA()):
-            return super().ProcessRequest(request, inInfo, outInfo)
+        if name != "RequestData":
+            return answer(request, inInfo, outInfo)
         self._unmuffle()
         try:
-            return super().ProcessRequest(request, inInfo, outInfo)
+            return answer(request, inInfo, outInfo)
         except Aborted:
             self._discard(outInfo)
             return 1

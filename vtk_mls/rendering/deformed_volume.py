@@ -281,7 +281,7 @@ def _placement(box, dimensions, layer_count):
     nodes = np.array(dimensions, float)
     stack = np.array([1, 1, layer_count])
     map_scale, map_bias = (nodes - 1) / nodes / stack, 0.5 / nodes / stack
-    to_texture = np.linalg.inv(values.index_to_world) / count[:, None]
+    to_texture = values.world_to_index / count[:, None]
     return {
         "mls_layers": float(layer_count),
         "mls_map_low": float(map_bias[2]),
