@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from vtk_mls.kinds import KINDS
     from vtk_mls.progress import Aborted
     from vtk_mls.sampling import VOID_VALUES, Sampling
+    from vtk_mls.void_cells import VoidCells
 
 __all__ = [
     "CUT_FRAMES",
@@ -28,6 +29,7 @@ __all__ = [
     "Plane",
     "Sampling",
     "Surface",
+    "VoidCells",
 ]
 __version__ = "0.1.0"
 
@@ -48,6 +50,7 @@ _MODULES = {
     "Plane": "cuts",
     "Sampling": "sampling",
     "Surface": "cuts",
+    "VoidCells": "void_cells",
 }
 _ROOMS = ("editor", "files", "filters", "io", "pyvista", "rendering")
 __getattr__, __dir__ = lazy.names(__name__, _MODULES, _ROOMS)

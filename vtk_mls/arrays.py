@@ -23,7 +23,7 @@ from vtk_mls.grid import Grid
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
 _EMPTY = (0, -1, 0, -1, 0, -1)
-# Geometries, and grids of cells, that are asked for at each update.
+# Geometries whose grids are asked for at each update.
 _KEPT = 32
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -120,18 +120,6 @@ def _grid_of(geometry):
 def _part_of(whole, extent):
     first, last, start = (np.array(ends) for ends in (extent[::2], extent[1::2], whole.extent[::2]))
     return whole.grid.part(first - start, last - first + 1)
-
-
-@functools.lru_cache(_KEPT)
-def cell_grid(grid):
-    """The centres of a grid's cells; along an axis with one point lies one layer of cells."""
-    dimensions = np.array(grid.dimensions)
-    if grid.whole is not grid and ((dimensions > 1) | (np.array(grid.whole.dimensions) == 1)).all():
-        return cell_grid(grid.whole).part(grid.first, np.maximum(dimensions - 1, 1))
-    centre = np.where(dimensions > 1, 0.5, 0.0)
-    return Grid(
-        np.maximum(dimensions - 1, 1), grid.at(centre[None])[0], grid.spacing, grid.direction
-    )
 
 
 def to_numpy(array):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import arguments, kinds, vector_fields
+from vtk_mls import arguments, kinds, vector_fields, void_cells
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
@@ -20,6 +20,7 @@ from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
 from vtk_mls.regions import Region, divided, moved
 from vtk_mls.sampling import Sampling
+from vtk_mls.void_cells import VoidCells
 
 CUT_FRAMES = ("rest", "deformed")
 # Points of a grid whose displacements are in memory though only void distances are wanted.
@@ -524,6 +525,43 @@ class Deformation:
             for part, values in self._void_distance_slabs(grid, progress):
                 np.less(values, 0, out=void[part])
             return void
+
+    @_quiet
+    def void_of_cells(
+        self,
+        grid: Grid,
+        void_distance: NDArray[np.float32] | None = None,
+        progress: ProgressLike = None,
+    ) -> VoidCells:
+        """Which cells between the points of a grid are void.
+
+        The map is asked for the centres of those near a face of the void only.
+
+        Parameters
+        ----------
+        grid : Grid
+        void_distance : (nz, ny, nx) float32, world units, optional
+            The `void_distance_field` of the grid, where it is known already.
+        progress : callable, optional
+            As for `backward`.
+
+        Returns
+        -------
+        VoidCells
+            For the centres and the corners of the `Grid.cells` of `grid`.
+        """
+        arguments.grid("grid", grid)
+        with whole(progress) as progress:
+            measuring, looking = progress.divided(1, 1)
+            if void_distance is None:
+                void_distance = self.void_distance_field(grid, measuring)
+            void_distance = np.ascontiguousarray(void_distance, np.float32)
+            if void_distance.shape != grid.shape:
+                raise ValueError(
+                    f"`void_distance` must have the shape of the grid, {grid.shape}, "
+                    f"got {void_distance.shape}"
+                )
+            return void_cells.of_cells(self, self._engine, grid, void_distance, looking)
 
     def _void_distance_slabs(self, grid, progress):
         """Slices along z of a grid, and the void distance there, to the bit that of the whole."""

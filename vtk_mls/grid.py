@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -98,10 +97,15 @@ class Grid:
                 f"`first` and `dimensions` must be of a part of the {self.whole.dimensions} "
                 f"points, got {start} and {dimensions}"
             )
-        part = copy.copy(self)
-        origin = _read_only(self.at([first])[0])
-        values = {"dimensions": dimensions, "origin": origin, "first": start}
-        for name, value in values.items():
+        part = object.__new__(Grid)
+        for name, value in {
+            "dimensions": dimensions,
+            "origin": _read_only(self.at([first])[0]),
+            "spacing": self.spacing,
+            "direction": self.direction,
+            "whole": self.whole,
+            "first": start,
+        }.items():
             object.__setattr__(part, name, value)
         return part
 
@@ -145,6 +149,16 @@ class Grid:
         matrix = other.world_to_index @ self.index_to_world
         offset = other.index_of(self.origin[None])[0]
         return _snapped(matrix), _snapped(offset)
+
+    @functools.cached_property
+    def cells(self) -> Grid:
+        """The centres of the cells; along an axis with one point lies one layer of cells."""
+        dimensions, whole = np.array(self.dimensions), np.array(self.whole.dimensions)
+        number = np.maximum(dimensions - 1, 1)
+        if self.whole is not self and ((dimensions > 1) | (whole == 1)).all():
+            return self.whole.cells.part(self.first, number)
+        centre = np.where(dimensions > 1, 0.5, 0.0)
+        return Grid(number, self.at(centre[None])[0], self.spacing, self.direction)
 
     def indices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""

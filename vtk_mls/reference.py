@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import guesses, interpolation, rest_frame, vector_fields
+from vtk_mls import guesses, interpolation, rest_frame, vector_fields, void_cells
 from vtk_mls.linear_algebra import finite
 from vtk_mls.progress import SILENT
 from vtk_mls.regions import ON_PLANE
@@ -252,6 +252,10 @@ def resample(
 
 def gradient(array, grid, progress=SILENT):
     return vector_fields.gradient(array, grid, progress)
+
+
+def void_by_corners(void_distance, least, progress=SILENT):
+    return void_cells.by_corners(void_distance, least)
 
 
 def source_bounds(deformation, sampling, progress=SILENT):

@@ -143,7 +143,7 @@ def test_cells_of_the_grid_are_where_vtk_has_them(image):
     centres.SetInputData(image)
     centres.Update()
     expected = centres.GetOutput()
-    cells = arrays.cell_grid(ImageGeometry.of_image(image).grid)
+    cells = ImageGeometry.of_image(image).grid.cells
     assert cells.size == image.GetNumberOfCells()
     expected = [expected.GetPoint(i) for i in range(expected.GetNumberOfPoints())]
     np.testing.assert_allclose(cells.points(), expected, atol=1e-12)

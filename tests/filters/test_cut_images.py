@@ -76,7 +76,7 @@ def grid_of(image):
 def void_of(output, value):
     """What `Deformation.void` says of the points and cells of an image."""
     grid = grid_of(output)
-    return value.void(grid.points()), value.void(arrays.cell_grid(grid).points())
+    return value.void(grid.points()), value.void(grid.cells.points())
 
 
 def numbers_of(attributes, name):

@@ -60,7 +60,7 @@ def smooth_image(**place):
     x, y, z = grid.points().T
     add_array(image.GetPointData(), "values", np.sin(x) + y * z)
     image.GetPointData().SetActiveScalars("values")
-    x, y, z = arrays.cell_grid(grid).points().T
+    x, y, z = grid.cells.points().T
     add_array(image.GetCellData(), "cells", np.stack([x * y, z], axis=1), TYPES["float"])
     return image
 
@@ -71,9 +71,9 @@ def expected(image, deformation, target=None, **options):
     target = target or grid
     sampling = Sampling(grid, target, **options)
     (values,) = deformation.resample([values_of(image, "values")], sampling)
-    cells = arrays.cell_grid(grid)
+    cells = grid.cells
     old = arrays.to_numpy(image.GetCellData().GetArray("cells")).reshape(*cells.shape, 2)
-    sampling = Sampling(cells, arrays.cell_grid(target), **options)
+    sampling = Sampling(cells, target.cells, **options)
     (new,) = deformation.resample([old], sampling)
     return values, new.reshape(-1, 2)
 

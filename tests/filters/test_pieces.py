@@ -52,7 +52,7 @@ class Cropped(VTKPythonAlgorithmBase):
         whole = ImageGeometry.of_image(make_image(**self.place))
         part = whole.part(extent)
         part.apply_to(output)
-        grids = part.grid_within(whole), arrays.cell_grid(part.grid_within(whole))
+        grids = part.grid_within(whole), part.grid_within(whole).cells
         data = output.GetPointData(), output.GetCellData()
         for attributes, name, grid in zip(data, ("values", "cells"), grids):
             x, y, z = grid.points().T

@@ -660,7 +660,7 @@ add("command line: a crash after the work counts", "    if status >= 0 and", "  
 
 # Faces of cuts
 
-add = _in("vtk_mls/filters/void_arrays.py", "tests/filters/test_void_cells.py")
+add = _in("vtk_mls/void_cells.py", "tests/core/test_void_cells.py")
 add("void cells: a single layer is known", "if np.any(dimensions == 2):", "if False:")
 add(
     "void cells: corners that lie alike are far",

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vtk_mls import interpolation, vector_fields
-from vtk_mls.engine import array_types, differences, kernel_arguments
+from vtk_mls.engine import array_types, differences, kernel_arguments, void_corners
 from vtk_mls.engine import device as devices
 from vtk_mls.engine.inverse import InverseSearch
 from vtk_mls.engine.launcher import Launcher, RegionMap
@@ -197,6 +197,10 @@ class Engine:
         if not array_types.is_for_device(array, self.device):
             return vector_fields.gradient(array, grid, progress)
         return differences.gradient(self.launcher, array, grid, progress)
+
+    @_question
+    def void_by_corners(self, void_distance, least, progress=SILENT):
+        return void_corners.void_by_corners(self.launcher, void_distance, least, progress)
 
     @_question
     def source_bounds(self, deformation, sampling, progress=SILENT):

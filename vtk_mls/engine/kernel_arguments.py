@@ -56,6 +56,14 @@ CHECK = _struct([("to_index", *_TRANSFORM), ("limit2", "f4")])
 # and how many are; numbers at each.
 ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])
 
+# Slices of void distances: points along the axes, the first slice and how many are there, from and
+# to which layer of cells something is wanted, how far from a face corners are that tell.
+LAYERS = _struct(
+    [
+        *[("size", "i4", 3), ("first", "i4"), ("there", "i4"), ("start", "i4"), ("stop", "i4")],
+        ("least", "f4"),
+    ]
+)
 # Slices of an array: the size of all of it, the first slice that is there, from and to which slice
 # the gradient is wanted; a transform of slopes per index to those per world unit.
 SLICES = _struct(

@@ -220,6 +220,25 @@ class Engine(Protocol):
             Of fourth order inside, of second order at the border, 0 across a single slice.
         """
 
+    def void_by_corners(
+        self, void_distance: np.ndarray, least: float, progress: Progress
+    ) -> np.ndarray:
+        """What the corners of cells tell of the void: `void_cells.by_corners`.
+
+        Parameters
+        ----------
+        void_distance : (nz, ny, nx) float32, world units, contiguous
+            At the points of a grid.
+        least : float, world units
+            Corners of cells that are not near a face are at least as far from it.
+        progress : Progress
+
+        Returns
+        -------
+        array of uint8
+            Of the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED of each.
+        """
+
     def source_bounds(
         self, deformation: Deformation, sampling: Sampling, progress: Progress
     ) -> np.ndarray:

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from vtk_mls import arrays
-
 # Points needed beyond those next to an origin: of interpolation, and of differences for gradients.
 _REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 GRADIENT_REACH = 2
@@ -50,8 +48,8 @@ def of_cells(sampling):
     """How cells are sampled where points are as `sampling` says."""
     return replace(
         sampling,
-        source=arrays.cell_grid(sampling.source),
-        target=arrays.cell_grid(sampling.target),
+        source=sampling.source.cells,
+        target=sampling.target.cells,
     )
 
 

@@ -149,12 +149,10 @@ class Resampling:
     def _mark_cells(self, progress):
         data = self.output.GetCellData()
         void_distance, self._void_distance = self._void_distance, None
-        void = void_arrays.void_in_cells(self.deformation, self.target, void_distance, progress)
-        arrays.add(data, "Void", void.ravel())
+        void = self.deformation.void_of_cells(self.target, void_distance, progress)
+        arrays.add(data, "Void", void.at_centre.ravel())
         if self.wanted.GetHideVoid() and void_arrays.CAN_HIDE_CELLS:
-            points = arrays.to_numpy(self.output.GetPointData().GetArray("Void")).view(bool)
-            void |= void_arrays.touched(points.reshape(self.target.shape))
-            void_arrays.hide(data, void)
+            void_arrays.hide(data, void.at_centre | void.touched)
 
     def _add_gradient(self, progress):
         """Add "Gradient" of point scalars."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.arrays import ImageGeometry, cell_grid
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.grid import Grid
 
 _MARGIN = 0.15  # of the size, on each side
@@ -139,7 +139,7 @@ class MapBox:
 
 
 def _values_of(image, of_cells):
-    return cell_grid(image.grid) if of_cells else image.grid
+    return image.grid.cells if of_cells else image.grid
 
 
 def _ends(values, within):

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
-from vtk_mls.arrays import ImageGeometry, cell_grid
+from vtk_mls.arrays import ImageGeometry
 from vtk_mls.interpolation import sample
 from vtk_mls.rendering import deformed_volume
 
@@ -113,7 +113,7 @@ def _values(mapper, image):
     if array is None:
         return None
     grid = ImageGeometry.of_image(image).grid
-    grid = cell_grid(grid) if of_cells.get() == 1 else grid
+    grid = grid.cells if of_cells.get() == 1 else grid
     values = vtk_to_numpy(array).reshape(*grid.shape, -1)
     return values[..., -1], grid
 

@@ -1,0 +1,63 @@
+"""What corners tell of cells on a device, against numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+
+from vtk_mls import void_cells
+from vtk_mls.engine import dispatch, void_corners
+
+pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+
+
+@pytest.fixture(params=DEVICES or [None])
+def engine(request):
+    return dispatch.engine_for(request.param)
+
+
+def distances(shape, rng):
+    """Those of some random planes, with steps."""
+    z, y, x = np.meshgrid(*[np.arange(n) for n in shape], indexing="ij")
+    normal = rng.normal(size=3)
+    height = normal[0] * x + normal[1] * y + normal[2] * z
+    height += 20 * (rng.random(shape) < 0.002) - np.median(height)
+    return height.astype(np.float32)
+
+
+def check(engine, values, least):
+    got = engine.void_by_corners(values, least)
+    np.testing.assert_array_equal(got, void_cells.by_corners(values, least))
+    return got
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 15, 16, 17, 18, 19, 33, 50])
+def test_every_size(n, engine, rng):
+    found = set()
+    for shape in ((n, 7, 40), (9, n, 37), (20, 9, n), (n, 1, 1), (1, n, 1), (1, 1, n)):
+        for least in (0.0, 1.5, 6.0):
+            found |= set(check(engine, distances(shape, rng), least).ravel().tolist())
+    assert {0, void_cells.UNKNOWN, void_cells.VOID | void_cells.TOUCHED} <= found or n == 1
+
+
+def test_what_is_no_number_or_has_no_end_tells_nothing(engine, rng):
+    values = distances((20, 21, 40), rng)
+    for bad in (np.inf, -np.inf, np.nan):
+        some = values.copy()
+        some.flat[rng.integers(0, some.size, 5)] = bad
+        with np.errstate(invalid="ignore"):
+            check(engine, some, 1.0)
+    assert (
+        check(engine, np.full((4, 5, 20), np.inf, np.float32), np.inf) == void_cells.UNKNOWN
+    ).all()
+
+
+def test_a_device_gets_it_in_pieces(engine, rng, monkeypatch):
+    values = distances((70, 20, 33), rng)
+    monkeypatch.setattr(void_corners, "_MOST", 1 << 12)
+    check(engine, values, 1.5)
+    monkeypatch.setattr(engine.memory, "in_place", False)
+    check(engine, values, 1.5)
+    monkeypatch.setattr(engine.memory, "limit", 20 * 33 * 5 * 2 * 9)
+    check(engine, values, 1.5)
