@@ -89,17 +89,17 @@ class Grid:
         Points are placed, and values at the border are found, as in the whole: what is computed
         in parts is the same to the bit.
         """
-        dimensions = _positive_integers(dimensions)
+        size = _positive_integers(dimensions)
         start = tuple(int(a) + int(b) for a, b in zip(self.first, first))
-        last = [a + n for a, n in zip(start, dimensions)]
+        last = [a + n for a, n in zip(start, size)]
         if min(start) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
             raise ValueError(
                 f"`first` and `dimensions` must be of a part of the {self.whole.dimensions} "
-                f"points, got {start} and {dimensions}"
+                f"points, got {start} and {size}"
             )
         part = object.__new__(Grid)
         for name, value in {
-            "dimensions": dimensions,
+            "dimensions": size,
             "origin": _read_only(self.at([first])[0]),
             "spacing": self.spacing,
             "direction": self.direction,
