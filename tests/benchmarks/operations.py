@@ -94,9 +94,26 @@ def questions(n, count=HANDLES):
     for method in ("nearest", "linear", "cubic"):
         yield Question(f"sampling of floats, {method}", "resample", 20, sampled(method))
 
+    def covariant(engine, grid):
+        vectors = np.zeros((*grid.shape, 3), np.float32)
+        engine.resample(maps["rigid"], [vectors], Sampling(grid), covariant={0: False})
+
+    yield Question("origins and Jacobians of voxels, rigid", "grid_source_frame", 48, covariant)
+    yield Question("differences of floats", "gradient", 16, _differences)
+    yield Question("sampling of gradients, linear", "resample", 72, covariant)
+    yield Question("void of cells by their corners", "void_by_corners", 5, _corners)
+
 
 def _field(value):
     return lambda engine, grid: engine.displacement_field(value, grid)
+
+
+def _differences(engine, grid):
+    engine.gradient(np.zeros(grid.shape, np.float32), grid)
+
+
+def _corners(engine, grid):
+    engine.void_by_corners(np.ones(grid.shape, np.float32), 1.0)
 
 
 def counted():
