@@ -7,7 +7,7 @@ import pytest
 from vtk_fixtures import messages, update  # noqa: F401
 
 from vtk_mls import arrays
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, point_tables
 from vtk_mls.filters import MLSControlPoints
 
 REST = np.array([(1.25, -2, 3e-9), (4e5, 5, 6)])
@@ -75,6 +75,30 @@ def test_a_table_with_semicolons_may_have_decimal_commas(tmp_path, text):
     path.write_text(text)
     rest, deformed, *_ = control_point_files.read(path)
     assert (rest.tolist(), deformed.tolist()) == ([[1.5, 2, 3]], [[4, 5, -6.25]])
+
+
+@pytest.mark.parametrize(
+    ("header", "idle"),
+    [
+        ("x,y,z,new_x,new_y,new_z", "new_x, new_y, new_z"),
+        ("X Y Z x2 y2 z2", "x2, y2, z2"),
+        ("px,py,pz,xq,yq,zq", "xq, yq, zq"),
+        ("x,y,z,t,label,comment", None),
+        ("px,py,pz,qx,qy,qz,next", None),
+    ],
+)
+def test_places_in_columns_of_other_names_are_missed(tmp_path, caplog, header, idle):
+    path = tmp_path / "points.csv"
+    mark = "," if "," in header else " "
+    path.write_text(f"{header}\n{mark.join('1234567'[: header.count(mark) + 1])}\n")
+    point_tables.read(path)
+    told = [record.getMessage() for record in caplog.records]
+    if idle is None:
+        assert told == []
+    else:
+        assert told == [
+            f"`{path}`: columns {idle} count for nothing; control points have px,py,pz,qx,qy,qz"
+        ]
 
 
 def test_semicolons_in_a_label_part_nothing(tmp_path):

@@ -32,6 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.announcements import warn
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 
@@ -65,6 +66,8 @@ class _Layout:
     frame : str
     expected : str
         What a line must be, for errors.
+    idle : list of str
+        Names of three columns that look like positions of their own, and do not count.
     """
 
     width: int
@@ -78,6 +81,7 @@ class _Layout:
     active: int | None = None
     frame: str = ""
     expected: str = _PAIRS
+    idle: tuple = ()
 
 
 def read(path):
@@ -111,6 +115,11 @@ def read(path):
         descriptions.append("" if layout.description is None else row[layout.description])
     if layout is None:
         return Landmarks(path, np.empty((0, 3)))
+    if layout.idle:
+        warn(
+            f"`{path}`: columns {', '.join(layout.idle)} count for nothing; "
+            "control points have px,py,pz,qx,qy,qz"
+        )
     weights = np.array(weights) if weights else None
     if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
         raise ValueError(f"`{path}` has a weight that is not a positive number")
@@ -356,6 +365,7 @@ class _Table:
             defined=first("defined"),
             frame=_AXES[position],
             expected=f"{len(header)} cells as in the header, with numbers in {', '.join(position)}",
+            idle=_other_axes({*names} - {*position, *_PARTNERS}),
         )
 
     def _unnamed(self, number, row):
@@ -386,6 +396,16 @@ class _Table:
             f"`{self._path}`, line {number}: expected {layout.expected}, got "
             + shortened(",".join(row))
         )
+
+
+def _other_axes(names):
+    """Three names that differ by x, y and z at an end; none if there are none."""
+    for name in sorted(names):
+        for of_x in (r"^x", r"x(?=\d*$)"):
+            axes = tuple(re.sub(of_x, axis, name) for axis in "xyz")
+            if len({*axes} & names) == 3:
+                return axes
+    return ()
 
 
 def _numbers(row):
