@@ -315,3 +315,13 @@ def test_usage(capsys):
     with pytest.raises(SystemExit, match="0"):
         main(["--version"])
     assert capsys.readouterr().out == f"vtk-mls {__version__}\n"
+
+
+def test_what_is_odd_in_a_file_is_told_by_the_supervised_command(files):
+    """Though nothing is shown that libraries print while they read."""
+    header, lines = "x,y,z,new_x,new_y,new_z", (files / "handles.csv").read_text()
+    (files / "pairs.csv").write_text(f"{header}\n{lines}")
+    status, told, odd = run("deform", "in.vti", "pairs.csv", "out.vti", "--device", FAST)
+    assert (status, odd.count("\n")) == (0, 1)
+    assert "nothing moves" in told
+    assert "`pairs.csv`: columns new_x, new_y, new_z count for nothing" in odd

@@ -11,8 +11,14 @@ _BAR = 40  # characters
 
 def read(reader, path):
     """What a reader of files makes of one."""
-    with step("read", path):
-        return reader(path)
+    from vtk_mls.announcements import heard_by, warn
+
+    warnings = []
+    with step("read", path), heard_by(None, warnings.append):  # while stderr is silent
+        found = reader(path)
+    for each in warnings:
+        warn(each)
+    return found
 
 
 def update(algorithm, options, done=0, total=1):
