@@ -192,9 +192,12 @@ def ids(values):
 
 
 def add(attributes, name, values):
-    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType."""
+    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType.
+
+    The array may share their memory, as `from_numpy` says.
+    """
     if values.dtype == bool:
-        values = values.astype(np.uint8)
+        values = values.view(np.uint8)
     if values.dtype == np.int64:
         array = ids(values)
     else:

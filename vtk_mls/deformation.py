@@ -834,7 +834,8 @@ class Deformation:
             is_needed &= bool(self.cuts)
             return np.empty(target.size, np.float32) if is_needed else None
         arguments.output("void_distance", void_distance, target.shape, np.float32)
-        void_distance.fill(np.inf)
+        if not self.cuts:
+            void_distance.fill(np.inf)
         return void_distance.reshape(-1)
 
     def _resampled(self, arrays, sampling, progress, distances=None, covariant=None):

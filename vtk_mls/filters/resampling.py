@@ -142,9 +142,10 @@ class Resampling:
     def _mark_points(self, progress):
         if self._void_distance is None:
             self._void_distance = self.deformation.void_distance_field(self.target, progress)
-        void_arrays.add_void(self.output.GetPointData(), self._void_distance)
+        data = self.output.GetPointData()
+        void_arrays.add_void(data, self._void_distance)
         if self.wanted.GetHideVoid():
-            void_arrays.hide(self.output.GetPointData(), self._void_distance < 0)
+            void_arrays.hide(data, arrays.to_numpy(data.GetArray("Void")))
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()

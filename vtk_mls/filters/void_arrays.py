@@ -38,7 +38,7 @@ def hide(attributes, hidden):
     """Mark points or cells as hidden, beside what their ghost array says already."""
     is_points = attributes.IsA("vtkPointData")
     flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
-    ghosts = hidden.ravel() * np.uint8(flag)
+    ghosts = hidden.ravel().view(np.uint8) * np.uint8(flag)
     before = attributes.GetArray(arrays.GHOSTS)
     if before is not None:
         ghosts |= arrays.to_numpy(before).astype(np.uint8)
