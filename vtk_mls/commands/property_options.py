@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 
-def add(parser, name, *, flag="", choices=(), text="", more=""):
+
+def add(parser, name, *, flag="", choices=(), text="", more="", default=None):
     """Add the option of a property.
 
     Parameters
@@ -19,8 +21,11 @@ def add(parser, name, *, flag="", choices=(), text="", more=""):
         Help, if not that of the property.
     more : str, optional
         What the command adds to it.
+    default : object, optional
+        What the command begins with, if not with what filters do.
     """
     each = _properties()[name]
+    each = each if default is None else replace(each, default=default)
     settings = {"dest": each.option, "default": each.default, **_settings(each)}
     if choices:
         settings["choices"] = choices
@@ -37,8 +42,7 @@ def apply(options, algorithm):
 
 def default(name):
     """The default of a property as an option has it."""
-    found = value(name)
-    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+    return _text(value(name))
 
 
 def value(name):
@@ -69,11 +73,15 @@ def _settings(each):
     return {"type": type(each.default), "metavar": each.option.upper()}
 
 
+def _text(found):
+    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+
+
 def _help(each, text, more):
     """A help text as argparse wants it: in one sentence, with the default."""
     text = " ".join((text or each.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
     if each.default not in ("", ()) and each.default is not False:
-        parts.append(f"default: {default(each.name)}")
+        parts.append(f"default: {_text(each.default)}")
     return "; ".join(parts).replace("%", "%%")
