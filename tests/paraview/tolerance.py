@@ -118,6 +118,12 @@ for cut in CUTS:
             np.testing.assert_array_equal(*voids)
             assert 1e-4 < (voids[0] > 0).mean() < 0.5
 
+    # nothing moves by a Blend of 0
+    unmoved = data(made(simple.MLSDeform, cut, None, Blend=0))
+    np.testing.assert_array_equal(
+        array(unmoved, scalars), VALUES.reshape(image.GetDimensions()[::-1])
+    )
+
     # what is seen
     for look, (seen, kind, colors, settings) in (
         LOOKS if cut == "none" else LOOKS | OF_CUTS

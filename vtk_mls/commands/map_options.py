@@ -20,7 +20,7 @@ def add(parser, is_seen=False):
 
     What is seen at once has no progress bar, and a tolerance that nobody sees.
     """
-    from vtk_mls.filters.property_tables import SPACE, UNSEEN
+    from vtk_mls.filters.property_tables import COMPUTING, COMPUTING_SEEN, SPACE
 
     add = parser.add_argument
     add(
@@ -67,8 +67,8 @@ def add(parser, is_seen=False):
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
     property_options.add(parser, "CutFrame")
-    property_options.add(parser, "MapTolerance", default=UNSEEN if is_seen else None)
-    property_options.add(parser, "Device")
+    for each in COMPUTING_SEEN if is_seen else COMPUTING:
+        property_options.add(parser, each)
     if not is_seen:
         text = "show a progress bar although not on a terminal"
         add("--progress", action="store_true", help=text)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 
-
-def add(parser, name, *, flag="", choices=(), text="", more="", default=None):
+def add(parser, which, *, flag="", choices=(), text="", more=""):
     """Add the option of a property.
 
     Parameters
     ----------
     parser : argparse.ArgumentParser
-    name : str
-        Of the property.
+    which : str or Property
+        By its name, if the command begins with what filters begin with.
     flag : str, optional
         What the option is called, if not like the property.
     choices : tuple of str, optional
@@ -21,11 +19,8 @@ def add(parser, name, *, flag="", choices=(), text="", more="", default=None):
         Help, if not that of the property.
     more : str, optional
         What the command adds to it.
-    default : object, optional
-        What the command begins with, if not with what filters do.
     """
-    each = _properties()[name]
-    each = each if default is None else replace(each, default=default)
+    each = _properties()[which] if isinstance(which, str) else which
     settings = {"dest": each.option, "default": each.default, **_settings(each)}
     if choices:
         settings["choices"] = choices
