@@ -48,6 +48,14 @@ def test_deform(files, kind, capsys):
     assert printed.err == ""
 
 
+@pytest.mark.parametrize(("options", "tolerance"), [([], 0.02), (["--map-tolerance", "0"], 0)])
+def test_what_is_viewed_has_a_tolerance_that_nobody_sees(files, options, tolerance, monkeypatch):
+    states = []
+    monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
+    assert main(["view", "in.vti", "handles.csv", *options, "--device", FAST]) == 0
+    assert [state.map_tolerance for state in states] == [tolerance]
+
+
 def test_deform_with_labels_on_a_fitted_grid(files):
     options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0

@@ -179,11 +179,12 @@ def test_every_state_is_kept_as_it_is(tmp_path, rng):
     state = State(
         rest, rest + 1, rng.uniform(1, 2, 5), list("abcde"), [True, False] * 2 + [True], cuts=cuts
     ).changed(kind="affine", alpha=2.5, nu=3.0, blend=0.3, cut_frame="deformed", degree=3)
+    state = state.changed(map_tolerance=0.0)
     Drafts("x.vti", tmp_path).keep(state)
     found, _ = Drafts("x.vti", tmp_path).found()
     for name in ("rest", "deformed", "weights", "anchored"):
         np.testing.assert_array_equal(getattr(found, name), getattr(state, name))
-    for name in ("labels", "kind", "alpha", "nu", "blend", "cut_frame", "degree"):
+    for name in ("labels", "kind", "alpha", "nu", "blend", "cut_frame", "degree", "map_tolerance"):
         assert getattr(found, name) == getattr(state, name)
     for cut, other in zip(found.cuts, cuts):
         assert type(cut) is type(other)

@@ -16,6 +16,7 @@ from vtk_mls import HalfPlane, Plane, Surface, arrays, io
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import State
 from vtk_mls.files import control_point_files
+from vtk_mls.filters import property_tables
 
 MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
@@ -84,6 +85,22 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     assert status == 0, stderr
     field = (folder / "field.nrrd").read_bytes()
     assert field == before[folder / "displacement-field.nrrd"]
+
+
+@pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.0}, {"map_tolerance": 0.25}])
+def test_the_tolerance_of_what_was_seen_is_that_of_the_script(options, tmp_path, monkeypatch):
+    """Without a word of it filters and the command have none."""
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_image(), state(np.random.default_rng(3), **options))
+    hands.press("s")
+    script = tmp_path / "data-1-edited" / "deform.py"
+    tolerance = options.get("map_tolerance", property_tables.UNSEEN)
+    assert hands.editor.state.map_tolerance == tolerance
+    says = [f"deform.SetMapTolerance({tolerance})"] if tolerance else []
+    assert [line for line in script.read_text().splitlines() if "MapTol" in line] == says
+    (command,) = command_of(script)
+    says = [f"--map-tolerance={tolerance}"] if tolerance else []
+    assert [each for each in command if "tolerance" in each] == says
 
 
 def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ source = wavelet()
 handles = control_points()
 deform = simple.MLSDeform(Input=source, ControlPoints=handles)
 field = simple.MLSDisplacementField(Input=source, ControlPoints=handles)
+deform.MapTolerance = field.MapTolerance = 0
 volume = array(data(source), "RTData")
 lattice = grid(data(source))
 

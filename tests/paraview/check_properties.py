@@ -5,6 +5,7 @@ from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
 from vtk_mls import Deformation
+from vtk_mls.filters import property_tables
 
 source = wavelet()
 volume = array(data(source), "RTData")
@@ -36,7 +37,7 @@ defaults = {
     "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
-    "MapTolerance": 0.0,
+    "MapTolerance": property_tables.UNSEEN,
 }
 of_deform = {
     "Interpolation": "linear",
@@ -90,7 +91,8 @@ for proxy, expected, others in (
     for name in {*expected, *others}:
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
-    # The proxy's default is the filter's own, so that a script without ParaView behaves the same.
+    # The proxy's default is the filter's own, so that a script without ParaView behaves the same
+    # (within MapTolerance, which is ParaView's); and it is what the filter has.
     arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
     arrays |= {"PushForwardArrays"}
     for name in (

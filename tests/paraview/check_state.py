@@ -1,4 +1,4 @@
-"""A saved state brings back the pipeline with all its properties."""
+"""A saved state brings back the pipeline with all its properties, whatever defaults are by then."""
 
 import os
 import tempfile
@@ -11,6 +11,7 @@ settings = {
     "Kind": "polynomial",
     "Degree": 1,
     "Alpha": 1.25,
+    "MapTolerance": 0.0,
     "Interpolation": "cubic",
     "OutputGrid": "given",
     "OutputDimensions": [12, 13, 14],

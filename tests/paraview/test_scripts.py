@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from gui_fixtures import write_brain
 from paraviews import PICTURES, PROJECT, display, paraview  # noqa: F401  fixtures
 
 SCRIPTS = sorted(
@@ -16,9 +17,20 @@ SCRIPTS = sorted(
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_script(paraview, display, script, request):
+    paraview.check(script, _pictures(request), display=display)
+
+
+def test_nobody_sees_the_tolerance(paraview, display, request):
+    pictures = _pictures(request)
+    head = write_brain(pictures / "head.vti", every=2)
+    paraview.check("tests/paraview/tolerance.py", pictures, head, display=display)
+
+
+def _pictures(request):
+    """A folder for the pictures of a ParaView, relative to the project."""
     pictures = PICTURES / request.node.callspec.id.partition("-")[0]
     (PROJECT / pictures).mkdir(parents=True, exist_ok=True)
-    paraview.check(script, pictures, display=display)
+    return pictures
 
 
 @pytest.mark.parametrize("script", ["exception.py", "vtk_error.py"])

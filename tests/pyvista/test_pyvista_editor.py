@@ -9,6 +9,7 @@ import pytest
 from vtk_fixtures import can_draw
 
 from vtk_mls import Deformation, Plane
+from vtk_mls.filters.property_tables import UNSEEN
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
@@ -83,6 +84,15 @@ def test_handles_to_begin_with_are_saved_as_by_the_key(plotter, tmp_path):
     edit.save(tmp_path / "saved")
     handles = mls.read(tmp_path / "saved" / "handles.csv")
     assert mesh.mls.deform(handles) == edit.deformed
+
+
+@pytest.mark.parametrize(("options", "tolerance"), [({}, UNSEEN), ({"map_tolerance": 0}, 0)])
+def test_what_comes_out_has_the_tolerance_of_what_was_seen(plotter, options, tolerance):
+    image = pyvista.Wavelet(extent=(-24, 24, -20, 20, -22, 22))
+    rest = np.array([(10, 3, 1), (-14, -8, 5), (2, 9, -12)])
+    edit = plotter.mls.edit(image, rest, rest + [(3, 2, 0), (0, 0, 4), (0, -3, 0)], **options)
+    fields = [image.mls.field(edit.handles, map_tolerance=t) for t in (UNSEEN, 0)]
+    assert [edit.field == each for each in fields] == [tolerance == t for t in (UNSEEN, 0)]
 
 
 @pytest.mark.parametrize(

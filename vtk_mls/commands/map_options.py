@@ -15,9 +15,12 @@ HANDLES = (
 )
 
 
-def add(parser, has_progress=True):
-    """Add the options to a parser, that of the progress bar if there is one."""
-    from vtk_mls.filters.property_tables import SPACE
+def add(parser, is_seen=False):
+    """Add the options to a parser.
+
+    What is seen at once has no progress bar, and a tolerance that nobody sees.
+    """
+    from vtk_mls.filters.property_tables import COMPUTING, COMPUTING_SEEN, SPACE
 
     add = parser.add_argument
     add(
@@ -64,9 +67,9 @@ def add(parser, has_progress=True):
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
     property_options.add(parser, "CutFrame")
-    property_options.add(parser, "MapTolerance")
-    property_options.add(parser, "Device")
-    if has_progress:
+    for each in COMPUTING_SEEN if is_seen else COMPUTING:
+        property_options.add(parser, each)
+    if not is_seen:
         text = "show a progress bar although not on a terminal"
         add("--progress", action="store_true", help=text)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 
-def add(parser, name, *, flag="", choices=(), text="", more=""):
+def add(parser, which, *, flag="", choices=(), text="", more=""):
     """Add the option of a property.
 
     Parameters
     ----------
     parser : argparse.ArgumentParser
-    name : str
-        Of the property.
+    which : str or Property
+        By its name, if the command begins with what filters begin with.
     flag : str, optional
         What the option is called, if not like the property.
     choices : tuple of str, optional
@@ -20,7 +20,7 @@ def add(parser, name, *, flag="", choices=(), text="", more=""):
     more : str, optional
         What the command adds to it.
     """
-    each = _properties()[name]
+    each = _properties()[which] if isinstance(which, str) else which
     settings = {"dest": each.option, "default": each.default, **_settings(each)}
     if choices:
         settings["choices"] = choices
@@ -37,8 +37,7 @@ def apply(options, algorithm):
 
 def default(name):
     """The default of a property as an option has it."""
-    found = value(name)
-    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+    return _text(value(name))
 
 
 def value(name):
@@ -69,11 +68,15 @@ def _settings(each):
     return {"type": type(each.default), "metavar": each.option.upper()}
 
 
+def _text(found):
+    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+
+
 def _help(each, text, more):
     """A help text as argparse wants it: in one sentence, with the default."""
     text = " ".join((text or each.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
     if each.default not in ("", ()) and each.default is not False:
-        parts.append(f"default: {default(each.name)}")
+        parts.append(f"default: {_text(each.default)}")
     return "; ".join(parts).replace("%", "%%")

@@ -47,7 +47,7 @@ def add(commands):
         help="the address that the page is served at; by default only this machine can reach it",
     )
     view.add_argument("--port", type=int, help="and its port; 8080 if not given, or a free one")
-    map_options.add(view, has_progress=False)
+    map_options.add(view, is_seen=True)
     view.set_defaults(run=run)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 
-from vtk_mls import HalfPlane, Plane
+from vtk_mls import Deformation, HalfPlane, Plane
 from vtk_mls.editor.state import State
 
 _TEXT = '''\
@@ -41,11 +41,12 @@ _PROPERTIES = (
     ("MapTolerance", "--map-tolerance", "map_tolerance"),
     ("Device", "--device", "device"),
 )
-_DEFAULTS = State([], [])
+# What filters and the command begin with.
+_DEFAULTS = State([], [], map_tolerance=Deformation.map_tolerance)
 
 
 def settings_of(state):
-    """(property, option, value) of all that is not the default."""
+    """(property, option, value) of all that is not a filter's default."""
     for name, option, attribute in _PROPERTIES:
         value = getattr(state, attribute)
         if value != getattr(_DEFAULTS, attribute):

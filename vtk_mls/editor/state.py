@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vtk_mls import Deformation, kinds
+from vtk_mls.filters import property_tables
 
 # What a State hands on to a Deformation as it is.
 OF_THE_MAP = ("kind", "alpha", "degree", "nu", "cuts", "cut_frame", "map_tolerance", "device")
@@ -25,7 +26,7 @@ class State:
     anchored : (n,) bool
         Handles that the mouse does not move.
     kind, alpha, degree, nu, cuts, cut_frame, map_tolerance, device
-        As of `Deformation`.
+        As of `Deformation`, but for a tolerance that nobody sees.
     blend : float
         Fraction of q - p that is applied.
     """
@@ -41,7 +42,7 @@ class State:
     nu: float = Deformation.nu
     cuts: tuple = ()
     cut_frame: str = Deformation.cut_frame
-    map_tolerance: float = Deformation.map_tolerance
+    map_tolerance: float = property_tables.UNSEEN
     blend: float = 1.0
     device: str | None = None
 

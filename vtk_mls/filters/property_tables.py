@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
@@ -281,12 +283,14 @@ JACOBIAN = (
     ),
 )
 
+UNSEEN = 0.02  # spacings of the grid that displacements may be off, and nobody sees it
 MAP_TOLERANCE = Number(
     "MapTolerance",
     Deformation.map_tolerance,
-    """How far displacements on grids may be off, in spacings of the grid: above 0 they are found
-    faster, from fewer points. For 0.02 nobody sees a difference. Next to cuts all are exact.""",
-    more="0 finds each point's own.",
+    f"""How far displacements on grids may be off, in spacings of the grid: above 0 they are found
+    faster, from fewer points. The default of Python and the shell, {Deformation.map_tolerance:g},
+    finds each point's own; that of ParaView and the editor, {UNSEEN}, is less than anybody sees.
+    Next to cuts all are exact.""",
     is_advanced=True,
 )
 DEVICE = Text(
@@ -314,6 +318,8 @@ SAMPLE_DIMENSIONS = Dimensions(
 CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, CUT_FRAME, NU)
 _SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS)
 COMPUTING = (MAP_TOLERANCE, DEVICE)
+# The same where people look at what they do: in ParaView and the editor.
+COMPUTING_SEEN = (replace(MAP_TOLERANCE, default=UNSEEN), DEVICE)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)

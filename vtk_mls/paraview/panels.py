@@ -100,7 +100,7 @@ DEFORM = [
     *HANDLES,
     *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
     *elements((*tables.VECTORS, *tables.JACOBIAN)),
-    *elements(tables.COMPUTING),
+    *elements(tables.COMPUTING_SEEN),
 ]
 
 DISPLACEMENT_FIELD = [
@@ -121,7 +121,7 @@ DISPLACEMENT_FIELD = [
     *_CUT,
     *HANDLES,
     *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, tables.OVERLAP, *tables.JACOBIAN)),
-    *elements(tables.COMPUTING),
+    *elements(tables.COMPUTING_SEEN),
 ]
 
 _DEFORMED, _REST = tables.LISTS

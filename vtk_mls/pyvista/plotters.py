@@ -15,7 +15,7 @@ from vtk_mls.pyvista import options as arguments
 
 # What an edit changes, as properties of filters; and all that a picture depends on.
 _EDITED = *property_tables.MAP, property_tables.CUT_FRAME, property_tables.NU
-_SHOWN = *_EDITED, property_tables.DEVICE
+_SHOWN = *_EDITED, *property_tables.COMPUTING_SEEN
 
 
 class Editing:

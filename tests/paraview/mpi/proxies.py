@@ -3,6 +3,7 @@
 For `mpirun -np N pvbatch`; or, with the number of a pvserver's port, for a client in pvpython.
 """
 
+import dataclasses
 import sys
 import tempfile
 from pathlib import Path
@@ -59,6 +60,7 @@ def check(deform, field, value=value):
 # Control points that every process has, and those of a table, which one process reads.
 deform = simple.MLSDeform(Input=source, ControlPoints=control_points())
 field = simple.MLSDisplacementField(Input=source, ControlPoints=deform.ControlPoints)
+deform.MapTolerance = field.MapTolerance = 0
 check(deform, field)
 table = Path(folder.name) / "handles.csv"
 rows = np.hstack([REST, DEFORMED - REST])
@@ -93,13 +95,23 @@ np.testing.assert_allclose(bounds, np.stack([low, high], axis=1).ravel(), atol=1
 
 # The field over a mesh: the pieces of its image fit together, over the bounds of the whole mesh.
 field = simple.MLSDisplacementField(
-    Input=mesh, ControlPoints=handles, SampleDimensions=lattice.dimensions
+    Input=mesh, ControlPoints=handles, SampleDimensions=lattice.dimensions, MapTolerance=0
 )
 image = data(field)
 assert image.GetDimensions() == lattice.dimensions
 assert image.GetBounds() == alone.GetOutput().GetBounds()
 expected = value.displacement_field(lattice).displacement
 np.testing.assert_array_equal(array(image, "BackwardDisplacement"), expected)
+
+# Within the tolerance that ParaView begins with pieces fit together, too.
+large = simple.Wavelet(WholeExtent=[-24, 23, -20, 21, -22, 22])
+field = simple.MLSDisplacementField(Input=large, ControlPoints=handles)
+image = data(field)
+exact = value.displacement_field(grid(image)).displacement
+within = dataclasses.replace(value, map_tolerance=field.MapTolerance)
+within = within.displacement_field(grid(image)).displacement
+np.testing.assert_array_equal(array(image, "BackwardDisplacement"), within)
+assert not np.array_equal(within, exact)
 
 folder.cleanup()
 print(f"done with {SIZE}")
