@@ -124,6 +124,9 @@ def steps(engine):
         lambda: difference("resample", d, [vectors], Sampling(GRID), covariant={0: False}) / 5,
     )
     yield "gradient of an image", lambda: difference("gradient", images[0], GRID)
+    heights = (FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(FINE_GRID.shape)
+    heights = heights.astype(np.float32)
+    yield "void of cells", lambda: difference("void_by_corners", heights, 2.0)
     yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
 
 

@@ -108,6 +108,9 @@ def checks(engine):
         question = rigid, images, Sampling(_GRID, background=-1.0)
         pairs = [*zip(engine.resample(*question), reference.resample(*question))]
         pairs += [[each.gradient(images[0], _GRID) for each in (engine, reference)]]
+        heights = (_FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(_FINE_GRID.shape)
+        told = [each.void_by_corners(np.float32(heights), 2.0) for each in (engine, reference)]
+        pairs.append(np.float32(told))
         return max(_most(np.abs(a - b)) for a, b in pairs)
 
     def of_the_inverse(d):
