@@ -64,7 +64,7 @@ def test_a_volume_follows_before_apply(gui):
         gui.screenshot("3_dragging")
         assert gui.value("len(dragged())") == 1
         assert gui.value("drawn[2]") == 64
-    gui.until("drawn[2] == 128")
+    gui.until("drawn[2] > 100")  # fewer than 128 if the first map has waited for kernels
     gui.screenshot("4_let_go")
     gui.press("ctrl+z")
     gui.until("len(dragged(pending=True)) == 1")
