@@ -31,6 +31,7 @@ QUESTIONS = {
     ),
     "void_distance_field": lambda d, progress: d.void_distance_field(GRID, progress),
     "void_field": lambda d, progress: d.void_field(GRID, progress),
+    "void_of_cells": lambda d, progress: np.array(d.void_of_cells(GRID, progress=progress)),
     "jacobian_field": lambda d, progress: d.jacobian_field(GRID, progress),
     "resample": lambda d, progress: np.array(d.resample([IMAGE, IMAGE], SAMPLING, progress)),
     "source_bounds": lambda d, progress: np.array(d.source_bounds(SAMPLING, progress)),
