@@ -76,7 +76,7 @@ def questions(n, count=HANDLES):
     gentle = Deformation(
         rest, rest + [[0, 0, 0], [0.01 * n, 0, 0]], map_tolerance=0.02, device="reference"
     )
-    between = Question("map between nodes", "coarse_displacement", 12, _field(gentle), (24,) * 3)
+    between = Question("map between nodes", "coarse_displacement", 12, _field(gentle), (32, 32, 32))
     yield between
     yield Question(
         *("Jacobian, rigid", "grid_jacobian", 36),

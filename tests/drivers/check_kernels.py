@@ -23,7 +23,7 @@ from vtk_mls.engine.engine import Engine
 EXTENT = 40.0
 BOUND = 1e-4
 GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
-FINE_GRID = Grid((24, 24, 24), spacing=(1.7, 1.7, 1.7))
+FINE_GRID = Grid((36, 28, 28), spacing=(1.1, 1.4, 1.4))
 CLUSTERS_GRID = Grid((9, 9, 9), spacing=(5.0, 5.0, 5.0))
 CUTS = {
     "no cut": [],

@@ -74,7 +74,7 @@ def checks(engine):
     rest = deformed + rng.normal(0, 1.5, (12, 3))
     points = np.concatenate([rng.uniform(0, EXTENT, (45, 3)), deformed[:4]])
     affine = Deformation(rest, deformed, "affine", device="reference")
-    coarse = dataclasses.replace(affine, map_tolerance=0.1)
+    coarse = Deformation(*(rest[:6], deformed[:6], "affine"), map_tolerance=0.1, device="reference")
     polynomial, rigid = (
         Deformation(
             rest, deformed, kind, alpha=alpha, cuts=[_CUT], cut_frame="rest", device="reference"

@@ -1,0 +1,29 @@
+"""What a device is asked before its first use."""
+
+import pytest
+from conftest import DEVICES
+
+from vtk_mls.engine import dispatch, self_test
+from vtk_mls.engine.engine import Engine
+from vtk_mls.engine.launcher import Launcher
+
+ASKED_FOR = {
+    *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),
+    *("grid_source_index", "resample", "gradient", "void_by_corners"),
+    *("node_displacement", "coarse_check", "coarse_displacement"),
+}
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_kernels_of_every_sort_are_launched(device, monkeypatch):
+    launched, launch = set(), Launcher.launch
+
+    def noting(self, name, *arguments):
+        launched.add(name)
+        launch(self, name, *arguments)
+
+    monkeypatch.setattr(Launcher, "launch", noting)
+    for _, errors in self_test.checks(Engine(dispatch.choose(device))):
+        error, bound = errors()
+        assert error <= bound
+    assert launched >= ASKED_FOR
