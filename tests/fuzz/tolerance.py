@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from unittest.mock import patch
-
 import numpy as np
 
 from vtk_mls import CUT_FRAMES, KINDS, Deformation, Grid, HalfPlane, Plane, Surface
-from vtk_mls.engine import coarse_map
 
 
-@patch.object(coarse_map, "_ALONE", 0.5)  # also where little is gained
 def check_tolerance(rng, device):
     """A field with a `map_tolerance` keeps to it, and so do its voids to their signs."""
     grid, is_cut = _grid(rng), rng.random() < 0.5

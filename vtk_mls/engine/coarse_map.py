@@ -14,9 +14,7 @@ _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are inter
 # most so many times: 6.5 times in the worst of 2,100 random sets.
 _SAFETY = 8
 _WORTH = 0.25  # of the points, that nodes and middles may be
-# Of the cells, that may have control points in or beside them. (With more nothing is gained, for in
-# others that are near the check finds more.)
-_ALONE = 0.17
+_ALONE = 0.5  # of the cells, that may have control points in or beside them
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
 _OFF, _ELSEWHERE = 1, 2  # bits of what coarse_check.cl says of a cell
 # What interpolates what a kernel computes, and its own build constants.
