@@ -200,7 +200,8 @@ def test_handles_are_deleted_and_cuts_made(folder, monkeypatch):
     assert len(cut.points) == 3 * 3
     lines = (edited / "deform.py").read_text().splitlines()
     (command,) = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
-    assert [each.partition("=")[0] for each in command[4:]] == ["--cut-half-plane", "--cut-surface"]
+    options = [each.partition("=")[0] for each in command[4:]]
+    assert options == ["--map-tolerance", "--cut-half-plane", "--cut-surface"]
     made = edited / "ball-deformed.vtp"
     before = made.read_bytes()
     monkeypatch.chdir(edited)
