@@ -535,7 +535,8 @@ class Deformation:
     ) -> VoidCells:
         """Which cells between the points of a grid are void.
 
-        The map is asked for the centres of those near a face of the void only.
+        With cuts in the rest frame that one can go round, the map is asked for the centres of those
+        near a face of the void only; else for all of them.
 
         Parameters
         ----------
@@ -549,6 +550,10 @@ class Deformation:
         -------
         VoidCells
             For the centres and the corners of the `Grid.cells` of `grid`.
+
+        Raises
+        ------
+        ValueError, TypeError, DeviceError, Aborted
         """
         arguments.grid("grid", grid)
         with whole(progress) as progress:

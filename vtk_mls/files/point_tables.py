@@ -66,8 +66,8 @@ class _Layout:
     frame : str
     expected : str
         What a line must be, for errors.
-    idle : list of str
-        Names of three columns that look like positions of their own, and do not count.
+    idle : tuple of str
+        Names of three columns that look like positions of their own, and do not count; or none.
     """
 
     width: int
