@@ -50,8 +50,7 @@ def of_cells(deformation, engine, grid, void_distance, progress):
     """
     if not (deformation.in_rest_frame and deformation.obstacles):
         # all of a grid take no longer than some points that are on none
-        touched = _over_corners(np.maximum, void_distance < 0)
-        return VoidCells(deformation.void_field(grid.cells, progress), touched)
+        return VoidCells(deformation.void_field(grid.cells, progress), _touched(void_distance))
     looking, asking = progress.divided(1, 3)
     told = engine.void_by_corners(void_distance, _least_distance(deformation, grid), looking)
     _ask_for_unknown(deformation, grid, told, asking)
@@ -104,9 +103,13 @@ def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]
     with np.errstate(invalid="ignore"):  # no range of infinite ones, which stay unknown
         far = np.maximum(FAR * _largest_beside(high - low), least)
     void, full = high < -far, low > far
-    return np.where(void, VOID, np.where(full, 0, UNKNOWN)).astype(np.uint8) | (
-        TOUCHED * _over_corners(np.maximum, void_distance < 0).astype(np.uint8)
-    )
+    told = np.where(void, VOID, np.where(full, 0, UNKNOWN)).astype(np.uint8)
+    return told | TOUCHED * _touched(void_distance).astype(np.uint8)
+
+
+def _touched(void_distance):
+    """Which cells have a corner that is void."""
+    return _over_corners(np.maximum, void_distance < 0)
 
 
 def _largest_beside(values):
