@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.linear_algebra import transformed
 from vtk_mls.progress import SILENT, Progress
 from vtk_mls.reals import real, shown
 
@@ -131,11 +132,12 @@ class Grid:
 
     def at(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions (m, 3) of the continuous indices `index` (m, 3) = (i, j, k)."""
-        return self.origin + np.asarray(index, dtype=np.float64) @ self.index_to_world.T
+        return self.origin + transformed(self.index_to_world, np.asarray(index, dtype=np.float64))
 
     def index_of(self, points: ArrayLike) -> NDArray[np.float64]:
         """Continuous indices (m, 3) = (i, j, k) of the world positions `points` (m, 3)."""
-        return (np.asarray(points, dtype=np.float64) - self.origin) @ self.world_to_index.T
+        offset = np.asarray(points, dtype=np.float64) - self.origin
+        return transformed(self.world_to_index, offset)
 
     def covers(self, index: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""

@@ -1,10 +1,24 @@
-"""What float64 code needs of vectors and matrices beside numpy."""
+"""What float64 code needs of vectors and matrices beside numpy.
+
+Products with many vectors are not left to BLAS: after one its threads wait for the next, busily,
+for some ten milliseconds, and take the processor from the kernels.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]  # of the coordinates, for each of them
+
+
+def dots(vectors, vector):
+    """`vectors` (..., 3) times `vector` (3,) each: (...)."""
+    return np.einsum("...i,i->...", vectors, vector)
+
+
+def transformed(matrix, vectors):
+    """`matrix` (3, 3) times each of `vectors` (..., 3)."""
+    return np.einsum("ij,...j->...i", matrix, vectors)
 
 
 def unit(vectors):

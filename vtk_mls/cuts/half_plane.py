@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, direction, freeze, vector
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import unit
+from vtk_mls.linear_algebra import dots, unit
 
 if TYPE_CHECKING:
     from vtk_mls.control_points import ControlPoints
@@ -68,7 +68,7 @@ class HalfPlane(Obstacle):
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Height over the cut, depth from the edge and position along it, (...) each."""
         offset = x - self.point
-        return offset @ self.normal, offset @ self.inward, offset @ self.along
+        return tuple(dots(offset, axis) for axis in (self.normal, self.inward, self.along))
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         (s, h, _), (t, g, _) = self.frame(v), self.frame(q)

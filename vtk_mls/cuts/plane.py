@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Cut, direction, freeze, vector
+from vtk_mls.linear_algebra import dots
 
 if TYPE_CHECKING:
     from vtk_mls.control_points import ControlPoints
@@ -36,7 +37,7 @@ class Plane(Cut):
 
     def height(self, x: ArrayLike) -> NDArray[np.float64]:
         """Signed distance (...) of points `x` (..., 3) from the plane, world units."""
-        return (x - self.point) @ self.normal
+        return dots(x - self.point, self.normal)
 
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         side = np.where(self.height(v) < 0, -1, 1)

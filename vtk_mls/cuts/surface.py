@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import cross, unit
+from vtk_mls.linear_algebra import cross, dots, unit
 from vtk_mls.reals import real
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ def _crosses(v, q, a, b, c):
 def _bend_on_edge(v, q, a, b):
     length = np.linalg.norm(b - a)
     along = (b - a) / length
-    l_v, l_q = (v - a) @ along, (q - a) @ along
+    l_v, l_q = dots(v - a, along), dots(q - a, along)
     r_v = np.linalg.norm(v - a - l_v[..., None] * along, axis=-1)
     r_q = np.linalg.norm(q - a - l_q[..., None] * along, axis=-1)
     total = r_v + r_q
@@ -214,13 +214,13 @@ def _from_triangle(x, a, b, c):
     inside = np.ones(len(x), bool)
     distance, offset = np.full(len(x), np.inf), np.zeros_like(x)
     for start, end in ((a, b), (b, c), (c, a)):
-        inside &= (x - start) @ cross(normal, end - start) >= 0
-        t = np.clip((x - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)
+        inside &= dots(x - start, cross(normal, end - start)) >= 0
+        t = np.clip(dots(x - start, end - start) / np.sum((end - start) ** 2), 0, 1)
         from_edge = x - start - t[:, None] * (end - start)
         length = np.linalg.norm(from_edge, axis=1)
         offset = np.where((length < distance)[:, None], from_edge, offset)
         distance = np.minimum(distance, length)
-    height = (x - a) @ normal
+    height = dots(x - a, normal)
     above = np.where(height < 0, -1, 1)[:, None] * normal
     return (
         np.where(inside, np.abs(height), distance),
@@ -232,7 +232,7 @@ def _distance_of_segments(v, g, a, b):
     """Between segments v - g (m, 3 each) and the segment a - b."""
     d1, d2, r = g - v, b - a, v - a
     dd1, dd2 = np.sum(d1 * d1, axis=1), np.sum(d2 * d2)
-    c, f, e = np.sum(d1 * r, axis=1), r @ d2, d1 @ d2
+    c, f, e = np.sum(d1 * r, axis=1), dots(r, d2), dots(d1, d2)
     det = dd1 * dd2 - e * e
     apart = det > 1e-15 * dd1 * dd2  # else parallel
     s = np.clip(np.where(apart, (e * f - c * dd2) / np.where(apart, det, 1), 0), 0, 1)

@@ -10,6 +10,7 @@ import numpy as np
 from vtk_mls.clusters import Clusters
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.coarse_map import CONSTANTS, STEP, cells_of
+from vtk_mls.linear_algebra import transformed
 
 # A block is so many cells of coarse_map.cl along each axis; its points have a list in common.
 _ALONG = 2
@@ -230,12 +231,12 @@ class ClusteredMap:
         is_cubic = control_points.kind.functions(control_points) > _QUADRATICS
         safety = _SAFETY_OF_CUBICS if is_cubic else _SAFETY
         limit = self.map.deformation.map_tolerance / safety
-        in_voxels = self._to_index(grid) @ errors
+        in_voxels = transformed(self._to_index(grid), errors.T).T
         return np.linalg.norm(in_voxels, axis=0).reshape(-1, _GROUP).max(axis=1) / limit
 
     def _steepness(self, grid, displacements):
         """How fast `displacements` (3, m) change in each group at most, voxels a voxel."""
-        in_voxels = (self._to_index(grid) @ displacements).reshape(3, -1, _GROUP)
+        in_voxels = transformed(self._to_index(grid), displacements.T).T.reshape(3, -1, _GROUP)
         regular = in_voxels[:, :, : len(_REGULAR)].reshape(3, -1, 3, 3, 3)
         changes = [np.diff(regular, axis=axis) for axis in (2, 3, 4)]
         fastest = [np.linalg.norm(each, axis=0).max(axis=(1, 2, 3)) for each in changes]
