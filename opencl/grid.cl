@@ -8,6 +8,20 @@
 // its first point in the whole grid; `frame` takes indices of the whole grid to the local frame.
 typedef struct { GRID } grid_t;
 
+// Indices (i, j, k) in the whole grid of LANES of the `count` points that `numbers` lists, from `at`
+// on; behind the last one its own.
+inline vec listed_index(const grid_t *grid, __global const long *numbers, long count, long at) {
+  integer i, j, k;
+  for (int l = 0; l < LANES; ++l) {
+    const long n = numbers[min(at + l, count - 1)], row = n / grid->nx;
+    LANE_INT(i, l) = (int)(n % grid->nx);
+    LANE_INT(j, l) = (int)(row % grid->ny);
+    LANE_INT(k, l) = (int)(row / grid->ny);
+  }
+  return (vec){TO_REAL(i + grid->start[0]), TO_REAL(j + grid->start[1]),
+               TO_REAL(k + grid->start[2])};
+}
+
 // Indices (i, j, k) in the whole grid of the points n, n + 1, ... n + LANES - 1.
 inline vec grid_index(const grid_t *grid, long n) {
   long row = n / grid->nx;

@@ -4,7 +4,7 @@
 KERNEL void grid_jacobian(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS,
                           __global float *restrict jacobian RIVAL_PARAMETERS) {
   const map_t map = MAP;
-  item_t item = item_of(&map, &grid, RIVALS_OF_LAUNCH);
+  item_t item = ITEM_OF_LAUNCH(&map, &grid);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);
   STORE_RIVALS(&item, &map, &fit);

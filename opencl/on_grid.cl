@@ -98,16 +98,26 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
 #define ITEM_PARAMETERS CELL_PARAMETERS
 #endif
 #else
+#ifdef LISTED
+#define ITEM_PARAMETERS , __global const long *restrict numbers
+#define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, numbers, RIVALS_OF_LAUNCH)
+#else
 #define ITEM_PARAMETERS
-#define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, RIVALS_OF_LAUNCH)
+#define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, 0, RIVALS_OF_LAUNCH)
+#endif
 
-inline item_t item_of(const map_t *map, const grid_t *grid, void_distance_t rivals) {
+inline item_t item_of(const map_t *map, const grid_t *grid, __global const long *numbers,
+                      void_distance_t rivals) {
   item_t item;
   item.at = (long)get_global_id(0) * LANES;
   item.count = grid->stop - grid->first;
   item.lanes = (int)clamp(item.count - item.at, (long)0, (long)LANES);
   if (item.lanes == 0) return item;
+#ifdef LISTED
+  item.index = listed_index(grid, numbers, item.count, item.at);
+#else
   item.index = grid_index(grid, grid->first + item.at);
+#endif
 #if CUTS
   item.kept = in_region(&map->cuts, item.index);
 #if RIVALS

@@ -535,8 +535,7 @@ class Deformation:
     ) -> VoidCells:
         """Which cells between the points of a grid are void.
 
-        With cuts in the rest frame that one can go round, the map is asked for the centres of those
-        near a face of the void only; else for all of them.
+        The map is asked for the centres of those only that are near a face of the void.
 
         Parameters
         ----------

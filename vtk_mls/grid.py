@@ -164,17 +164,23 @@ class Grid:
 
     def indices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""
-        flat = np.arange(start, self.size if stop is None else stop)
-        return np.stack(np.unravel_index(flat, self.shape)[::-1], axis=1)
+        return self._indices_of(np.arange(start, self.size if stop is None else stop))
 
     def points(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """World positions (m, 3) of the points `start` to `stop`, x fastest."""
         return self.whole.at(self.indices(start, stop) + self.first)
 
+    def numbered(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        """World positions (m, 3) of the points with the `numbers` (m,), x fastest."""
+        return self.whole.at(self._indices_of(numbers) + self.first)
+
     def corners(self) -> NDArray[np.float64]:
         """World positions (8, 3) of the corners."""
         last = np.array(self.dimensions) - 1
         return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))
+
+    def _indices_of(self, numbers):
+        return np.stack(np.unravel_index(numbers, self.shape)[::-1], axis=1)
 
 
 def _positive_integers(dimensions):

@@ -12,12 +12,12 @@ _NEXT, _LAST = [1, 2, 0], [2, 0, 1]  # of the coordinates, for each of them
 
 
 def dots(vectors, vector):
-    """`vectors` (..., 3) times `vector` (3,) each: (...)."""
+    """`vectors` (..., n) times `vector` (n,) each: (...)."""
     return np.einsum("...i,i->...", vectors, vector)
 
 
 def transformed(matrix, vectors):
-    """`matrix` (3, 3) times each of `vectors` (..., 3)."""
+    """`matrix` (m, n) times each of `vectors` (..., n): (..., m)."""
     return np.einsum("ij,...j->...i", matrix, vectors)
 
 

@@ -258,6 +258,13 @@ def void_by_corners(void_distance, least, progress=SILENT):
     return void_cells.by_corners(void_distance, least)
 
 
+def void_distance_listed(deformation, grid, numbers, progress=SILENT):
+    result = np.empty(len(numbers), np.float32)
+    for part in progress.over(_parts(len(numbers), deformation)):
+        result[part] = _answers(deformation, grid.numbered(numbers[part]))[1]
+    return result
+
+
 def source_bounds(deformation, sampling, progress=SILENT):
     bounds = interpolation.NO_BOUNDS
     for _, index, *_ in _sources(deformation, sampling, progress):

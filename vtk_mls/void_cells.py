@@ -14,10 +14,8 @@ VOID, TOUCHED, UNKNOWN = 1, 2, 4
 # alike on both sides of a void, or of two, would seem to be far from it. (In the worst of 7,900
 # random scenes of 200 million cells, 3.3 times.)
 FAR = 4
-# Few enough for answers that do not depend on which others are asked for with them.
-_AT_ONCE = 1 << 16
 # Cells among which those are sought that the map is asked for.
-_LOOKED_AT = 1 << 20
+_LOOKED_AT = 1 << 22
 _ENDS = slice(None, -1), slice(1, None)
 
 
@@ -48,29 +46,21 @@ def of_cells(deformation, engine, grid, void_distance, progress):
         At the points of the grid.
     progress : Progress
     """
-    if not (deformation.in_rest_frame and deformation.obstacles):
-        # all of a grid take no longer than some points that are on none
-        return VoidCells(deformation.void_field(grid.cells, progress), _touched(void_distance))
+    if not deformation.cuts:
+        return VoidCells(*np.zeros((2, *grid.cells.shape), bool))
     looking, asking = progress.divided(1, 3)
     told = engine.void_by_corners(void_distance, _least_distance(deformation, grid), looking)
-    _ask_for_unknown(deformation, grid, told, asking)
+    cells, layer = told.reshape(-1), told[0].size
+    slabs = range(0, told.size, max(1, _LOOKED_AT // layer) * layer)
+    for first, slab in zip(slabs, asking.divided(*[1] * len(slabs))):
+        here = cells[first : first + slabs.step]
+        unknown = np.flatnonzero(here >= UNKNOWN)
+        if len(unknown):
+            asked = deformation, grid.cells, first + unknown, slab
+            here[unknown] |= engine.void_distance_listed(*asked) < 0
     touched = (told & TOUCHED).astype(bool)
     told &= VOID
     return VoidCells(told.view(bool), touched)
-
-
-def _ask_for_unknown(deformation, grid, told, progress):
-    """Set VOID in `told` where the map says so and corners did not."""
-    cells, layer = grid.cells, told[0].size
-    slabs = range(0, told.size, max(1, _LOOKED_AT // layer) * layer)
-    for first, slab in zip(slabs, progress.divided(*[1] * len(slabs))):
-        here = told.reshape(-1)[first : first + slabs.step]
-        unknown = np.flatnonzero(here >= UNKNOWN)
-        starts = range(0, len(unknown), _AT_ONCE)
-        for start, part in zip(starts, slab.divided(*[1] * len(starts))):
-            chosen = unknown[start : start + _AT_ONCE]
-            index = np.stack(np.unravel_index(first + chosen, told.shape)[::-1], axis=1)
-            here[chosen] |= deformation.void(cells.whole.at(index + cells.first), part)
 
 
 def _least_distance(deformation, grid):

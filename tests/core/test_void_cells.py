@@ -1,6 +1,7 @@
 """The void of cells, which is asked of the map near faces only."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ from conftest import DEVICES
 from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, void_cells
+from vtk_mls.engine.dispatch import engine_for
+from vtk_mls.progress import SILENT
 
 ENGINES = ["reference", *DEVICES]
 FAST = ENGINES[-1] if DEVICES else "reference"
@@ -143,16 +146,19 @@ def test_corners_that_lie_alike_tell_nothing(device, scene):
 
 
 @pytest.mark.parametrize(("slices", "share"), [(2, 1.0), (40, 0.3)])
-def test_all_cells_of_a_single_layer_are_asked_for(monkeypatch, slices, share):
+def test_all_cells_of_a_single_layer_are_asked_for(slices, share):
     """For there are none beside it that would tell."""
     grid, asked = Grid((20, 20, slices)), []
     rest, deformed = layers([9.5], [-0.2, 0.2])
     d = Deformation(rest, deformed, cuts=[across(9.5)], device=FAST)
-    answer = Deformation.void
-    monkeypatch.setattr(
-        Deformation, "void", lambda d, v, p: asked.append(len(v)) or answer(d, v, p)
-    )
-    d.void_of_cells(grid)
+    engine = engine_for(d.device)
+
+    def noting(deformation, cells, numbers, progress):
+        asked.append(len(numbers))
+        return engine.void_distance_listed(deformation, cells, numbers, progress)
+
+    asking = SimpleNamespace(void_by_corners=engine.void_by_corners, void_distance_listed=noting)
+    void_cells.of_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
     assert 0 < sum(asked) <= share * grid.cells.size
     assert slices > 2 or sum(asked) == 19 * 19
 

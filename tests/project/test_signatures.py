@@ -15,7 +15,7 @@ QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian"),
     *("displacement_field", "jacobian_field"),
     *("resample", "gradient", "source_bounds", "origins_from"),
-    "void_by_corners",
+    *("void_by_corners", "void_distance_listed"),
 )
 
 

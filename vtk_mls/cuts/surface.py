@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import cross, dots, unit
+from vtk_mls.linear_algebra import cross, dots, transformed, unit
 from vtk_mls.reals import real
 
 if TYPE_CHECKING:
@@ -189,9 +189,9 @@ def _crosses(v, q, a, b, c):
 
     def right_of(x, y):
         # sign of the volume of v, q, x, y; a line through a corner counts as moved aside
-        edge = np.concatenate([cross(x, y), y - x], axis=-1).T
-        side, blur = line @ edge, 1e-14 * (np.abs(line) @ np.abs(edge))
-        return np.where(np.abs(side) <= blur, aside @ (y - x).T, side) < 0
+        edge = np.concatenate([cross(x, y), y - x], axis=-1)
+        side, blur = transformed(edge, line), 1e-14 * transformed(np.abs(edge), np.abs(line))
+        return np.where(np.abs(side) <= blur, transformed(y - x, aside), side) < 0
 
     ab, bc, ac = right_of(a, b), right_of(b, c), right_of(a, c)
     return (below_v != below_q) & (ab == bc) & (bc != ac)

@@ -203,6 +203,20 @@ class Engine:
         return void_corners.void_by_corners(self.launcher, void_distance, least, progress)
 
     @_question
+    def void_distance_listed(self, deformation, grid, numbers, progress=SILENT):
+        result = np.empty(len(numbers), np.float32)
+        launches = self._launches(deformation)
+        for part in progress.over(self.launcher.slabs(len(numbers), deformation, 16)):
+            with self.memory.exchanged(result[part]) as distance:
+                for map_, is_rival in launches:
+                    world = kernel_arguments.world(map_.control_points)
+                    outputs = [world, None, *map_.void_outputs(distance)]
+                    map_.launch_listed(
+                        *("grid_displacement", grid, numbers[part], *outputs), is_rival=is_rival
+                    )
+        return result
+
+    @_question
     def source_bounds(self, deformation, sampling, progress=SILENT):
         bounds = interpolation.NO_BOUNDS
         for part, index in self._sources(_INDEX, deformation, sampling, 0, progress):

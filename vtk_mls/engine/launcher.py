@@ -243,6 +243,17 @@ class RegionMap:
         count = part.stop - part.start
         self.launch(name, (grid.whole, is_rival), count, points, *nodes(), *arguments)
 
+    def launch_listed(self, name, grid, numbers, *arguments, is_rival=False):
+        """Launch a kernel for the points of a grid with the `numbers` (m,) int64, which grow."""
+        points = kernel_arguments.grid_points(grid, slice(0, len(numbers)), self.control_points)
+        span = slice(numbers[0], numbers[-1] + 1)
+        nodes = self._nodes.around(grid, span) if self._nodes else []
+        with self.memory.read(numbers) as listed:
+            self.launch(
+                *(name, (grid.whole, is_rival), len(numbers), points, *nodes, listed, *arguments),
+                constants=(("LISTED", 1),),
+            )
+
     def _approximation(self, grid):
         """What spares most on a grid; None if nothing does."""
         if grid.whole not in self._spared:

@@ -239,6 +239,25 @@ class Engine(Protocol):
             Of the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED of each.
         """
 
+    def void_distance_listed(
+        self, deformation: Deformation, grid: Grid, numbers: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """The void distance of `displacement_field` at some points of a grid.
+
+        Parameters
+        ----------
+        deformation : Deformation
+            With cuts.
+        grid : Grid
+        numbers : (m,) int64
+            Of the points, x fastest; they grow.
+        progress : Progress
+
+        Returns
+        -------
+        (m,) float32, world units
+        """
+
     def source_bounds(
         self, deformation: Deformation, sampling: Sampling, progress: Progress
     ) -> np.ndarray:
