@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import arguments, kinds, vector_fields, void_cells
+from vtk_mls import arguments, kinds, recycled, vector_fields, void_cells
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
@@ -836,7 +836,7 @@ class Deformation:
         """
         if void_distance is None:
             is_needed &= bool(self.cuts)
-            return np.empty(target.size, np.float32) if is_needed else None
+            return recycled.empty(target.size, np.float32) if is_needed else None
         arguments.output("void_distance", void_distance, target.shape, np.float32)
         if not self.cuts:
             void_distance.fill(np.inf)

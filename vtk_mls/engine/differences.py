@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls import recycled
 from vtk_mls.engine import array_types, kernel_arguments
 
 _REACH = 2  # slices on either side that a difference takes
@@ -13,7 +14,7 @@ _MOST = 1 << 24  # points of a launch, so that progress shows
 def gradient(launcher, array, grid, progress):
     """`vector_fields.gradient` of an array (nz, ny, nx) that the device can read."""
     memory, (nx, ny, nz) = launcher.memory, grid.dimensions
-    result = np.empty((*grid.shape, 3), np.float32)
+    result = recycled.empty((*grid.shape, 3), np.float32)
     constants = (
         *array_types.constants(array, launcher),
         ("SLICES", kernel_arguments.members(kernel_arguments.SLICES)),

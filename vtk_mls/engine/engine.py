@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vtk_mls import interpolation, vector_fields
+from vtk_mls import interpolation, recycled, vector_fields
 from vtk_mls.engine import array_types, differences, kernel_arguments, void_corners
 from vtk_mls.engine import device as devices
 from vtk_mls.engine.inverse import InverseSearch
@@ -136,8 +136,8 @@ class Engine:
 
     @_question
     def displacement_field(self, deformation, grid, progress=SILENT):
-        displacement = np.empty((grid.size, 3), dtype=np.float32)
-        void_distance = np.empty(grid.size if deformation.cuts else 0, dtype=np.float32)
+        displacement = recycled.empty((grid.size, 3), np.float32)
+        void_distance = recycled.empty(grid.size if deformation.cuts else 0, np.float32)
         launches = self._launches(deformation)
         for part in progress.over(self.launcher.slabs(grid.size, deformation, 16, coarsely=True)):
             with ExitStack() as buffers:
@@ -158,7 +158,7 @@ class Engine:
 
     @_question
     def jacobian_field(self, deformation, grid, progress=SILENT):
-        result = np.empty((grid.size, 9), dtype=np.float32)
+        result = recycled.empty((grid.size, 9), np.float32)
         launches = self._launches(deformation)
         slabs = self.launcher.slabs(grid.size, deformation, 36)
         rivals = self._rivals(deformation, slabs)
@@ -180,7 +180,7 @@ class Engine:
         covariant=None,
     ):
         target, covariant = sampling.target, covariant or {}
-        results = [np.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
+        results = [recycled.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         arrays = samplers(self.launcher, arrays, sampling, covariant)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import void_cells
+from vtk_mls import recycled, void_cells
 from vtk_mls.engine import kernel_arguments
 
 _HEIGHT, _DEPTH = 4, 16  # rows and layers of cells of a work item
@@ -15,7 +15,7 @@ def void_by_corners(launcher, void_distance, least, progress):
     """`void_cells.by_corners`."""
     memory, (nz, ny, nx) = launcher.memory, void_distance.shape
     cells = tuple(max(n - 1, 1) for n in void_distance.shape)
-    result = np.empty(cells, np.uint8)
+    result = recycled.empty(cells, np.uint8)
     constants = (
         *launcher.sums(double=False),
         ("LAYERS", kernel_arguments.members(kernel_arguments.LAYERS)),

@@ -1,0 +1,160 @@
+"""Memory of results that nobody has any more, for the next ones."""
+
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import Deformation, Grid, HalfPlane, recycled
+from vtk_mls.filters import MLSDeform
+
+SIZE = 3 << 20
+
+
+@pytest.fixture(autouse=True)
+def nothing_kept():
+    recycled._kept.clear()
+    yield
+    recycled._kept.clear()
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+def kept():
+    return sum(each.size for each in recycled._kept)
+
+
+def test_memory_is_used_again_for_arrays_of_its_size():
+    first = recycled.empty((3, 1 << 18), np.float32)
+    assert first.flags.writeable
+    assert first.flags.c_contiguous
+    at = address(first)
+    del first
+    assert kept() == SIZE
+    assert address(recycled.empty(SIZE, np.uint8)) == at
+    assert recycled.empty((1 << 17, 3), np.float64).shape == (1 << 17, 3)
+    assert kept() == SIZE
+
+
+def test_a_view_holds_it():
+    whole = recycled.empty(SIZE, np.uint8)
+    whole[:] = 7
+    view = whole.reshape(3, -1)[1, 5:9].view(np.uint16)
+    del whole
+    assert kept() == 0
+    recycled.empty(SIZE, np.uint8)[:] = 9
+    assert (view == 7 + 7 * 256).all()
+    del view
+    assert kept() == 2 * SIZE
+
+
+def test_small_arrays_are_numpy_s():
+    small = recycled.empty(1000, np.int64)
+    assert small.shape == (1000,)
+    assert small.dtype == np.int64
+    assert small.base is None
+    assert recycled.empty((0, 3), np.float32).shape == (0, 3)
+
+
+def test_it_is_bounded(monkeypatch):
+    monkeypatch.setattr(recycled, "_MOST", 5 * SIZE)
+    many = [recycled.empty(SIZE, np.uint8) for _ in range(9)]
+    large = recycled.empty(6 * SIZE, np.uint8)
+    last = address(many[-1])
+    del large
+    while many:
+        del many[0]
+    assert kept() == 5 * SIZE
+    assert last in [address(each.array) for each in recycled._kept]
+
+
+def test_what_is_not_wanted_any_more_goes():
+    other = recycled.empty(2 * SIZE, np.uint8)
+    del other
+    for _ in range(recycled._PATIENCE):
+        assert kept() >= 2 * SIZE
+        recycled.empty(SIZE, np.uint8)
+    assert kept() == SIZE
+
+
+def test_threads_have_arrays_of_their_own():
+    wrong = []
+
+    def work(number):
+        rng = np.random.default_rng(number)
+        held = []
+        for _ in range(150):
+            array = recycled.empty(int(rng.choice([1 << 20, 2 << 20])), np.uint8)
+            value = int(rng.integers(256))
+            array[:] = value
+            held.append((array, value))
+            if len(held) > 3:
+                array, value = held.pop(int(rng.integers(4)))
+                wrong.extend(np.flatnonzero(array != value)[:1])
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert not wrong
+
+
+def maps(count, rng):
+    rest = rng.uniform(0, 70, (6, 3))
+    cut = HalfPlane((35, 35, 35), (0, 0, 1), (1, 0, 0))
+    return [Deformation(rest, rest + rng.normal(size=(6, 3)), cuts=[cut]) for _ in range(count)]
+
+
+def test_fields_that_are_held_stay_as_they_are(rng):
+    grid = Grid((70, 70, 70))
+    held = []
+    for each in maps(4, rng):
+        field = each.displacement_field(grid)
+        held.append((field.displacement[::7], field.displacement[::7].copy()))
+        if len(held) == 3:
+            del held[1]
+    for view, copy in held:
+        np.testing.assert_array_equal(view, copy)
+
+
+def test_outputs_that_are_held_stay_as_they_are(rng):
+    image = vtkImageData()
+    image.SetDimensions(104, 104, 104)
+    image.AllocateScalars(10, 1)
+    values = np.frombuffer(image.GetPointData().GetScalars(), np.float32)
+    values[:] = rng.random(values.size)
+    deform, held = MLSDeform(), []
+    deform.SetInputData(image)
+    deform.AddCut(HalfPlane((35, 35, 35), (0, 0, 1), (1, 0, 0)))
+    for each in maps(4, rng):
+        deform.SetRestPoints(each.rest)
+        deform.SetDeformedPoints(each.deformed)
+        deform.Update()
+        output, arrays = vtkImageData(), []
+        output.ShallowCopy(deform.GetOutput())
+        for data in (output.GetPointData(), output.GetCellData()):
+            arrays += [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+        del output, data
+        held.append([(array, np.array(array)) for array in arrays])
+        if len(held) == 3:
+            del held[1]
+        assert len(arrays) >= 4
+    del deform, arrays
+    for pairs in held:
+        for array, copy in pairs:
+            np.testing.assert_array_equal(np.array(array), copy)
+
+
+def test_a_program_may_end_with_an_array():
+    code = (
+        "import numpy as np; from vtk_mls import recycled; a = recycled.empty(1 << 22, 'u1');"
+        "b = recycled.empty(1 << 22, 'u1'); a[:] = 1; c = a[::3]"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
