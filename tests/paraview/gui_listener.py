@@ -23,6 +23,8 @@ def listen(interactor, event):
     request = os.path.join(folder, "request.py")
     if not os.path.exists(request):
         return
+    if servermanager.ActiveConnection.Session.GetPendingProgress():
+        return  # it computes, and looks at timers between: what is asked now would be done amid that
     with open(request) as file:
         text = file.read()
     os.remove(request)

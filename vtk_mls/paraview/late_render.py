@@ -35,7 +35,9 @@ def _wait(number, window, interactor):
         if which == timer:
             end()
             view = find(number, "views")
-            if view:
+            if view and view.GetSession().GetPendingProgress():
+                ask([number])  # ParaView looks at timers while it computes, too
+            elif view:
                 view.StillRender()
 
     soon.CallDataType = VTK_INT
