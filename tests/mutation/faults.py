@@ -667,6 +667,39 @@ add(
     "beside(high - low), least)",
     "beside(high - low), 0)",
 )
+add("void cells: those that are not known stay as they are", "unknown] |= ", "unknown] &= ")
+add("void cells: of slabs behind the first", "grid.cells, first + unknown", "grid.cells, unknown")
+_LISTED = "tests/engine/test_listed_points.py"
+add = _in("opencl/grid.cl", _LISTED)
+add("listed points: all of a work item", "numbers[min(at + l, count - 1)]", "numbers[at]")
+add(
+    "listed points: of a part", "row / grid->ny);\n  }\n  return", "row / grid->nx);\n  }\n  return"
+)
+_in("vtk_mls/engine/launcher.py", _LISTED)(
+    "listed points: guesses are of other layers",
+    "slice(numbers[0], numbers[-1] + 1)",
+    "slice(0, len(numbers))",
+)
+
+# Memory of results
+
+add = _in("vtk_mls/recycled.py", "tests/core/test_recycled.py")
+add("memory: views do not hold it", "np.asarray(_Owner(memory))", "(_Owner(memory), memory)[1]")
+add(
+    "memory: it is kept without end", "while sum(memory.size for memory in _kept) > _MOST:", "if 0:"
+)
+add("memory: what nobody wants stays", "each.patience > 0]", "each.size > 0]")
+add = _in("vtk_mls/linear_algebra.py", "tests/core/test_blas_threads.py")
+add(
+    "BLAS: its threads wait for products with many points",
+    'np.einsum("ij,...j->...i", matrix, vectors)',
+    "vectors @ matrix.T",
+)
+_in("vtk_mls/filters/property_tables.py", "tests/editor/test_saving.py", SCRIPTS)(
+    "map tolerance: the editor and ParaView begin exactly",
+    "replace(MAP_TOLERANCE, default=UNSEEN)",
+    "MAP_TOLERANCE",
+)
 add = _in("vtk_mls/rendering/map_layers.py", "tests/rendering/test_map_layers.py")
 add("live: cuts that cross share their sides", "_MOST_GROUPS = 3", "_MOST_GROUPS = 1")
 add(
