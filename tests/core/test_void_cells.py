@@ -176,6 +176,16 @@ def test_void_distances_that_are_known_spare_the_map(device):
         d.void_of_cells(grid, distance[1:])
 
 
+@pytest.mark.parametrize("device", ENGINES)
+def test_slabs_are_the_whole(device, monkeypatch):
+    grid, (rest, deformed) = Grid((20, 18, 22)), layers([9.5], [-0.4, 0.4])
+    d = Deformation(rest, deformed, cuts=[across(9.5, 0.3)], device=device)
+    expected = d.void_of_cells(grid).at_centre
+    assert 0 < expected.sum() < expected.size
+    monkeypatch.setattr(void_cells, "_LOOKED_AT", 3 * 19 * 17)
+    np.testing.assert_array_equal(d.void_of_cells(grid).at_centre, expected)
+
+
 def test_without_cuts_nothing_is_void():
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=FAST)
     void = d.void_of_cells(Grid((5, 4, 3)))

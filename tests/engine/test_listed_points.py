@@ -57,3 +57,13 @@ def test_a_device_gets_them_in_pieces(opened, in_place, rng, monkeypatch):
     numbers = np.sort(rng.choice(GRID.size, 7000, replace=False))
     found = answers.void_distance_listed(opened, GRID, numbers)
     np.testing.assert_array_equal(found, expected[numbers])
+
+
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_guesses_are_made_around_them(opened, monkeypatch):
+    answers = dispatch.engine_for(DEVICES[0])
+    expected = answers.displacement_field(opened, GRID)[1].ravel()
+    numbers = np.arange(GRID.size * 3 // 4, GRID.size, 7)
+    monkeypatch.setattr(engine.origin_nodes, "_NODES", 1)
+    found = answers.void_distance_listed(opened, GRID, numbers)
+    np.testing.assert_array_equal(found, expected[numbers])

@@ -24,7 +24,7 @@ def listen(interactor, event):
     if not os.path.exists(request):
         return
     if servermanager.ActiveConnection.Session.GetPendingProgress():
-        return  # it computes, and looks at timers between: what is asked now would be done amid that
+        return  # it computes, and looks at timers between
     with open(request) as file:
         text = file.read()
     os.remove(request)
