@@ -63,7 +63,8 @@ def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
 def _taken(size: int) -> NDArray[np.uint8] | None:
     """Kept memory of `size` bytes; None if there is none."""
     with _lock:
-        found = next((memory for memory in _kept if memory.size == size), None)
+        # the last that was kept may still be in the processor's cache
+        found = next((memory for memory in reversed(_kept) if memory.size == size), None)
         for memory in _kept:
             memory.patience -= 1
         _kept[:] = [each for each in _kept if each is not found and each.patience > 0]
