@@ -1,7 +1,7 @@
 """What float64 code needs of vectors and matrices beside numpy.
 
 Products with many vectors are not left to BLAS: after one its threads wait for the next, busily,
-for some ten milliseconds, and take the processor from the kernels.
+for tens of milliseconds, and take the processor from the kernels.
 """
 
 from __future__ import annotations

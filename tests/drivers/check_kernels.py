@@ -89,6 +89,11 @@ def steps(engine):
                     lambda d=d: difference("displacement_field", d, GRID) / EXTENT,
                 )
                 yield f"{kind}, {cut}: inverse", lambda d=d: inverse(d)
+    d, listed = over("rigid", "half-plane"), np.arange(1, GRID.size, 3)
+    yield (
+        "rigid, half-plane: listed points",
+        lambda d=d: difference("void_distance_listed", d, GRID, listed) / EXTENT,
+    )
     for kind, cut in zip(KINDS, ("surface", "half-plane", "plane", "surface")):
         d = over(kind, cut, "deformed")
         name = f"{kind}, {cut} that stays"
