@@ -99,6 +99,17 @@ def test_only_what_was_saved_is_served(client, folder):
     assert names == [path.name for path in client.session.editor.saver.files]
 
 
+def test_data_that_are_sent_are_computed_as_the_page_was_started(client, folder):
+    def change(editor):
+        editor.change(editor.state.changed(map_tolerance=0.5, device="reference"))
+
+    client.session.call(lambda: change(client.session.editor)).result()
+    ((status, _),) = client.ask(("POST", "/send/data/b.vtp", (folder / "ball.vtp").read_bytes()))
+    assert status == 200
+    state = client.session.editor.state
+    assert (len(state.cuts), state.map_tolerance, state.device) == (0, 0.5, "reference")
+
+
 def test_what_is_sent_is_gone_when_something_else_is_shown(client, folder):
     ball = (folder / "ball.vtp").read_bytes()
     answers = client.ask(

@@ -132,7 +132,9 @@ class Transfers:
 
     def _show(self, dataset, path, digest):
         drafts = Drafts(path, digest=digest)  # the same data are known again
-        self._session.open([dataset], State([], []), [path], drafts)
+        shown = self._session.editor.state
+        state = State([], [], map_tolerance=shown.map_tolerance, device=shown.device)
+        self._session.open([dataset], state, [path], drafts)
 
 
 async def _try(reader, path):
