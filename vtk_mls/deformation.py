@@ -800,6 +800,7 @@ class Deformation:
             )
             if self.cuts and not sampling.continues:
                 near, values = vector_fields.near_faces(
+                    self._engine,
                     self,
                     distances.reshape(sampling.target.shape),
                     (np.asarray(array, np.float32), slopes),

@@ -254,6 +254,11 @@ def gradient(array, grid, progress=SILENT):
     return vector_fields.gradient(array, grid, progress)
 
 
+def sample(array, index, sampling, progress=SILENT):
+    (method,) = sampling.methods(1)
+    return interpolation.sample(array, index, method, sampling.background, sampling.source)
+
+
 def void_by_corners(void_distance, least, progress=SILENT):
     return void_cells.by_corners(void_distance, least)
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from vtk_mls.interpolation import sample
 from vtk_mls.linear_algebra import unit
 from vtk_mls.progress import SILENT
 
@@ -53,12 +54,12 @@ def contravariant(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
-def near_faces(deformation, void_distance, fields, sampling, progress):
+def near_faces(engine, deformation, void_distance, fields, sampling, progress):
     """Gradient of a deformed array where it is taken across the face of a void.
 
     Parameters
     ----------
-    deformation, fields, sampling, progress
+    engine, deformation, fields, sampling, progress
         As for `at_faces`.
     void_distance : (nz, ny, nx) array, world units
 
@@ -71,10 +72,10 @@ def near_faces(deformation, void_distance, fields, sampling, progress):
     reach = REACH * _voxel(sampling.source)
     near = np.nonzero((void_distance >= 0) & (void_distance < reach))
     v = sampling.target.whole.at(np.stack(near[::-1], axis=1) + sampling.target.first)
-    return near, at_faces(deformation, v, fields, sampling, progress)
+    return near, at_faces(engine, deformation, v, fields, sampling, progress)
 
 
-def at_faces(deformation, v, fields, sampling, progress):
+def at_faces(engine, deformation, v, fields, sampling, progress):
     """Gradient of a deformed array near the faces of a void.
 
     Where the material ends, the array has a step from its value to the background. In the
@@ -85,6 +86,7 @@ def at_faces(deformation, v, fields, sampling, progress):
 
     Parameters
     ----------
+    engine : engine.protocol.Engine
     deformation : Deformation
         With cuts.
     v : (m, 3) array, world coordinates
@@ -101,7 +103,6 @@ def at_faces(deformation, v, fields, sampling, progress):
     """
     values, slopes = fields
     source, voxel = sampling.source, _voxel(sampling.source)
-    (method,) = sampling.methods(1)
     mapping, sloping, closing, sampled = progress.divided(1, 3, 1, 1)
     origin = deformation.backward(v, mapping)
     covariant_jacobian = deformation.jacobian(v, sloping).swapaxes(1, 2)
@@ -125,9 +126,9 @@ def at_faces(deformation, v, fields, sampling, progress):
     share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
     sampled.report(0)
-    index, background = source.whole.index_of(origin), sampling.background
-    step = (sample(values, index, method, background, source) - background) / voxel
-    inner = sample(slopes, index, method, 0, source)
+    index, how = source.whole.index_of(origin), replace(sampling, versions=())
+    step = (engine.sample(values, index, how, sampled) - sampling.background) / voxel
+    inner = engine.sample(slopes, index, replace(how, background=0), sampled)
     blended = inner + share[:, None] * (step[:, None] * away - inner)
     return np.einsum("mij,mj->mi", covariant_jacobian, blended)
 

@@ -14,7 +14,7 @@ MOST = 6
 QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian"),
     *("displacement_field", "jacobian_field"),
-    *("resample", "gradient", "source_bounds", "origins_from"),
+    *("resample", "gradient", "source_bounds", "origins_from", "sample"),
     *("void_by_corners", "void_distance_listed"),
 )
 

@@ -199,6 +199,17 @@ class Engine:
         return differences.gradient(self.launcher, array, grid, progress)
 
     @_question
+    def sample(self, array, index, sampling, progress=SILENT):
+        if len(index) == 0 or not array_types.is_for_device(array, self.device):
+            (method,) = sampling.methods(1)
+            return interpolation.sample(array, index, method, sampling.background, sampling.source)
+        result = np.empty((len(index), *array.shape[3:]), array.dtype)
+        (sampler,) = samplers(self.launcher, [array], sampling, {})
+        with self.memory.read(np.ascontiguousarray(index.T, np.float32)) as planes:
+            sampler.sample(planes, result)
+        return result
+
+    @_question
     def void_by_corners(self, void_distance, least, progress=SILENT):
         return void_corners.void_by_corners(self.launcher, void_distance, least, progress)
 

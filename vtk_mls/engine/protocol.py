@@ -220,6 +220,25 @@ class Engine(Protocol):
             Of fourth order inside, of second order at the border, 0 across a single slice.
         """
 
+    def sample(
+        self, array: np.ndarray, index: np.ndarray, sampling: Sampling, progress: Progress
+    ) -> np.ndarray:
+        """Values of an array between its points: `interpolation.sample`.
+
+        Parameters
+        ----------
+        array : (nz, ny, nx) or (nz, ny, nx, components) array, contiguous, of real numbers
+        index : (m, 3) float64
+            Continuous indices of the whole of `sampling.source`.
+        sampling : Sampling
+            Of the array, without versions.
+        progress : Progress
+
+        Returns
+        -------
+        (m,) or (m, components) array of the same dtype
+        """
+
     def void_by_corners(
         self, void_distance: np.ndarray, least: float, progress: Progress
     ) -> np.ndarray:

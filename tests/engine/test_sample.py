@@ -1,0 +1,42 @@
+"""Values of an array at any places of its grid, on a device against numpy."""
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+
+from vtk_mls import INTERPOLATIONS, Grid, Sampling, interpolation
+from vtk_mls.engine import dispatch
+
+pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+WHOLE = Grid((17, 12, 9), (1, 2, 3), (0.5, 1, 2))
+
+
+@pytest.fixture(params=DEVICES or [None])
+def engine(request):
+    return dispatch.engine_for(request.param)
+
+
+@pytest.mark.parametrize("method", INTERPOLATIONS)
+@pytest.mark.parametrize("dtype", ["float32", "float64", "int16", "uint8", "int64"])
+@pytest.mark.parametrize("source", [WHOLE, WHOLE.part((2, 1, 3), (14, 10, 5))])
+@pytest.mark.parametrize("components", [(), (3,)])
+def test_it_is_what_numpy_finds(engine, method, dtype, source, components, rng):
+    array = (100 * rng.random((*source.shape, *components))).astype(dtype)
+    sampling = Sampling(source, interpolation=method, background=7)
+    for count in (0, 1, 15, 16, 1000):
+        index = np.float32(rng.uniform(-2, 18, (count, 3))).astype(np.float64)
+        found = engine.sample(array, index, sampling)
+        expected = interpolation.sample(array, index, method, 7, source)
+        assert found.shape == expected.shape
+        assert found.dtype == expected.dtype
+        rounding = 1 if array.dtype.kind in "iu" else 1e-4
+        np.testing.assert_allclose(found, expected, rtol=0, atol=rounding)
+
+
+def test_a_device_with_little_memory_gets_slices(engine, rng, monkeypatch):
+    array = rng.random((*WHOLE.shape, 3)).astype(np.float32)
+    index = rng.uniform(0, [16, 11, 8], (500, 3))
+    expected = engine.sample(array, index, Sampling(WHOLE))
+    monkeypatch.setattr(engine.memory, "in_place", False)
+    monkeypatch.setattr(engine.memory, "limit", array.nbytes)
+    np.testing.assert_array_equal(engine.sample(array, index, Sampling(WHOLE)), expected)
