@@ -802,12 +802,12 @@ class Deformation:
                 near, values = vector_fields.near_faces(
                     self._engine,
                     self,
-                    distances.reshape(sampling.target.shape),
+                    distances,
                     (np.asarray(array, np.float32), slopes),
                     replace(sampling, interpolation=methods[-1]),
                     at_faces,
                 )
-                gradient[near] = unit(values) if normalise else values
+                gradient.reshape(-1, 3)[near] = unit(values) if normalise else values
             return results, gradient
 
     @_quiet

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from vtk_mls.cuts.plane import Plane
+from vtk_mls.linear_algebra import transformed
 
 # Next to the size of what is deformed: more than the device's float32 blurs.
 _BLUR = 1e-5
@@ -65,7 +66,7 @@ def _to_behind(cuts, x, limit):
         return (cut.void_distance(x, x) + limit)[:, None] * cut.away(x, x)
     heights = np.stack([plane.height(x) for plane in cuts], axis=1)
     past = heights + np.where(heights < 0, -1, 1) * limit[:, None]
-    return past @ np.linalg.pinv([plane.normal for plane in cuts]).T
+    return transformed(np.linalg.pinv([plane.normal for plane in cuts]), past)
 
 
 def _sizes(deformation, points):

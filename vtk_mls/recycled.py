@@ -27,7 +27,7 @@ class _Memory:
     """Bytes that nobody has."""
 
     def __init__(self, array: NDArray[np.uint8]) -> None:
-        self.array, self.size, self.patience = array, array.nbytes, _PATIENCE
+        self.array, self.patience = array, _PATIENCE
 
 
 class _Owner:
@@ -42,7 +42,7 @@ class _Owner:
         if self._memory.nbytes <= _MOST and _lock.acquire(blocking=False):
             try:
                 _kept.append(_Memory(self._memory))
-                while sum(memory.size for memory in _kept) > _MOST:
+                while sum(memory.array.nbytes for memory in _kept) > _MOST:
                     del _kept[0]
             finally:
                 _lock.release()
@@ -64,7 +64,7 @@ def _taken(size: int) -> NDArray[np.uint8] | None:
     """Kept memory of `size` bytes; None if there is none."""
     with _lock:
         # the last that was kept may still be in the processor's cache
-        found = next((memory for memory in reversed(_kept) if memory.size == size), None)
+        found = next((memory for memory in reversed(_kept) if memory.array.nbytes == size), None)
         for memory in _kept:
             memory.patience -= 1
         _kept[:] = [each for each in _kept if each is not found and each.patience > 0]

@@ -254,9 +254,8 @@ def gradient(array, grid, progress=SILENT):
     return vector_fields.gradient(array, grid, progress)
 
 
-def sample(array, index, sampling, progress=SILENT):
-    (method,) = sampling.methods(1)
-    return interpolation.sample(array, index, method, sampling.background, sampling.source)
+def sample(array, index, method, background, source):
+    return interpolation.sample(array, index, method, background, source)
 
 
 def void_by_corners(void_distance, least, progress=SILENT):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from vtk_mls.linear_algebra import unit
+from vtk_mls.linear_algebra import transformed, unit
 from vtk_mls.progress import SILENT
 
 # How far into the material the face of a void shows in the gradient, in voxels of the source.
@@ -31,7 +29,7 @@ def gradient(array, grid, progress=SILENT):
     values = np.asarray(array, dtype=np.float64)
     slopes = np.stack([_slope(values, axis) for axis in progress.over((2, 1, 0))], axis=-1)
     # d/dx = sum of d/di times di/dx
-    return (slopes @ grid.world_to_index).astype(np.float32)
+    return transformed(grid.world_to_index.T, slopes).astype(np.float32)
 
 
 def covariant(vectors, transposed_jacobian, normalise):
@@ -61,17 +59,17 @@ def near_faces(engine, deformation, void_distance, fields, sampling, progress):
     ----------
     engine, deformation, fields, sampling, progress
         As for `at_faces`.
-    void_distance : (nz, ny, nx) array, world units
+    void_distance : (sampling.target.size,) array, world units
 
     Returns
     -------
-    near : tuple of three (m,) arrays
-        Indices in `void_distance`.
+    near : (m,) int64
+        Numbers of the points, x fastest.
     values : (m, 3) float64, per world unit
     """
     reach = REACH * _voxel(sampling.source)
-    near = np.nonzero((void_distance >= 0) & (void_distance < reach))
-    v = sampling.target.whole.at(np.stack(near[::-1], axis=1) + sampling.target.first)
+    near = np.flatnonzero((void_distance >= 0) & (void_distance < reach))
+    v = sampling.target.numbered(near)
     return near, at_faces(engine, deformation, v, fields, sampling, progress)
 
 
@@ -103,6 +101,7 @@ def at_faces(engine, deformation, v, fields, sampling, progress):
     """
     values, slopes = fields
     source, voxel = sampling.source, _voxel(sampling.source)
+    (method,) = sampling.methods(1)
     mapping, sloping, closing, sampled = progress.divided(1, 3, 1, 1)
     origin = deformation.backward(v, mapping)
     covariant_jacobian = deformation.jacobian(v, sloping).swapaxes(1, 2)
@@ -126,9 +125,9 @@ def at_faces(engine, deformation, v, fields, sampling, progress):
     share = np.clip(REACH - void_distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
     sampled.report(0)
-    index, how = source.whole.index_of(origin), replace(sampling, versions=())
-    step = (engine.sample(values, index, how, sampled) - sampling.background) / voxel
-    inner = engine.sample(slopes, index, replace(how, background=0), sampled)
+    index, background = source.whole.index_of(origin), sampling.background
+    step = (engine.sample(values, index, method, background, source) - background) / voxel
+    inner = engine.sample(slopes, index, method, 0, source)
     blended = inner + share[:, None] * (step[:, None] * away - inner)
     return np.einsum("mij,mj->mi", covariant_jacobian, blended)
 

@@ -6,10 +6,8 @@ import threading
 
 import numpy as np
 import pytest
-from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Grid, HalfPlane, recycled
-from vtk_mls.filters import MLSDeform
 
 SIZE = 3 << 20
 
@@ -26,7 +24,7 @@ def address(array):
 
 
 def kept():
-    return sum(each.size for each in recycled._kept)
+    return sum(each.array.nbytes for each in recycled._kept)
 
 
 def test_memory_is_used_again_for_arrays_of_its_size():
@@ -121,34 +119,6 @@ def test_fields_that_are_held_stay_as_they_are(rng):
             del held[1]
     for view, copy in held:
         np.testing.assert_array_equal(view, copy)
-
-
-def test_outputs_that_are_held_stay_as_they_are(rng):
-    image = vtkImageData()
-    image.SetDimensions(104, 104, 104)
-    image.AllocateScalars(10, 1)
-    values = np.frombuffer(image.GetPointData().GetScalars(), np.float32)
-    values[:] = rng.random(values.size)
-    deform, held = MLSDeform(), []
-    deform.SetInputData(image)
-    deform.AddCut(HalfPlane((35, 35, 35), (0, 0, 1), (1, 0, 0)))
-    for each in maps(4, rng):
-        deform.SetRestPoints(each.rest)
-        deform.SetDeformedPoints(each.deformed)
-        deform.Update()
-        output, arrays = vtkImageData(), []
-        output.ShallowCopy(deform.GetOutput())
-        for data in (output.GetPointData(), output.GetCellData()):
-            arrays += [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
-        del output, data
-        held.append([(array, np.array(array)) for array in arrays])
-        if len(held) == 3:
-            del held[1]
-        assert len(arrays) >= 4
-    del deform, arrays
-    for pairs in held:
-        for array, copy in pairs:
-            np.testing.assert_array_equal(np.array(array), copy)
 
 
 def test_a_program_may_end_with_an_array():

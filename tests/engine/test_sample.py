@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import INTERPOLATIONS, Grid, Sampling, interpolation
+from vtk_mls import INTERPOLATIONS, Grid, interpolation
 from vtk_mls.engine import dispatch
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
@@ -22,10 +22,9 @@ def engine(request):
 @pytest.mark.parametrize("components", [(), (3,)])
 def test_it_is_what_numpy_finds(engine, method, dtype, source, components, rng):
     array = (100 * rng.random((*source.shape, *components))).astype(dtype)
-    sampling = Sampling(source, interpolation=method, background=7)
     for count in (0, 1, 15, 16, 1000):
         index = np.float32(rng.uniform(-2, 18, (count, 3))).astype(np.float64)
-        found = engine.sample(array, index, sampling)
+        found = engine.sample(array, index, method, 7, source)
         expected = interpolation.sample(array, index, method, 7, source)
         assert found.shape == expected.shape
         assert found.dtype == expected.dtype
@@ -36,7 +35,8 @@ def test_it_is_what_numpy_finds(engine, method, dtype, source, components, rng):
 def test_a_device_with_little_memory_gets_slices(engine, rng, monkeypatch):
     array = rng.random((*WHOLE.shape, 3)).astype(np.float32)
     index = rng.uniform(0, [16, 11, 8], (500, 3))
-    expected = engine.sample(array, index, Sampling(WHOLE))
+    how = array, index, "linear", 0, WHOLE
+    expected = engine.sample(*how)
     monkeypatch.setattr(engine.memory, "in_place", False)
     monkeypatch.setattr(engine.memory, "limit", array.nbytes)
-    np.testing.assert_array_equal(engine.sample(array, index, Sampling(WHOLE)), expected)
+    np.testing.assert_array_equal(engine.sample(*how), expected)

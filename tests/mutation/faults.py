@@ -686,9 +686,11 @@ _in("vtk_mls/engine/launcher.py", _LISTED)(
 add = _in("vtk_mls/recycled.py", "tests/core/test_recycled.py")
 add("memory: views do not hold it", "np.asarray(_Owner(memory))", "(_Owner(memory), memory)[1]")
 add(
-    "memory: it is kept without end", "while sum(memory.size for memory in _kept) > _MOST:", "if 0:"
+    "memory: it is kept without end",
+    "while sum(memory.array.nbytes for memory in _kept) > _MOST:",
+    "if 0:",
 )
-add("memory: what nobody wants stays", "each.patience > 0]", "each.size > 0]")
+add("memory: what nobody wants stays", "each.patience > 0]", "each.array.nbytes > 0]")
 add = _in("vtk_mls/linear_algebra.py", "tests/core/test_blas_threads.py")
 add(
     "BLAS: its threads wait for products with many points",

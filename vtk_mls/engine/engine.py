@@ -16,6 +16,7 @@ from vtk_mls.engine.inverse import InverseSearch
 from vtk_mls.engine.launcher import Launcher, RegionMap
 from vtk_mls.engine.sampler import samplers
 from vtk_mls.progress import SILENT
+from vtk_mls.sampling import Sampling
 
 
 @functools.cache
@@ -199,11 +200,11 @@ class Engine:
         return differences.gradient(self.launcher, array, grid, progress)
 
     @_question
-    def sample(self, array, index, sampling, progress=SILENT):
+    def sample(self, array, index, method, background, source):
         if len(index) == 0 or not array_types.is_for_device(array, self.device):
-            (method,) = sampling.methods(1)
-            return interpolation.sample(array, index, method, sampling.background, sampling.source)
+            return interpolation.sample(array, index, method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
+        sampling = Sampling(source, interpolation=method, background=background)
         (sampler,) = samplers(self.launcher, [array], sampling, {})
         with self.memory.read(np.ascontiguousarray(index.T, np.float32)) as planes:
             sampler.sample(planes, result)

@@ -9,6 +9,7 @@ from vtk_mls import guesses
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.kernel_arguments import NODE_BYTES, NODE_STEP
 from vtk_mls.grid import Grid
+from vtk_mls.linear_algebra import transformed
 
 # Nodes that are found at once, in whole layers: what follows needs the last layer again.
 _NODES = 1 << 18
@@ -86,7 +87,7 @@ class OriginNodes:
 def _is_affine(control_points):
     """Whether an affine map, from which searches begin, fits all control points."""
     matrix, offset = control_points.affine
-    residual = control_points.deformed @ matrix.T + offset - control_points.rest
+    residual = transformed(matrix, control_points.deformed) + offset - control_points.rest
     return np.abs(residual).max(initial=0) <= _AFFINE * control_points.scale
 
 

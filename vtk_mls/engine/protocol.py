@@ -221,18 +221,20 @@ class Engine(Protocol):
         """
 
     def sample(
-        self, array: np.ndarray, index: np.ndarray, sampling: Sampling, progress: Progress
+        self,
+        array: np.ndarray,
+        index: np.ndarray,
+        method: str,
+        background: float,
+        source: Grid,
     ) -> np.ndarray:
         """Values of an array between its points: `interpolation.sample`.
 
         Parameters
         ----------
         array : (nz, ny, nx) or (nz, ny, nx, components) array, contiguous, of real numbers
-        index : (m, 3) float64
-            Continuous indices of the whole of `sampling.source`.
-        sampling : Sampling
-            Of the array, without versions.
-        progress : Progress
+        index, method, background, source
+            As of `interpolation.sample`.
 
         Returns
         -------
