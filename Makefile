@@ -4,7 +4,6 @@
 # make matrix   all tests, in every ParaView, which it makes first
 # make environments  install the wheel in empty environments, oldest to newest, and try it there
 # make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
-# make mutation put faults in, one at a time, and see whether a test finds each (LEVEL=check or test)
 # make fuzz     try random cases until something fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
@@ -20,11 +19,10 @@
 # Everything is installed in .venv; stamp files remember what is there. Commands run as
 # `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix environments mutation drivers fuzz accuracy pages docs bench lint types clean
+.PHONY: demo check test matrix environments drivers fuzz accuracy pages docs bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
-LEVEL ?= check
 CHECKED := tests/core tests/engine tests/filters tests/project
 # What has the mouse: two at a time on any machine. A busy one can lose an event, so what fails is
 # tried once more, and listed under RERUN.
@@ -61,9 +59,6 @@ lint: types
 
 types: .venv/test-$(OPENCL).stamp
 	$(PY) -m mypy
-
-mutation: .venv/test-$(OPENCL).stamp
-	@$(PY) tests/mutation/run.py --level $(LEVEL)
 
 drivers: .venv-oclgrind/made.stamp
 	@bash tests/drivers/run.sh
