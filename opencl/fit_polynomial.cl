@@ -60,7 +60,7 @@ inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->num
 
 // The basis functions at a control point: in the table of the map they follow the coefficients.
 inline __global const float *values_at(const map_t *map, int i) {
-  return map->table + (long)(FUNCTIONS + row_of(map, i)) * FUNCTIONS;
+  return map->table + (long)(FUNCTIONS + i) * FUNCTIONS;
 }
 
 inline void clear_sums(const map_t *map, sums_t *sums) {

@@ -10,7 +10,6 @@ KERNEL void grid_displacement(MAP_PARAMETERS, const grid_t grid NODE_PARAMETERS 
 #endif
 ) {
   map_t map = MAP;
-  TAKE_LIST(&map);
   item_t item = ITEM_OF_LAUNCH(&map, &grid);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item NODES_OF_LAUNCH);

@@ -8,9 +8,6 @@
 #ifdef COARSE
 #include "coarse_map.cl"
 #endif
-#if CLUSTERS
-#include "clusters.cl"
-#endif
 
 // The void distance of the points of a launch (cuts.cl), local units times `scale`.
 //
@@ -88,15 +85,8 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
   return item;
 }
 
-#define CELL_PARAMETERS , const coarse_t coarse, __global const int *restrict cells
+#define ITEM_PARAMETERS , const coarse_t coarse, __global const int *restrict cells
 #define ITEM_OF_LAUNCH(map, grid) item_of(map, grid, &coarse, cells)
-#if CLUSTERS
-#define ITEM_PARAMETERS CELL_PARAMETERS LIST_PARAMETERS
-#define TAKE_LIST(map) \
-  take_list(map, LISTS_OF_LAUNCH, (long)get_global_id(0) * LANES / CELL_POINTS, coarse.listed)
-#else
-#define ITEM_PARAMETERS CELL_PARAMETERS
-#endif
 #else
 #ifdef LISTED
 #define ITEM_PARAMETERS , __global const long *restrict numbers
@@ -128,10 +118,6 @@ inline item_t item_of(const map_t *map, const grid_t *grid, __global const long 
 #endif
   return item;
 }
-#endif
-
-#if !CLUSTERS
-#define TAKE_LIST(map)
 #endif
 
 // Where in the launch lane l is.

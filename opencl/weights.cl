@@ -20,9 +20,6 @@ typedef struct {
   map_numbers_t numbers;
   __global const control_point_t *control_points;
   __global const float *table;  // of the kind
-#if CLUSTERS
-  __global const int *listed;   // which control points count, and which stand-ins of clusters
-#endif
 #if CUTS
   cuts_t cuts;
 #endif
@@ -66,17 +63,8 @@ typedef struct {
   real r;     // (d_k / e)^(2 alpha)
 } pivot_t;
 
-// The row in tables of the i-th control point that counts.
-inline int row_of(const map_t *map, int i) {
-#if CLUSTERS
-  return map->listed[i];
-#else
-  return i;
-#endif
-}
-
 inline __global const control_point_t *control_point_of(const map_t *map, int i) {
-  return map->control_points + row_of(map, i);
+  return map->control_points + i;
 }
 
 inline vec point_of(__global const control_point_t *at) {

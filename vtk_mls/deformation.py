@@ -130,8 +130,6 @@ class Deformation:
         a check finds that close enough: not so near control points and cuts, and on grids of few
         or flat layers. Void distances there keep their sign. The Jacobians that gradients are
         taken through are off by no more from each point to the next.
-        Where some thousand control points are, alpha is at most 1.5 and nothing is cut, those far
-        away may count by clusters instead, where a check finds that close enough.
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. If not given: the environment variable

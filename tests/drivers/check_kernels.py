@@ -17,14 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, reference
-from vtk_mls.engine import clustered_map, device
+from vtk_mls.engine import device
 from vtk_mls.engine.engine import Engine
 
 EXTENT = 40.0
 BOUND = 1e-4
 GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
 FINE_GRID = Grid((36, 28, 28), spacing=(1.1, 1.4, 1.4))
-CLUSTERS_GRID = Grid((9, 9, 9), spacing=(5.0, 5.0, 5.0))
 CUTS = {
     "no cut": [],
     "plane": [Plane((20, 20, 20), (0.2, 1, 0.1))],
@@ -106,16 +105,6 @@ def steps(engine):
         "affine, between nodes",
         lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
     )
-    clustered_map._MANY, clustered_map.LISTED = 64, 1  # few, for a simulator
-    heaps = rng.uniform(0, EXTENT, (8, 1, 3)) + rng.normal(0, 0.02 * EXTENT, (8, 12, 3))
-    q = heaps.reshape(-1, 3)
-    for kind in ("affine", "rigid"):
-        d = Deformation(q + 0.2 * (rng.random(q.shape) - 0.5), q, kind, device="reference")
-        clustered = dataclasses.replace(d, map_tolerance=0.0005)
-        yield (
-            f"{kind}, clusters",
-            lambda d=clustered: difference("displacement_field", d, CLUSTERS_GRID) / EXTENT,
-        )
     d = over("affine", "plane")
     for method in ("nearest", "linear", "cubic"):
         question = d, images, Sampling(GRID, interpolation=method, background=-1.0)

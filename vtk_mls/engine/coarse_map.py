@@ -13,8 +13,8 @@ _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are inter
 # Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
 # most so many times: 6.5 times in the worst of 2,100 random sets.
 _SAFETY = 8
-_WORTH = 0.25  # of the points, that nodes and middles may be
-_ALONE = 0.5  # of the cells, that may have control points in or beside them
+MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
+MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
 _OFF, _ELSEWHERE = 1, 2  # bits of what coarse_check.cl says of a cell
 # What interpolates what a kernel computes, and its own build constants.
@@ -69,17 +69,22 @@ class CoarseMap:
     def __init__(self, map_):
         self.map = map_
         self._grid = None
+        self._pays_off = {}  # by whole grid
 
-    def share(self, grid):
-        """The share of a grid's points for which the map is evaluated, about; 1 if not worth it."""
-        cells = cells_of(grid.whole)[1]
-        at_nodes = (np.prod(cells + 5.0) + np.prod(cells)) / grid.whole.size
-        if at_nodes >= _WORTH:
-            return 1.0
-        near = 27 * len(self.map.control_points) / np.prod(cells)
-        if near >= _ALONE:
-            near = self._near(grid.whole).mean()
-        return at_nodes + near if near < _ALONE else 1.0
+    def pays_off(self, grid):
+        """Whether a grid has far fewer nodes, and cells near control points, than points."""
+        whole = grid.whole
+        if whole not in self._pays_off:
+            self._pays_off[whole] = self._has_few_nodes(whole) and self._has_few_near_cells(whole)
+        return self._pays_off[whole]
+
+    def _has_few_nodes(self, whole):
+        cells = cells_of(whole)[1]
+        return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
+
+    def _has_few_near_cells(self, whole):
+        bound = 27 * len(self.map.control_points) / np.prod(cells_of(whole)[1])
+        return bound < MAX_NEAR_FRACTION or self._near(whole).mean() < MAX_NEAR_FRACTION
 
     def launch(self, name, grid, part, between, *arguments):
         """Launch a kernel for the points `part` of a grid.

@@ -140,7 +140,7 @@ class Engine:
         displacement = recycled.empty((grid.size, 3), np.float32)
         void_distance = recycled.empty(grid.size if deformation.cuts else 0, np.float32)
         launches = self._launches(deformation)
-        for part in progress.over(self.launcher.slabs(grid.size, deformation, 16, coarsely=True)):
+        for part in progress.over(self.launcher.slabs(grid.size, deformation, 16)):
             with ExitStack() as buffers:
                 out = buffers.enter_context(self.memory.written(displacement[part]))
                 distance = None
@@ -291,7 +291,7 @@ class Engine:
         """
         bytes_per_point = 4 * asked.planes
         slabs = self.launcher.sampled_slabs(
-            sampling.target.size, deformation, bytes_per_point + 4 + largest, coarsely=True
+            sampling.target.size, deformation, bytes_per_point + 4 + largest
         )
         sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
         rivals = self._rivals(deformation, slabs)

@@ -9,7 +9,6 @@ import numpy as np
 
 from vtk_mls.engine import device as devices
 from vtk_mls.engine import kernel_arguments
-from vtk_mls.engine.clustered_map import LISTED, ClusteredMap, has_clusters
 from vtk_mls.engine.coarse_map import CoarseMap
 from vtk_mls.engine.cut_tables import cut_tables
 from vtk_mls.engine.memory import Memory
@@ -41,17 +40,10 @@ class Launcher:
 
     # Slices of the work
 
-    def slabs(self, count, deformation, bytes_per_item, most=None, coarsely=False):
-        """Slices of `count` items that fit the memory and take a moment each.
-
-        Coarsely, items are points of a grid where clusters of control points may count.
-        """
-
-        def counted(c):
-            return min(len(c), LISTED) if coarsely and has_clusters(deformation, c) else len(c)
-
+    def slabs(self, count, deformation, bytes_per_item, most=None):
+        """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
-            counted(c) * (1 + c.kind.functions(c))
+            len(c) * (1 + c.kind.functions(c))
             for c in (region.control_points for region in deformation.regions)
         )
         limit = min(
@@ -63,10 +55,10 @@ class Launcher:
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
-    def sampled_slabs(self, count, deformation, bytes_per_item, coarsely=False):
+    def sampled_slabs(self, count, deformation, bytes_per_item):
         """Slabs of `count` points of a grid at which arrays are sampled."""
         most = _CACHED if self.memory.in_place else None
-        return self.slabs(count, deformation, bytes_per_item, most, coarsely)
+        return self.slabs(count, deformation, bytes_per_item, most)
 
     def search_slabs(self, count, deformation):
         """Slabs of `count` points whose forward images are searched for."""
@@ -140,11 +132,10 @@ class RegionMap:
         # planes of "point_displacement": in the rest frame of cuts also the void distance
         self.displacements = 4 if deformation.in_rest_frame else 3
         # by grid, None at points, and whether a rival: a question launches many kernels on one
-        self._described, self._spared = {}, {}
+        self._described = {}
         searches = deformation.in_rest_frame and deformation.obstacles
         self._nodes = OriginNodes(self) if searches else None
-        is_exact = deformation.map_tolerance == 0
-        self._approximations = [] if is_exact else [CoarseMap(self), ClusteredMap(self)]
+        self._coarse_map = CoarseMap(self) if deformation.map_tolerance > 0 else None
 
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
@@ -230,15 +221,15 @@ class RegionMap:
     def launch_on_grid(self, name, grid, part, *arguments, is_rival=False, coarsely=False):
         """Launch a kernel for the points `part` of a grid.
 
-        A rival has those of other regions that are void. Coarsely, displacements may be those
-        between nodes or of clusters, as far as the deformation's `map_tolerance` lets them.
+        A rival has those of other regions that are void. Coarsely, displacements may be
+        interpolated between nodes, as far as the deformation's `map_tolerance` lets them.
         """
 
         def nodes():
             return self._nodes.around(grid, part) if self._nodes else []
 
-        if coarsely and not is_rival and (approximation := self._approximation(grid)):
-            return approximation.launch(name, grid, part, nodes, *arguments)
+        if coarsely and not is_rival and self._coarse_map and self._coarse_map.pays_off(grid):
+            return self._coarse_map.launch(name, grid, part, nodes, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start
         self.launch(name, (grid.whole, is_rival), count, points, *nodes(), *arguments)
@@ -253,15 +244,6 @@ class RegionMap:
                 *(name, (grid.whole, is_rival), len(numbers), points, *nodes, listed, *arguments),
                 constants=(("LISTED", 1),),
             )
-
-    def _approximation(self, grid):
-        """What spares most on a grid; None if nothing does."""
-        if grid.whole not in self._spared:
-            shares = [each.share(grid) for each in self._approximations]
-            least = min(shares, default=1.0)
-            best = self._approximations[shares.index(least)] if least < 1 else None
-            self._spared[grid.whole] = best
-        return self._spared[grid.whole]
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""

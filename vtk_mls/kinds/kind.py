@@ -90,13 +90,6 @@ class Kind:
         """What the kernel file finds by these names in `map->numbers`: int32 or float32."""
         return {}
 
-    def table(self, control_points, beside=()) -> np.ndarray:
-        """What the kernel file finds in `map->table`: float32 of any shape.
-
-        Parameters
-        ----------
-        control_points : ControlPoints
-        beside : (m, 3) float64, local frame
-            Points that the kernels may take as further control points: stand-ins of clusters.
-        """
+    def table(self, control_points) -> np.ndarray:
+        """What the kernel file finds in `map->table`: float32 of any shape."""
         return np.zeros(0, np.float32)

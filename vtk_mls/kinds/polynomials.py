@@ -57,12 +57,10 @@ class Polynomial(Kind):
     def numbers(self, control_points):
         return {"functions": np.int32(len(control_points.determined))}
 
-    def table(self, control_points, beside=()):
+    def table(self, control_points):
         """Coefficients of the functions, a row each, then their values at each control point."""
         basis, most = control_points.determined, MONOMIAL_COUNT[self.degree]
         values = basis.values
-        if len(beside) > 0:
-            values = np.concatenate([values, basis(beside)])
         table = np.zeros((most + len(values), most), np.float32)
         table[: len(basis)] = basis.coefficients
         table[most:, : len(basis)] = values - basis.values.mean(axis=0)
