@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vtk_mls import KINDS, Deformation
-from vtk_mls.engine import proof
+from vtk_mls.engine import device_check
 from vtk_mls.engine.device import POCL, list_devices
 
 EXTENT = 256.0  # all errors are in voxels of a grid of this size
@@ -41,8 +41,8 @@ LOCAL_POINTS = (
 def _sound_devices():
     """Devices that compute right, the fastest first; a process can use one PoCL only."""
     found = list_devices()
-    verdicts = dict(zip(found, proof.verdicts(found)))
-    sound = sorted((d for d in found if verdicts[d].lanes), key=lambda d: -verdicts[d].speed)
+    results = dict(zip(found, device_check.results(found)))
+    sound = sorted((d for d in found if results[d].lanes), key=lambda d: -results[d].speed)
     pocl = next((d.key.partition(":")[0] for d in sound if d.platform == POCL), None)
     return [d for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]
 

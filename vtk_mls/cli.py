@@ -89,8 +89,8 @@ def _parser():
     info = commands.add_parser(
         "doctor",
         aliases=["info"],
-        help="show versions, what OpenCL devices have proven, and what is wrong",
-        description="Show versions, what OpenCL devices have proven, and what is wrong. "
+        help="show versions, checked OpenCL devices, and problems",
+        description="Show versions, checked OpenCL devices, and problems. "
         "Exit status 1 if something is.",
     )
     info.add_argument("--retest", action="store_true", help="test the devices again")

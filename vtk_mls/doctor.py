@@ -1,4 +1,4 @@
-"""What `vtk-mls doctor` says: versions, what each device has proven, and what is wrong."""
+"""The report of `vtk-mls doctor`: versions, checked OpenCL devices, and problems."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from vtk_mls import DeviceError, __version__
 from vtk_mls.commands import companion
-from vtk_mls.engine import device, dispatch, drivers, proof
+from vtk_mls.engine import device, device_check, dispatch, drivers
 from vtk_mls.paraview import installation
 from vtk_mls.resources import resource
 
@@ -21,7 +21,7 @@ def report(retest=False):
     Parameters
     ----------
     retest : bool, optional
-        Test the devices although there are verdicts on them.
+        Check the devices although there are results for them.
 
     Returns
     -------
@@ -90,12 +90,12 @@ def _plugin(problems):
 
 
 def _devices(problems, retest):
-    """What each device has proven, the one that would be used with an arrow."""
+    """The result for each device; an arrow marks the device that would be used."""
     wanted = os.environ.get("VTK_MLS_DEVICE") or None
     lines, found, chosen = [], [], None
     try:
         found = device.list_devices()
-        verdicts = proof.verdicts(found, retest)
+        results = device_check.results(found, retest)
         if wanted != "reference":
             chosen = dispatch.choose(wanted)
             if chosen is None:
@@ -105,24 +105,24 @@ def _devices(problems, retest):
     except DeviceError as error:
         problems.append(str(error))
     lines.append("OpenCL devices" if found else "OpenCL devices: none")
-    for each, verdict in zip(found, verdicts if found else ()):
-        mark = "->" if chosen is not None and each.key == chosen.key else "  "
-        lines.append(f"  {mark} {each}, {each.version}, driver {each.driver}")
-        lines += [f"       {line}" for line in _verdict(each, verdict)]
-    if not any(drivers.is_fastest(each.platform) for each in found):
+    for candidate, result in zip(found, results if found else ()):
+        mark = "->" if chosen is not None and candidate.key == chosen.key else "  "
+        lines.append(f"  {mark} {candidate}, {candidate.version}, driver {candidate.driver}")
+        lines += [f"       {line}" for line in _result(candidate, result)]
+    if not any(drivers.is_fastest(candidate.platform) for candidate in found):
         lines.append(f"faster on this processor: {drivers.advice()}")
     if wanted is not None:
         lines.append(f"VTK_MLS_DEVICE is {wanted}")
     return lines
 
 
-def _verdict(each, verdict):
-    if verdict.lanes:
-        how = "computes right" if verdict.proven else "not tested, for no Python could be started"
-        speed = f", {verdict.speed / 1e6:.0f} million points/s" if verdict.speed else ""
-        yield f"{how} with {verdict.lanes} points per work item{speed}"
+def _result(device, result):
+    if result.lanes:
+        how = "computes right" if result.is_checked else "not checked, no Python could be started"
+        speed = f", {result.speed / 1e6:.0f} million points/s" if result.speed else ""
+        yield f"{how} with {result.lanes} points per work item{speed}"
     else:
         yield "is not used"
-    yield from verdict.failures
-    kept = proof.record_path(each)
-    yield f"verdict kept in {kept}" if kept and kept.exists() else "verdict not kept"
+    yield from result.failures
+    path = device_check.result_path(device)
+    yield f"result kept in {path}" if path and path.exists() else "result not kept"

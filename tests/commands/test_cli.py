@@ -236,7 +236,7 @@ def test_doctor_shows_what_devices_have_proven(tmp_path):
     assert f"-> {DEVICES[0]} " in out
     assert "computes right with" in out
     assert "million points/s" in out
-    assert f"verdict kept in {folder}" in out
+    assert f"result kept in {folder}" in out
     assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
     assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
 

@@ -9,15 +9,15 @@ import pytest
 from conftest import DEVICES, LOCAL_POINTS
 
 from vtk_mls import Deformation, DeviceError, reference
-from vtk_mls.engine import device, dispatch, engine, proof
+from vtk_mls.engine import device, device_check, dispatch, engine
 from vtk_mls.engine.launcher import Launcher
 
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)
 WIDE = types.SimpleNamespace(native_vector_width_float=16)
 CPU = device.Device("1:0", "Slow", "Other", "cpu", "OpenCL 3.0", WIDE)
-GOOD = proof.Verdict(8, speed=1.0)
-BAD = proof.Verdict(0, ("with 1 point per work item it is broken",))
+GOOD = device_check.Result(8, speed=1.0)
+BAD = device_check.Result(0, ("with 1 point per work item it is broken",))
 
 needs_device = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
@@ -26,13 +26,13 @@ needs_device = pytest.mark.skipif(
 
 @pytest.fixture
 def found(monkeypatch):
-    """Pretend that these devices are there, with verdicts, all of them good unless given."""
+    """Pretend that these devices are there, with results, all of them good unless given."""
 
-    def pretend(*devices, **verdicts):
-        known = {d.key: verdicts.get(d.name.lower(), GOOD) for d in devices}
+    def pretend(*devices, **results):
+        known = {d.key: results.get(d.name.lower(), GOOD) for d in devices}
         monkeypatch.setattr(device, "find", lambda: (list(devices), "OpenCL has no device"))
-        monkeypatch.setattr(proof, "verdicts", lambda asked: [known[d.key] for d in asked])
-        monkeypatch.setattr(proof, "known", lambda d: known[d.key])
+        monkeypatch.setattr(device_check, "results", lambda asked: [known[d.key] for d in asked])
+        monkeypatch.setattr(device_check, "cached_result", lambda d: known[d.key])
 
     return pretend
 
@@ -49,11 +49,11 @@ def test_first_gpu_else_fastest_cpu(found):
     found(CPU)
     assert key_of(dispatch.choose()) == CPU.key
     faster = dataclasses.replace(CPU, key="2:0", name="Faster")
-    found(CPU, faster, faster=proof.Verdict(4, speed=2.0))
+    found(CPU, faster, faster=device_check.Result(4, speed=2.0))
     assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
 
 
-def test_a_device_gets_the_width_that_it_has_proven(found):
+def test_a_device_gets_the_width_that_it_computes_right(found):
     found(CPU)
     assert CPU.lanes == 16
     assert dispatch.choose().lanes == 8

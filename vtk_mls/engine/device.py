@@ -58,7 +58,7 @@ class Device:
     driver : str
         Versions of the driver and of its platform.
     width : int, optional
-        Points per work item that it has proven to compute right.
+        Points per work item that it computes right; see `device_check`.
     """
 
     key: str

@@ -1,4 +1,4 @@
-"""Which engine answers: a device that has proven itself, or the numpy specification."""
+"""Chooses the engine: an OpenCL device that computes right, or the numpy reference."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 from vtk_mls import reference
 from vtk_mls.announcements import warn
 from vtk_mls.engine import device as devices
-from vtk_mls.engine import drivers, proof
+from vtk_mls.engine import device_check, drivers
 from vtk_mls.engine.device import DeviceError
 
 
@@ -34,7 +34,7 @@ def engine_for(name=None):
 
 
 def choose(name: str | None = None) -> devices.Device | None:
-    """The device meant by `name`, with as many points per work item as it has proven.
+    """The device meant by `name`, with as many points per work item as it computes right.
 
     Parameters
     ----------
@@ -54,16 +54,16 @@ def choose(name: str | None = None) -> devices.Device | None:
     """
     found, problem = devices.find()
     for device in found:
-        if name == device.key and (sound := _proven([device])):
-            return sound[0]
+        if name == device.key and (working := _working([device])):
+            return working[0]
     gpus = [device for device in found if device.kind == "gpu"]
     if name in ("gpu", None):
         for device in devices.shared_out(gpus):
-            if sound := _proven([device]):
-                return sound[0]
+            if working := _working([device]):
+                return working[0]
     cpus = [device for device in found if device.kind == "cpu" and devices.is_free(device)]
-    if name in ("cpu", None) and (sound := _proven(cpus)):
-        return sound[0]
+    if name in ("cpu", None) and (working := _working(cpus)):
+        return working[0]
     install = f"install your GPU's driver, or one for the CPU: {drivers.advice()}"
     wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
     if not found:
@@ -76,14 +76,14 @@ def choose(name: str | None = None) -> devices.Device | None:
     raise DeviceError(f'{wanted}{works}; {listed}; use another of these, or "reference"; {install}')
 
 
-def _proven(found):
-    """Those of the devices that have proven themselves, the fastest first."""
-    sound = [pair for pair in zip(proof.verdicts(found), found) if pair[0].lanes]
-    sound.sort(key=lambda pair: -pair[0].speed)
-    return [dataclasses.replace(device, width=verdict.lanes) for verdict, device in sound]
+def _working(found):
+    """Devices that compute right, the fastest first."""
+    working = [pair for pair in zip(device_check.results(found), found) if pair[0].lanes]
+    working.sort(key=lambda pair: -pair[0].speed)
+    return [dataclasses.replace(device, width=result.lanes) for result, device in working]
 
 
 def _with_failure(device):
-    verdict = proof.known(device)
-    fails = verdict is not None and not verdict.lanes
-    return f"{device}" + (f", which fails: {verdict.failures[-1]}" if fails else "")
+    result = device_check.cached_result(device)
+    fails = result is not None and not result.lanes
+    return f"{device}" + (f", which fails: {result.failures[-1]}" if fails else "")

@@ -1,9 +1,9 @@
-"""What a device is asked before its first use."""
+"""The check of a device launches kernels of every sort."""
 
 import pytest
 from conftest import DEVICES
 
-from vtk_mls.engine import dispatch, self_test
+from vtk_mls.engine import dispatch, kernel_checks
 from vtk_mls.engine.engine import Engine
 from vtk_mls.engine.launcher import Launcher
 
@@ -23,7 +23,7 @@ def test_kernels_of_every_sort_are_launched(device, monkeypatch):
         launch(self, name, *arguments)
 
     monkeypatch.setattr(Launcher, "launch", noting)
-    for _, errors in self_test.checks(Engine(dispatch.choose(device))):
+    for _, errors in kernel_checks.checks(Engine(dispatch.choose(device))):
         error, bound = errors()
         assert error <= bound
     assert launched >= ASKED_FOR

@@ -1,23 +1,21 @@
-"""What a device computes of a small set, held against the specification: run in a child process.
+"""Compares the kernels on a device with the numpy reference; runs in a child process.
 
-The parent (`proof.py`) leaves a request in a file and reads lines that begin with `MARK` from the
-child's output, JSON: a "step" that begins, and in the end "untestable", "failure" or "proven", each
-with a sentence. After "proven" the child waits for the file `measure`, and then tells the "speed".
+The child writes JSON lines that begin with `MARK` for its parent (`device_check`): the "step" that
+begins, and at the end "uncheckable" or "failure" with a sentence, or the "speed".
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import time
 
 import numpy as np
 
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Sampling, reference
 from vtk_mls.engine import device
+from vtk_mls.engine.device_check import MARK, description
 from vtk_mls.engine.engine import Engine
-from vtk_mls.engine.proof import MARK, MEASURE, described
 
 EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
@@ -26,36 +24,28 @@ _FINE_GRID = Grid((45, 42, 40), spacing=(1.0, 0.9, 1.1))
 _SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
-def main(request, folder):
-    """Test a device.
+def main(request):
+    """Check a device.
 
     Parameters
     ----------
     request : dict
-        "device", what a Device says of itself, and "lanes", points per work item.
-    folder : str
-        Where the file appears that asks for the speed.
+        "device", the `description` of a Device, and "lanes", points per work item.
     """
-    parent = os.getppid()
     try:
         found = _find(request["device"])
     except Exception as error:
-        return _tell(untestable=f"{type(error).__name__}: {error}")
+        return _report(uncheckable=f"{type(error).__name__}: {error}")
     try:
         engine = Engine(dataclasses.replace(found, width=request["lanes"]))
         for step, errors in checks(engine):
-            _tell(step=step)
+            _report(step=step)
             error, bound = errors()
             if not error <= bound:  # NaN, too
-                return _tell(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
-        _tell(proven="")
-        while not os.path.exists(os.path.join(folder, MEASURE)):
-            if os.getppid() != parent:  # nobody will ask any more
-                return
-            time.sleep(0.005)
-        _tell(speed=speed(engine))
+                return _report(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
+        _report(speed=speed(engine))
     except Exception as error:
-        _tell(failure=str(error))
+        _report(failure=str(error))
 
 
 def checks(engine):
@@ -152,12 +142,12 @@ def _most(errors):
     return np.nan if np.isnan(errors).any() else np.percentile(errors, 95)
 
 
-def _find(wanted):
-    devices = [d for d in device.list_devices() if described(d) == wanted]
+def _find(requested):
+    devices = [d for d in device.list_devices() if description(d) == requested]
     if not devices:
         raise LookupError("the device is not there in a process of its own")
     return devices[0]
 
 
-def _tell(**what):
-    print(MARK + json.dumps(what), flush=True)
+def _report(**message):
+    print(MARK + json.dumps(message), flush=True)

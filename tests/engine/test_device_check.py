@@ -1,9 +1,8 @@
-"""Devices prove themselves in a child process: what becomes of those that cannot."""
+"""Devices are checked in a child process; those that fail are not used."""
 
 import dataclasses
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,8 +15,8 @@ import pytest
 from conftest import DEVICES, LOCAL_POINTS
 
 from vtk_mls import announcements
-from vtk_mls.engine import caches, device, dispatch, drivers, intel_runtime, proof, records
-from vtk_mls.engine.proof import MARK
+from vtk_mls.engine import caches, device, device_check, dispatch
+from vtk_mls.engine.device_check import MARK, Result
 
 # What drivers and pyopencl have built before; else a test of a real device takes long.
 USUAL = caches.folder()
@@ -25,38 +24,32 @@ BUILT = {"XDG_CACHE_HOME": f"{USUAL}", "POCL_CACHE_DIR": f"{USUAL}/pocl/kcache"}
 HANDLE = types.SimpleNamespace(native_vector_width_float=16)
 FAKE = device.Device("0:0", "Processor", "Maker", "cpu", "OpenCL 3.0", HANDLE, "1.0")
 
-# Stands for Python in a child: reads the request, and does as `{behaviour}` says.
+# A stand-in for Python in the child: reads the request and runs `{behaviour}`.
 STUB = """
 import json, os, signal, sys, time
 folder = os.path.dirname(sys.argv[1])
 with open(os.path.join(folder, "request.json")) as file:
     lanes = json.load(file)["lanes"]
-def tell(**what):
-    print({mark!r} + json.dumps(what), flush=True)
-def wait():
-    while not os.path.exists(os.path.join(folder, "measure")):
-        time.sleep(0.01)
-tell(step="the first step")
+def report(**message):
+    print({mark!r} + json.dumps(message), flush=True)
+report(step="the first step")
 {behaviour}
-tell(proven="")
-wait()
-tell(speed=2e6 * lanes)
+report(speed=2e6 * lanes)
 """
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
 HANGS = "time.sleep(60)"
 SPINS = "[None for _ in iter(int, 1)]"
-SLOW = "while time.process_time() < 4: pass"
-LIES = "tell(failure='it computes wrong numbers (the first step: off by 0.3)'); sys.exit()"
+LIES = "report(failure='it computes wrong numbers (the first step: off by 0.3)'); sys.exit()"
 COMPILER = "print('LLVM ERROR: cannot select'); sys.stdout.flush(); os.abort()"
 
 
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
-    """As in a new process whose user has no verdicts yet."""
+    """As in a new process whose user has no results yet."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     caches.folder.cache_clear()
-    monkeypatch.setattr(proof, "_known", {})
-    monkeypatch.setattr(proof, "_SECONDS_PER_STEP", 3)
+    monkeypatch.setattr(device_check, "_results", {})
+    monkeypatch.setattr(device_check, "STEP_TIMEOUT", 3)
     yield tmp_path
     caches.folder.cache_clear()
 
@@ -68,7 +61,7 @@ def child(fresh, monkeypatch):
     def behave(behaviour):
         stub = fresh / "stub.py"
         stub.write_text(STUB.format(mark=MARK, behaviour=behaviour))
-        monkeypatch.setattr(proof, "interpreter", lambda: [sys.executable, str(stub)])
+        monkeypatch.setattr(device_check, "interpreter", lambda: [sys.executable, str(stub)])
 
     return behave
 
@@ -82,15 +75,15 @@ def announced(function, *arguments):
 
 def test_a_sound_device_is_tested_once(child, monkeypatch):
     child("")
-    (verdict,), sentences = announced(proof.verdicts, [FAKE])
-    assert verdict == proof.Verdict(16, speed=32e6)
+    (result,), sentences = announced(device_check.results, [FAKE])
+    assert result == Result(16, speed=32e6)
     assert len(sentences) == 1
     assert sentences[0].startswith("Testing OpenCL on Processor (Maker)")
     child(DIES)
-    assert proof.verdicts([FAKE]) == [verdict]
-    monkeypatch.setattr(proof, "_known", {})  # another process
-    assert announced(proof.verdicts, [FAKE]) == ([verdict], [])
-    assert json.loads(proof.record_path(FAKE).read_text())["device"] == str(FAKE)
+    assert device_check.results([FAKE]) == [result]
+    monkeypatch.setattr(device_check, "_results", {})  # another process
+    assert announced(device_check.results, [FAKE]) == ([result], [])
+    assert json.loads(device_check.result_path(FAKE).read_text())["device"] == str(FAKE)
 
 
 @pytest.mark.parametrize(
@@ -107,33 +100,25 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
 def test_a_driver_that_only_fails_at_16_points(child, behaviour, sentence):
     child(f"if lanes == 16: {behaviour}")
-    (verdict,), sentences = announced(proof.verdicts, [FAKE])
-    assert (verdict.lanes, verdict.speed, verdict.proven) == (8, 16e6, True)
-    assert len(verdict.failures) == 1
-    assert sentence in verdict.failures[0]
-    assert sentences[1] == f"{FAKE}: {verdict.failures[0]}"
-    assert verdict.failures[0].startswith("with 16 points per work item ")
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it tells processor time in /proc")
-def test_a_device_that_works_long_is_waited_for(child):
-    """As on a machine that is busy with other things."""
-    child(SLOW)
-    (verdict,), _ = announced(proof.verdicts, [FAKE])
-    assert verdict == proof.Verdict(16, speed=32e6)
+    (result,), sentences = announced(device_check.results, [FAKE])
+    assert (result.lanes, result.speed, result.is_checked) == (8, 16e6, True)
+    assert len(result.failures) == 1
+    assert sentence in result.failures[0]
+    assert sentences[1] == f"{FAKE}: {result.failures[0]}"
+    assert result.failures[0].startswith("with 16 points per work item ")
 
 
 def test_a_driver_that_fails_at_every_width(child, monkeypatch):
     child(LIES)
-    (verdict,), sentences = announced(proof.verdicts, [FAKE])
-    assert verdict.lanes == 0
-    assert len(verdict.failures) == 4
+    (result,), sentences = announced(device_check.results, [FAKE])
+    assert result.lanes == 0
+    assert len(result.failures) == 4
     assert sentences[-1].startswith(f"{FAKE} is not used, for it fails at every width")
     child("")
-    monkeypatch.setattr(proof, "_known", {})
-    assert proof.verdicts([FAKE]) == [verdict]  # not tried again and again
-    assert proof.verdicts([FAKE], retest=True)[0].lanes == 16
-    assert proof.verdicts([FAKE])[0].lanes == 16
+    monkeypatch.setattr(device_check, "_results", {})
+    assert device_check.results([FAKE]) == [result]  # not tried again and again
+    assert device_check.results([FAKE], recheck=True)[0].lanes == 16
+    assert device_check.results([FAKE])[0].lanes == 16
 
 
 @pytest.mark.parametrize(
@@ -148,118 +133,94 @@ def test_what_may_have_been_the_machines_fault_is_tested_again(
     child, behaviour, next_day, monkeypatch
 ):
     child(behaviour)
-    (before,) = proof.verdicts([FAKE])
+    (before,) = device_check.results([FAKE])
     child("")
-    monkeypatch.setattr(proof, "_known", {})
-    assert proof.verdicts([FAKE]) == [before]
-    monkeypatch.setattr(proof, "_known", {})
-    monkeypatch.setattr(proof, "_SECONDS_OF_A_DOUBT", -1)
-    assert proof.verdicts([FAKE])[0].lanes == next_day
-
-
-def test_a_device_that_fails_while_its_speed_is_measured(child):
-    child("if lanes == 16: tell(proven=''); wait(); sys.exit(1)")
-    (verdict,) = proof.verdicts([FAKE])
-    assert verdict.lanes == 8
-    assert "ends by status 1" in verdict.failures[0]
+    monkeypatch.setattr(device_check, "_results", {})
+    assert device_check.results([FAKE]) == [before]
+    monkeypatch.setattr(device_check, "_results", {})
+    monkeypatch.setattr(device_check, "RETRY_SECONDS", -1)
+    assert device_check.results([FAKE])[0].lanes == next_day
 
 
 def test_children_that_cannot_be_started(fresh, monkeypatch):
     for nothing in (None, [str(fresh / "nothing")], [sys.executable, "-c", "raise ImportError"]):
-        monkeypatch.setattr(proof, "interpreter", lambda nothing=nothing: nothing)
-        monkeypatch.setattr(proof, "_known", {})
-        (verdict,), sentences = announced(proof.verdicts, [FAKE])
-        assert verdict == proof.Verdict(16, proven=False)
+        monkeypatch.setattr(device_check, "interpreter", lambda nothing=nothing: nothing)
+        monkeypatch.setattr(device_check, "_results", {})
+        (result,), sentences = announced(device_check.results, [FAKE])
+        assert result == Result(16, is_checked=False)
         assert "the widest vectors that are known to be safe" in sentences[-1]
-        assert not proof.record_path(FAKE).exists()
+        assert not device_check.result_path(FAKE).exists()
 
 
 def test_a_device_that_a_child_does_not_find(fresh):
-    (verdict,), sentences = announced(proof.verdicts, [FAKE])
-    assert not verdict.proven
+    (result,), sentences = announced(device_check.results, [FAKE])
+    assert not result.is_checked
     assert "the device is not there in a process of its own" in sentences[-1]
 
 
 def test_devices_of_one_kind_are_tested_once(child):
     child("")
     twin = dataclasses.replace(FAKE, key="0:1")
-    verdicts, sentences = announced(proof.verdicts, [FAKE, twin])
-    assert verdicts[0] is verdicts[1]
+    found, sentences = announced(device_check.results, [FAKE, twin])
+    assert found[0] is found[1]
     assert sentences[0].count("Processor") == 1
-
-
-def test_several_devices_are_tested_side_by_side(child, fresh):
-    """Each child waits until all of them are there."""
-    child(
-        f"""
-place = {str(fresh)!r}
-open(os.path.join(place, "here" + str(os.getpid())), "w").close()
-while sum(name.startswith("here") for name in os.listdir(place)) < 3:
-    time.sleep(0.05)
-"""
-    )
-    others = [dataclasses.replace(FAKE, name=name) for name in "abc"]
-    assert [v.lanes for v in proof.verdicts(others)] == [16] * 3
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"lanes": 3}', '{"lanes": "x", "time": 0}', "\0"])
 def test_broken_records_do_no_harm(child, text, monkeypatch):
     child("")
-    place = proof.record_path(FAKE)
+    place = device_check.result_path(FAKE)
     place.parent.mkdir(parents=True)
     place.write_text(text)
-    assert proof.verdicts([FAKE])[0].lanes == 16
-    monkeypatch.setattr(proof, "_known", {})
+    assert device_check.results([FAKE])[0].lanes == 16
+    monkeypatch.setattr(device_check, "_results", {})
     child(DIES)
-    assert proof.verdicts([FAKE])[0].lanes == 16
+    assert device_check.results([FAKE])[0].lanes == 16
 
 
-def test_records_that_cannot_be_written(child, monkeypatch):
+@pytest.mark.parametrize("folder", [None, Path("/proc/none")])
+def test_results_that_cannot_be_written(child, folder, monkeypatch):
     child("")
-    monkeypatch.setattr(records, "folder", lambda: None)
-    assert proof.verdicts([FAKE])[0].lanes == 16
-    monkeypatch.setattr(records, "folder", lambda: Path("/proc/none/devices"))
-    monkeypatch.setattr(proof, "_known", {})
-    assert proof.verdicts([FAKE])[0].lanes == 16
+    with monkeypatch.context() as patch:
+        patch.setattr(caches, "folder", lambda: folder)
+        assert device_check.results([FAKE])[0].lanes == 16
 
 
-def test_two_at_once_wait_for_one_test(child):
-    """Another process holds the lock, as if it were testing; its verdict is taken over."""
+def test_two_processes_wait_for_one_check(child):
+    """Another thread holds the lock, as a process would; its result is used."""
     child(DIES)
-    held, done = threading.Event(), []
+    is_locked = threading.Event()
 
-    def test_elsewhere():
-        with records.one_at_a_time():
-            held.set()
+    def check_elsewhere():
+        with device_check._one_process_at_a_time():
+            is_locked.set()
             time.sleep(1)
-            name = records.name(proof.identity(FAKE))
-            record = {"lanes": 4, "failures": [], "speed": 1.0, "time": time.time()}
-            records.write(name, record)
+            device_check._write(FAKE, Result(4, speed=1.0))
 
-    other = threading.Thread(target=test_elsewhere)
+    other = threading.Thread(target=check_elsewhere)
     other.start()
-    held.wait()
-    done = proof.verdicts([FAKE])
+    is_locked.wait()
+    found = device_check.results([FAKE])
     other.join()
-    if records.fcntl is not None:
-        assert done == [proof.Verdict(4, speed=1.0)]
+    if device_check.fcntl is not None:
+        assert found == [Result(4, speed=1.0)]
 
 
 def test_a_child_is_no_process_of_the_parents_mpi_job(child, monkeypatch):
     monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
     monkeypatch.setenv("PMIX_RANK", "3")
     child("any('MPI' in k or 'PMI' in k for k in os.environ) and sys.exit(1)")
-    assert proof.verdicts([FAKE])[0].lanes == 16
+    assert device_check.results([FAKE])[0].lanes == 16
 
 
 def test_an_identity_tells_drivers_and_kernels_apart(monkeypatch):
-    before = proof.identity(FAKE)
-    assert proof.identity(dataclasses.replace(FAKE, key="3:0")) == before
-    assert proof.identity(dataclasses.replace(FAKE, driver="1.1")) != before
-    proof.identity.cache_clear()
-    monkeypatch.setattr(proof, "_kernels", lambda: [b"others"])
-    assert proof.identity(FAKE) != before
-    proof.identity.cache_clear()
+    before = device_check.identity(FAKE)
+    assert device_check.identity(dataclasses.replace(FAKE, key="3:0")) == before
+    assert device_check.identity(dataclasses.replace(FAKE, driver="1.1")) != before
+    device_check.identity.cache_clear()
+    monkeypatch.setattr(device_check, "_kernels", lambda: [b"others"])
+    assert device_check.identity(FAKE) != before
+    device_check.identity.cache_clear()
 
 
 def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
@@ -269,20 +230,20 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
         path.chmod(0o755)
         return str(path)
 
-    assert proof.interpreter() == [sys.executable]
+    assert device_check.interpreter() == [sys.executable]
     monkeypatch.setattr(sys, "executable", program("paraview"))
     monkeypatch.setattr(sys, "_base_executable", "")
-    found = proof.interpreter()
+    found = device_check.interpreter()
     assert Path(found[0]).name.startswith("python")  # of base_prefix
     monkeypatch.setattr(sys, "base_prefix", str(tmp_path))
     monkeypatch.setattr(os.path, "realpath", lambda path: str(tmp_path / "paraview"))
-    assert proof.interpreter() is None
+    assert device_check.interpreter() is None
     pvpython = program("pvpython")
-    assert proof.interpreter() == [pvpython]
+    assert device_check.interpreter() == [pvpython]
     monkeypatch.setattr(sys, "executable", pvpython)
     (tmp_path / "bin").mkdir()
     python = program("bin/python{}.{}".format(*sys.version_info))
-    assert proof.interpreter() == [python]  # which loads less
+    assert device_check.interpreter() == [python]  # which loads less
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
@@ -312,14 +273,14 @@ engine.Engine.{question} = wrong
 runpy.run_path(sys.argv[1])
 """
     )
-    monkeypatch.setattr(proof, "interpreter", lambda: [sys.executable, str(stub)])
-    monkeypatch.setattr(proof, "_SECONDS_PER_STEP", 60)
+    monkeypatch.setattr(device_check, "interpreter", lambda: [sys.executable, str(stub)])
+    monkeypatch.setattr(device_check, "STEP_TIMEOUT", 60)
     chosen = dispatch.choose(DEVICES[0])
-    (verdict,) = proof.verdicts([chosen])
+    (result,) = device_check.results([chosen])
     wide = [width for width in chosen.widths if width > 4]
-    assert verdict.lanes == (4 if len(chosen.widths) > 1 else 1)
-    assert len(verdict.failures) == len(wide)
-    for failure in verdict.failures:
+    assert result.lanes == (4 if len(chosen.widths) > 1 else 1)
+    assert len(result.failures) == len(wide)
+    for failure in result.failures:
         assert f"it computes wrong numbers ({found}" in failure
 
 
@@ -352,7 +313,7 @@ def test_processes_that_start_together(tmp_path, home):
     ]
     said = [process.communicate(timeout=180) for process in children]
     assert [out for out, _ in said] == ["[[4.0, 3.0, 2.0]]\n"] * 2, said
-    if records.fcntl is not None:
+    if device_check.fcntl is not None:
         assert sorted(err.count("Testing OpenCL") for _, err in said) == [0, 1], said
     assert all("Traceback" not in err for _, err in said)
 
@@ -362,9 +323,9 @@ def test_processes_that_start_together(tmp_path, home):
 def test_an_interrupt_ends_the_children(tmp_path):
     code = f"""
 import sys
-from vtk_mls.engine import proof
-proof.interpreter = lambda: [sys.executable, "-c", "import time; time.sleep(600)"]
-proof._SECONDS_PER_STEP = 600
+from vtk_mls.engine import device_check
+device_check.interpreter = lambda: [sys.executable, "-c", "import time; time.sleep(600)"]
+device_check.STEP_TIMEOUT = 600
 {ASK}"""
     variables = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "TMPDIR": str(tmp_path)}
     process = subprocess.Popen(
@@ -375,60 +336,6 @@ proof._SECONDS_PER_STEP = 600
     process.send_signal(signal.SIGINT)
     assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
     assert not list(tmp_path.glob("vtk_mls-*"))  # what children had is gone
-
-
-def test_intels_driver_is_given_a_path_without_spaces(fresh, monkeypatch):
-    folder = fresh / "with space" / "lib"
-    folder.mkdir(parents=True)
-    driver, needed, other = (
-        folder / name for name in ("libintelocl.so", "libtbb.so", "libother.so")
-    )
-    for file in (driver, needed, other):
-        file.write_text(file.name)
-    installed = {"intel-opencl-rt": [driver], "tbb": [needed]}
-    monkeypatch.setattr(intel_runtime, "_files", lambda package: installed.get(package, []))
-    found = intel_runtime.library()
-    assert found.is_relative_to(fresh / "cache")
-    assert {file.name for file in found.parent.iterdir()} == {driver.name, needed.name, "driver"}
-    assert os.path.samefile(found, driver)
-    assert intel_runtime.library() == found
-    monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(OSError("another disk")))
-    shutil.rmtree(found.parent)
-    assert intel_runtime.library().read_text() == "libintelocl.so"
-    driver.rename(fresh / driver.name)  # the environment is gone, and there is another
-    installed["intel-opencl-rt"] = [fresh / driver.name]
-    assert intel_runtime.library() == fresh / driver.name
-    intel_runtime._forget_what_is_gone(found.parent.parent)
-    assert not found.parent.exists()
-
-
-def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch):
-    vendors, elsewhere = tmp_path / "vendors", tmp_path / "libgpu.so"
-    vendors.mkdir()
-    elsewhere.write_text("")
-    (vendors / "by_name.icd").write_text("libmaker.so.1\n")
-    (vendors / "by_path.icd").write_text(f"{elsewhere}\n")
-    (vendors / "gone.icd").write_text("/no/such/libgone.so")
-    monkeypatch.setenv("OPENCL_VENDOR_PATH", str(vendors))
-    monkeypatch.delenv("OCL_ICD_VENDORS", raising=False)
-    monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    library = tmp_path / "lib" / "libintelocl.so"
-    monkeypatch.setattr(drivers.intel_runtime, "library", lambda: library)
-
-    def shown():
-        with drivers.shown():
-            folder = Path(os.environ["OCL_ICD_VENDORS"])
-            found = sorted(icd.read_text().strip() for icd in folder.glob("*.icd"))
-        assert "OCL_ICD_VENDORS" not in os.environ
-        assert not folder.exists()
-        return found
-
-    assert shown() == sorted([str(elsewhere), str(library), "libmaker.so.1"])
-    (vendors / "intel.icd").write_text("libintelocl.so\n")  # the system's own
-    assert shown() == sorted([str(elsewhere), "libintelocl.so", "libmaker.so.1"])
-    monkeypatch.setenv("OCL_ICD_VENDORS", "/chosen")
-    with drivers.shown():
-        assert os.environ["OCL_ICD_VENDORS"] == "/chosen"
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
