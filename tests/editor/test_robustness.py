@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Surface, arrays
 from vtk_mls.editor import State, keys
-from vtk_mls.editor.drafts import Drafts
+from vtk_mls.editor.autosave import Autosave
 
 
 def closed(hands):
@@ -24,21 +24,21 @@ def name_and_modifiers(symbol):
 
 
 def test_a_window_closed_during_a_drag_keeps_it(tmp_path):
-    hands = Hands(ball_mesh(), paths=["ball.vtp"], drafts=Drafts("ball.vtp", tmp_path))
+    hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.drag(hands.pixel_of(13), (20, 10), released=False)
     closed(hands)
-    state, _ = Drafts("ball.vtp", tmp_path).found()
+    state = Autosave("ball.vtp", tmp_path).offered
     assert not state.is_resting[13]
 
 
 def test_a_window_closed_while_the_cut_is_moved_keeps_it(tmp_path):
-    hands = Hands(ball_mesh(), paths=["ball.vtp"], drafts=Drafts("ball.vtp", tmp_path))
+    hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.press("c")
     (cut,) = hands.editor.state.cuts
     moved = type(cut)(cut.point + 1, cut.normal)
     hands.editor.preview(hands.editor.settled.changed(cuts=(moved,)))
     closed(hands)
-    state, _ = Drafts("ball.vtp", tmp_path).found()
+    state = Autosave("ball.vtp", tmp_path).offered
     np.testing.assert_allclose(state.cuts[0].point, cut.point + 1)
 
 
@@ -120,8 +120,8 @@ def test_a_large_image_is_edited():
 def test_handles_that_are_gone_are_neither_hovered_nor_selected(tmp_path):
     """The mouse stays over a handle while others, and fewer, take its place."""
     fewer = State([(3, 3, 3), (20, 20, 20)], [(4, 3, 3), (20, 20, 20)])
-    Drafts("ball.vtp", tmp_path).keep(fewer)
-    hands = Hands(ball_mesh(), drafts=Drafts("ball.vtp", tmp_path))
+    Autosave("ball.vtp", tmp_path).keep(fewer)
+    hands = Hands(ball_mesh(), autosave=Autosave("ball.vtp", tmp_path))
     seen = hands.editor.projection.pixels(hands.editor.state.deformed)
     row = int(seen[:, 2].argmin())  # no other one is before it
     assert row >= len(fewer)

@@ -14,7 +14,6 @@ from vtk_mls.editor.mouse import PRIORITY, Mouse
 from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.slice_mouse import SliceMouse
 from vtk_mls.editor.state import State
-from vtk_mls.editor.unsaved import Unsaved
 from vtk_mls.editor.view import View
 
 _TICK = 15  # milliseconds
@@ -38,8 +37,8 @@ class Editor:
         Where to begin; without handles, or if not given, with a lattice over the data.
     paths : list of path, optional
         Of the datasets, for what is saved.
-    drafts : Drafts, optional
-        Keeps what is not saved.
+    autosave : Autosave, optional
+        Keeps unsaved edits.
 
     Attributes
     ----------
@@ -66,7 +65,7 @@ class Editor:
     is ready in time, and the finest when it ends.
     """
 
-    def __init__(self, interactor, datasets, state=None, paths=(), drafts=None):
+    def __init__(self, interactor, datasets, state=None, paths=(), autosave=None):
         self._interactor = interactor
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self._view = View(interactor, datasets)
@@ -80,7 +79,7 @@ class Editor:
             state = state.with_handles_at(self._lattice(_LATTICES[0]))
         self._history = History(state)
         self.state = self._history.state
-        self._unsaved = Unsaved(drafts, self.state)
+        self._autosave, self._saved_state = autosave, self.state
         self._mouse, self._cutting = Mouse(interactor, self), Cutting(self, interactor)
         self._slice_mouse = SliceMouse(interactor, self, self.slices)
         self._keyboard = Keyboard(interactor, self)
@@ -346,34 +345,35 @@ class Editor:
             sentence, is_saved = _sentence(error), False
         else:
             is_saved = True
-            self._unsaved.note_saved(self.state)
+            self._saved_state = self.state
+            if self._autosave is not None:
+                self._autosave.note_save()
         self.say(sentence)
         self._draw()
         return is_saved
 
     def accept(self):
         """Take what is offered."""
-        state = self._unsaved.offered
-        if state is None:
+        if not self.offer:
             self.say("Nothing is offered.")
             return
         self.selected, self.hovered = _NOTHING, None
-        if self.change(state):
-            self._unsaved.take()
-            self.say(f"They are back; Z takes the others again. {self.offer}".strip())
+        if self.change(self._autosave.offered):
+            self._autosave.take()
+            self.say("They are back; Z takes the others again.")
 
     def decline(self):
         """Drop what is offered, for good."""
-        if self._unsaved.offered is None:
+        if not self.offer:
             self.say("Nothing is offered.")
             return
-        self._unsaved.drop()
-        self.say(f"They are dropped. {self.offer}".strip())
+        self._autosave.drop()
+        self.say("They are dropped.")
 
     @property
     def offer(self):
-        """A sentence that offers what another session has left; empty if there is nothing."""
-        return self._unsaved.offer()
+        """A sentence that offers the unsaved edits of an earlier session; empty without any."""
+        return self._autosave.offer if self._autosave is not None else ""
 
     def say(self, sentence):
         """Show a sentence in the window."""
@@ -484,8 +484,10 @@ class Editor:
 
     def _keep(self):
         """Keep the state as it is now, unless it is saved."""
+        if self._autosave is None:
+            return
         try:
-            self._unsaved.keep(self.state)
+            self._autosave.keep(None if self.state is self._saved_state else self.state)
         except OSError as error:
             self.say(_sentence(error))
             self._draw()

@@ -12,7 +12,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls import display
-from vtk_mls.editor.drafts import Drafts
+from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 
 _SIZE = 1200, 850
@@ -43,7 +43,7 @@ def show(datasets, state, paths, folder=None):
     interactor = vtkRenderWindowInteractor()
     interactor.SetRenderWindow(window)
     interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-    editor = Editor(interactor, datasets, state, paths, Drafts(paths[0]))
+    editor = Editor(interactor, datasets, state, paths, Autosave(paths[0]))
     editor.saver.folder = None if folder is None else Path(folder)
     interactor.Start()
     editor.detach()

@@ -12,7 +12,7 @@ from aiohttp import web
 from trame.app import get_server
 
 from vtk_mls.editor import saving
-from vtk_mls.editor.drafts import Drafts
+from vtk_mls.editor.autosave import Autosave
 from vtk_mls.web import access, edits, page_layout, preparation
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
@@ -74,7 +74,7 @@ class Page:
         """Show data before the first page asks for them."""
 
         def show():
-            self.session.open(datasets, state, paths, Drafts(paths[0]))
+            self.session.open(datasets, state, paths, Autosave(paths[0]))
             self.session.editor.saver.folder = saved_in
 
         self.session.call(show).result()

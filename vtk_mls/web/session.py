@@ -56,7 +56,7 @@ class Session:
         """
         return self._worker.call(lambda: self._watched(function))
 
-    def open(self, datasets, state, paths, drafts):
+    def open(self, datasets, state, paths, autosave):
         """Show data instead of those that were shown; in the editor's thread.
 
         Raises
@@ -69,7 +69,7 @@ class Session:
             before.finish()
         window, interactor = self._new_window(size)
         try:
-            editor = Editor(interactor, datasets, state, paths, drafts)
+            editor = Editor(interactor, datasets, state, paths, autosave)
         except BaseException:
             window.Finalize()
             raise

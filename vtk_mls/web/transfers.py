@@ -15,7 +15,7 @@ from aiohttp import web
 
 from vtk_mls import io
 from vtk_mls.editor import State
-from vtk_mls.editor.drafts import Drafts
+from vtk_mls.editor.autosave import Autosave
 from vtk_mls.files.replacing import replacing
 
 ALL = "all.zip"
@@ -131,10 +131,10 @@ class Transfers:
         self._opened(path.name)
 
     def _show(self, dataset, path, digest):
-        drafts = Drafts(path, digest=digest)  # the same data are known again
+        autosave = Autosave(path, digest=digest)
         shown = self._session.editor.state
         state = State([], [], map_tolerance=shown.map_tolerance, device=shown.device)
-        self._session.open([dataset], state, [path], drafts)
+        self._session.open([dataset], state, [path], autosave)
 
 
 async def _try(reader, path):

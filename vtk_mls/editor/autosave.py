@@ -1,0 +1,147 @@
+"""Keeps unsaved edits in one file per data file; the next start offers them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor.state import State
+from vtk_mls.engine import caches
+from vtk_mls.files.replacing import replacing
+
+_FOLDER = "vtk_mls", "unsaved"
+_CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}
+_PLAIN = ("kind", "alpha", "degree", "nu", "cut_frame", "map_tolerance", "blend", "device")
+
+
+class Autosave:
+    """The unsaved state of one data file.
+
+    Parameters
+    ----------
+    path : path
+        Of the data.
+    folder : path, optional
+        Of the autosave files; in the user's cache folder if not given.
+    digest : str, optional
+        Of the bytes of data whose path has no meaning, such as an upload.
+
+    Attributes
+    ----------
+    offered : State or None
+        Unsaved state of an earlier session, until it is taken, dropped or replaced by a save.
+    """
+
+    def __init__(self, path, folder=None, digest=None):
+        self._path = os.path.abspath(path) if digest is None else digest
+        cache = caches.folder()
+        folder = folder or (cache and cache.joinpath(*_FOLDER))
+        name = hashlib.sha256(self._path.encode()).hexdigest()[:16]
+        self._file = folder and Path(folder) / f"{name}.json"
+        self.offered, self._offered_time = self._read() or (None, None)
+        self._unsaved = None  # state of this session
+
+    def keep(self, state):
+        """Keep the unsaved `state` of this session; None if everything is saved.
+
+        Raises
+        ------
+        OSError
+            Naming the file.
+        """
+        self._unsaved = state
+        if state is None:
+            state = self.offered
+        if state is None:
+            self._remove()
+            return
+        if self._file is None:
+            raise OSError("there is no folder for unsaved handles; save them with S")
+        self._file.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(self._file) as new:
+            new.write_text(_text(self._path, state), encoding="utf-8")
+
+    def note_save(self):
+        """Everything is saved; an offer that was not taken ends."""
+        self.offered = self._unsaved = None
+        self._remove()
+
+    def take(self):
+        """The offered state, which is not offered again; the file keeps it until a save."""
+        state, self.offered = self.offered, None
+        return state
+
+    def drop(self):
+        """End the offer for good."""
+        self.offered = None
+        if self._unsaved is None:
+            self._remove()
+
+    @property
+    def offer(self):
+        """A sentence about the offered state; empty without one."""
+        if self.offered is None:
+            return ""
+        saved_at = time.strftime("%d %B, %H:%M", time.localtime(self._offered_time))
+        return (
+            f"{len(self.offered)} handles of {saved_at} were not saved: Return brings them back, "
+            "N drops them."
+        )
+
+    def _read(self):
+        """The state in the file, and its time in seconds; None without a readable file."""
+        if self._file is not None:
+            with suppress(OSError, ValueError, KeyError, TypeError):
+                return _state(self._file.read_text(encoding="utf-8")), self._file.stat().st_mtime
+        return None
+
+    def _remove(self):
+        if self._file is not None:
+            with suppress(OSError):
+                self._file.unlink()
+
+
+def _text(path, state):
+    values = {name: getattr(state, name) for name in _PLAIN}
+    values.update(
+        path=path,
+        rest=state.rest.tolist(),
+        deformed=state.deformed.tolist(),
+        weights=None if state.weights is None else state.weights.tolist(),
+        labels=list(state.labels),
+        anchored=state.anchored.tolist(),
+        cuts=[_numbers(cut) for cut in state.cuts],
+    )
+    return json.dumps(values)
+
+
+def _numbers(cut):
+    """The name of a cut's shape, and what makes it."""
+    name = next(name for name, kind in _CUTS.items() if isinstance(cut, kind))
+    attributes = {
+        "plane": ("point", "normal"),
+        "half-plane": ("point", "normal", "inward"),
+        "surface": ("points", "triangles"),
+    }[name]
+    return [name, [getattr(cut, attribute).tolist() for attribute in attributes]]
+
+
+def _state(text):
+    values = json.loads(text)
+    weights = values["weights"]
+    return State(
+        values["rest"],
+        values["deformed"],
+        None if weights is None else np.array(weights),
+        values["labels"],
+        values["anchored"],
+        cuts=[_CUTS[name](*numbers) for name, numbers in values["cuts"]],
+        **{name: values[name] for name in _PLAIN if name in values},  # some are newer
+    )
