@@ -5,11 +5,12 @@ from vtk_mls import lazy
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.cuts import HalfPlane, Plane, Surface
-    from vtk_mls.deformation import CUT_FRAMES, Deformation, DisplacementField, ForwardField
+    from vtk_mls.deformation import Deformation, DisplacementField, ForwardField
     from vtk_mls.engine.device import DeviceError
     from vtk_mls.grid import Grid
     from vtk_mls.interpolation import INTERPOLATIONS
     from vtk_mls.kinds import KINDS
+    from vtk_mls.options import CUT_FRAMES
     from vtk_mls.progress import Aborted
     from vtk_mls.sampling import VOID_VALUES, Sampling
     from vtk_mls.void_cells import VoidCells
@@ -36,7 +37,7 @@ __version__ = "0.1.0"
 # Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
 # numpy is loaded.
 _MODULES = {
-    "CUT_FRAMES": "deformation",
+    "CUT_FRAMES": "options",
     "INTERPOLATIONS": "interpolation",
     "KINDS": "kinds",
     "VOID_VALUES": "sampling",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import arguments, kinds, recycled, vector_fields, void_cells
+from vtk_mls import arguments, kinds, options, recycled, vector_fields, void_cells
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
@@ -22,7 +22,6 @@ from vtk_mls.regions import Region, divided, moved
 from vtk_mls.sampling import Sampling
 from vtk_mls.void_cells import VoidCells
 
-CUT_FRAMES = ("rest", "deformed")
 # Points of a grid whose displacements are in memory though only void distances are wanted.
 _SLAB = 1 << 20
 _MOST_OBSTACLES = 30  # each has a bit in the kernels
@@ -155,16 +154,16 @@ class Deformation:
 
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
-    kind: str = "rigid"
+    kind: str = options.KIND.default
     _: KW_ONLY
-    alpha: float = 1.0
-    degree: int = 2
+    alpha: float = options.ALPHA.default
+    degree: int = options.DEGREE.default
     weights: NDArray[np.float64] = None
     cuts: tuple[Cut, ...] = ()
-    nu: float = 2.0
-    cut_frame: str = "rest"
-    map_tolerance: float = 0.0
-    device: str | None = None
+    nu: float = options.NU.default
+    cut_frame: str = options.CUT_FRAME.default
+    map_tolerance: float = options.MAP_TOLERANCE.default
+    device: str | None = options.DEVICE.default
     regions: tuple[Region, ...] = field(init=False)
 
     if TYPE_CHECKING:
@@ -195,38 +194,23 @@ class Deformation:
                 "`rest` and `deformed` must have the same number of control points, "
                 f"got {len(rest)} and {len(deformed)}"
             )
-        arguments.choice("kind", self.kind, kinds.KINDS)
-        alpha = arguments.number("alpha", self.alpha)
-        if not (np.isfinite(alpha) and alpha > 0):
-            raise ValueError(f"`alpha` must be a positive number, got {shown(self.alpha)}")
-        if not np.isscalar(self.degree) or self.degree not in (1, 2, 3):
-            raise ValueError(f"`degree` must be 1, 2 or 3, got {shown(self.degree)}")
-        degree = int(self.degree)
+        settings = {
+            option.name: option.checked(getattr(self, option.name))
+            for option in options.DEFORMATION_OPTIONS
+        }
         weights = arguments.positive_weights(self.weights, len(rest))
         cuts = arguments.cut_shapes(self.cuts)
-        nu = arguments.number("nu", self.nu)
-        if not (np.isfinite(nu) and nu > 1):
-            raise ValueError(f"`nu` must be a number above 1, got {shown(self.nu)}")
-        arguments.choice("cut_frame", self.cut_frame, CUT_FRAMES)
-        map_tolerance = arguments.number("map_tolerance", self.map_tolerance)
-        if not (np.isfinite(map_tolerance) and map_tolerance >= 0):
-            raise ValueError(
-                f"`map_tolerance` must be a number from 0 on, got {shown(self.map_tolerance)}"
-            )
         planes = [cut for cut in cuts if isinstance(cut, Plane)]
         seen = rest if self.cut_frame == "rest" else deformed
-        kind = kinds.named(self.kind, degree)
+        kind = kinds.named(self.kind, settings["degree"])
         for array in (rest, deformed, weights):
             array.flags.writeable = False
         for name, value in {
             "rest": rest,
             "deformed": deformed,
-            "alpha": alpha,
-            "degree": degree,
             "weights": weights,
             "cuts": cuts,
-            "nu": nu,
-            "map_tolerance": map_tolerance,
+            **settings,
             "regions": divided(planes, seen, (rest, deformed, weights), kind),
         }.items():
             object.__setattr__(self, name, value)

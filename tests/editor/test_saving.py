@@ -16,7 +16,7 @@ from vtk_mls import HalfPlane, Plane, Surface, arrays, io
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import State
 from vtk_mls.files import control_point_files
-from vtk_mls.filters import property_tables
+from vtk_mls.options import MAP_TOLERANCE
 
 MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
@@ -94,7 +94,7 @@ def test_the_tolerance_of_what_was_seen_is_that_of_the_script(options, tmp_path,
     hands = Hands(ball_image(), state(np.random.default_rng(3), **options))
     hands.press("s")
     script = tmp_path / "data-1-edited" / "deform.py"
-    tolerance = options.get("map_tolerance", property_tables.UNSEEN)
+    tolerance = options.get("map_tolerance", MAP_TOLERANCE.interactive_default)
     assert hands.editor.state.map_tolerance == tolerance
     says = [f"deform.SetMapTolerance({tolerance})"] if tolerance else []
     assert [line for line in script.read_text().splitlines() if "MapTol" in line] == says

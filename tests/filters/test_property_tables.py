@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from vtk_mls import Deformation, Plane, Sampling, filters
+from vtk_mls import Deformation, Plane, Sampling, filters, options
 from vtk_mls.filters import properties, property_tables
 
 FILTERS = [getattr(filters, name) for name in filters.__all__]
@@ -77,20 +77,17 @@ def test_tables_are_whole(cls):
         assert condition is None or condition[0] in {*names, "ControlPoints"}
 
 
-def test_tables_of_what_is_seen_differ_in_the_tolerance_alone():
-    exact, seen = property_tables.COMPUTING, property_tables.COMPUTING_SEEN
-    assert [each.name for each in exact] == [each.name for each in seen]
-    differ = [(a.default, b.default) for a, b in zip(exact, seen) if a != b]
-    assert differ == [(0, property_tables.UNSEEN)]
-    assert f"{property_tables.UNSEEN}" in property_tables.MAP_TOLERANCE.help
+def test_interactive_defaults_differ_in_the_tolerance_alone():
+    exact, seen = property_tables.COMPUTING, property_tables.INTERACTIVE_COMPUTING
+    assert [p.name for p in exact] == [p.name for p in seen]
+    assert [(a.default, b.default) for a, b in zip(exact, seen) if a != b] == [(0, 0.02)]
 
 
 def test_defaults_are_those_of_the_core():
-    table = {each.name: each.default for each in filters.MLSDeform.PROPERTIES}
-    for name in ("kind", "alpha", "degree", "nu"):
-        assert table[name.capitalize()] == getattr(Deformation, name)
-    assert table["CutFrame"] == Deformation.cut_frame
-    assert table["MapTolerance"] == Deformation.map_tolerance == 0
+    table = {p.name: p.default for p in filters.MLSDeform.PROPERTIES}
+    for option in options.DEFORMATION_OPTIONS:
+        default = getattr(Deformation, option.name)
+        assert table[option.property_name] == ("" if default is None else default)
     for name, attribute in (
         ("Interpolation", "interpolation"),
         ("Background", "background"),

@@ -5,7 +5,7 @@ from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
 from vtk_mls import Deformation
-from vtk_mls.filters import property_tables
+from vtk_mls.options import MAP_TOLERANCE
 
 source = wavelet()
 volume = array(data(source), "RTData")
@@ -37,7 +37,7 @@ defaults = {
     "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,
-    "MapTolerance": property_tables.UNSEEN,
+    "MapTolerance": MAP_TOLERANCE.interactive_default,
 }
 of_deform = {
     "Interpolation": "linear",

@@ -14,7 +14,7 @@ INPUTS = {"Input", "ControlPoints", "Cuts"}
 
 def seen(table):
     """A table with the defaults of what people look at."""
-    others = {each.name: each for each in property_tables.COMPUTING_SEEN}
+    others = {each.name: each for each in property_tables.INTERACTIVE_COMPUTING}
     return [others.get(each.name, each) for each in table]
 
 

@@ -9,10 +9,12 @@ import pytest
 from vtk_fixtures import can_draw
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.filters.property_tables import UNSEEN
+from vtk_mls.options import MAP_TOLERANCE
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+
+DEFAULT = MAP_TOLERANCE.interactive_default
 
 
 @pytest.fixture
@@ -86,13 +88,13 @@ def test_handles_to_begin_with_are_saved_as_by_the_key(plotter, tmp_path):
     assert mesh.mls.deform(handles) == edit.deformed
 
 
-@pytest.mark.parametrize(("options", "tolerance"), [({}, UNSEEN), ({"map_tolerance": 0}, 0)])
+@pytest.mark.parametrize(("options", "tolerance"), [({}, DEFAULT), ({"map_tolerance": 0}, 0)])
 def test_what_comes_out_has_the_tolerance_of_what_was_seen(plotter, options, tolerance):
     image = pyvista.Wavelet(extent=(-24, 24, -20, 20, -22, 22))
     rest = np.array([(10, 3, 1), (-14, -8, 5), (2, 9, -12)])
     edit = plotter.mls.edit(image, rest, rest + [(3, 2, 0), (0, 0, 4), (0, -3, 0)], **options)
-    fields = [image.mls.field(edit.handles, map_tolerance=t) for t in (UNSEEN, 0)]
-    assert [edit.field == each for each in fields] == [tolerance == t for t in (UNSEEN, 0)]
+    fields = [image.mls.field(edit.handles, map_tolerance=t) for t in (DEFAULT, 0)]
+    assert [edit.field == each for each in fields] == [tolerance == t for t in (DEFAULT, 0)]
 
 
 @pytest.mark.parametrize(

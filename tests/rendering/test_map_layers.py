@@ -7,8 +7,8 @@ import pytest
 from vtk_fixtures import FAST
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
-from vtk_mls.filters.property_tables import UNSEEN
 from vtk_mls.interpolation import sample
+from vtk_mls.options import MAP_TOLERANCE
 from vtk_mls.rendering.map_layers import layers
 
 MIDDLE = np.array([2, 1, 0.5])
@@ -66,11 +66,11 @@ def test_a_tolerance_that_nobody_sees_changes_no_face(cut, rng):
     deformed = rest + 0.1 * np.sin(rest) + 0.15 * np.sign(rest[:, :1] - 2) * [1, 0, 0]
     found, expected = (
         layers(Deformation(rest, deformed, cuts=CUTS[cut], device=FAST, map_tolerance=t), GRID)
-        for t in (UNSEEN, 0)
+        for t in (MAP_TOLERANCE.interactive_default, 0)
     )
     assert not np.array_equal(found, expected)
     error = np.linalg.norm((found - expected)[..., :3] / GRID.spacing, axis=-1)
-    assert error.max() <= UNSEEN
+    assert error.max() <= MAP_TOLERANCE.interactive_default
     np.testing.assert_array_equal(found[..., 3] > 0, expected[..., 3] > 0)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vtk_mls.commands import property_options
 from vtk_mls.commands.running import read
+from vtk_mls.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight] or the "
@@ -20,7 +21,13 @@ def add(parser, is_seen=False):
 
     What is seen at once has no progress bar, and a tolerance that nobody sees.
     """
-    from vtk_mls.filters.property_tables import COMPUTING, COMPUTING_SEEN, SPACE
+    from vtk_mls.filters.property_tables import (
+        COMPUTING,
+        CUT_OPTIONS,
+        INTERACTIVE_COMPUTING,
+        MAP,
+        SPACE,
+    )
 
     add = parser.add_argument
     add(
@@ -39,11 +46,8 @@ def add(parser, is_seen=False):
         "do, and that counts): ras for those who come from nibabel or FreeSurfer; cuts are in LPS "
         "as ever; default: %(default)s",
     )
-    property_options.add(parser, "Kind")
-    property_options.add(parser, "Alpha")
-    property_options.add(parser, "Degree", more="for the polynomial kind, 1, 2 or 3")
-    property_options.add(parser, "Nu")
-    property_options.add(parser, "Blend")
+    for option in MAP:
+        property_options.add(parser, option)
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -66,9 +70,8 @@ def add(parser, is_seen=False):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
-    property_options.add(parser, "CutFrame")
-    for each in COMPUTING_SEEN if is_seen else COMPUTING:
-        property_options.add(parser, each)
+    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_seen else COMPUTING)):
+        property_options.add(parser, option)
     if not is_seen:
         text = "show a progress bar although not on a terminal"
         add("--progress", action="store_true", help=text)
@@ -134,16 +137,8 @@ def control_points(options):
 
 def map_arguments(options):
     """What a `Deformation` takes beside control points, by name."""
-    return {
-        "kind": options.kind,
-        "alpha": options.alpha,
-        "degree": options.degree,
-        "cuts": _cuts(options),
-        "nu": options.nu,
-        "cut_frame": options.cut_frame,
-        "map_tolerance": options.map_tolerance,
-        "device": options.device or None,
-    }
+    settings = values_of(options, DEFORMATION_OPTIONS)
+    return {**settings, "device": options.device or None, "cuts": _cuts(options)}
 
 
 def _control_points(options):

@@ -11,14 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import HalfPlane, Plane, Surface, options
 from vtk_mls.editor.state import State
 from vtk_mls.engine import caches
 from vtk_mls.files.replacing import replacing
 
 _FOLDER = "vtk_mls", "unsaved"
 _CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}
-_PLAIN = ("kind", "alpha", "degree", "nu", "cut_frame", "map_tolerance", "blend", "device")
 
 
 class Autosave:
@@ -109,7 +108,7 @@ class Autosave:
 
 
 def _text(path, state):
-    values = {name: getattr(state, name) for name in _PLAIN}
+    values = options.values_of(state)
     values.update(
         path=path,
         rest=state.rest.tolist(),
@@ -143,5 +142,5 @@ def _state(text):
         values["labels"],
         values["anchored"],
         cuts=[_CUTS[name](*numbers) for name, numbers in values["cuts"]],
-        **{name: values[name] for name in _PLAIN if name in values},  # some are newer
+        **{o.name: values[o.name] for o in options.OPTIONS if o.name in values},
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import shlex
 
-from vtk_mls import Deformation, HalfPlane, Plane
-from vtk_mls.editor.state import State
+from vtk_mls import HalfPlane, Plane
+from vtk_mls.options import OPTIONS
 
 _TEXT = '''\
 """Makes the deformed data that were edited with `vtk-mls view` again.
@@ -30,27 +30,14 @@ for source, target in {files}:
     io.write_dataset(deform.GetOutput(), here / target)
     print(here / target)
 '''
-# Properties of filters, options of the command, attributes of a state.
-_PROPERTIES = (
-    ("Kind", "--kind", "kind"),
-    ("Alpha", "--alpha", "alpha"),
-    ("Degree", "--degree", "degree"),
-    ("Nu", "--nu", "nu"),
-    ("Blend", "--blend", "blend"),
-    ("CutFrame", "--cut-frame", "cut_frame"),
-    ("MapTolerance", "--map-tolerance", "map_tolerance"),
-    ("Device", "--device", "device"),
-)
-# What filters and the command begin with.
-_DEFAULTS = State([], [], map_tolerance=Deformation.map_tolerance)
 
 
 def settings_of(state):
     """(property, option, value) of all that is not a filter's default."""
-    for name, option, attribute in _PROPERTIES:
-        value = getattr(state, attribute)
-        if value != getattr(_DEFAULTS, attribute):
-            yield name, option, value
+    for option in OPTIONS:
+        value = getattr(state, option.name)
+        if value != option.default:
+            yield option.property_name, option.flag, value
 
 
 def numbers_of(cut):

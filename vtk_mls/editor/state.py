@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import Deformation, kinds
-from vtk_mls.filters import property_tables
+from vtk_mls import Deformation, kinds, options
 
-# What a State hands on to a Deformation as it is.
-OF_THE_MAP = ("kind", "alpha", "degree", "nu", "cuts", "cut_frame", "map_tolerance", "device")
+# The options, with the defaults of the editor.
+_Options = make_dataclass(
+    "_Options",
+    [
+        (option.name, type(option.default), field(default=option.interactive_default))
+        for option in options.OPTIONS
+    ],
+    frozen=True,
+    eq=False,
+    kw_only=True,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(_Options):
     """All that an edit changes and an undo brings back.
 
     Attributes
@@ -25,10 +33,9 @@ class State:
     labels : tuple of n str
     anchored : (n,) bool
         Handles that the mouse does not move.
-    kind, alpha, degree, nu, cuts, cut_frame, map_tolerance, device
-        As of `Deformation`, but for a tolerance that nobody sees.
-    blend : float
-        Fraction of q - p that is applied.
+    cuts : tuple of Cut
+    kind, alpha, ...
+        Each of `options.OPTIONS`, with the default of the editor.
     """
 
     rest: np.ndarray
@@ -36,15 +43,7 @@ class State:
     weights: np.ndarray | None = None
     labels: tuple = ()
     anchored: np.ndarray | None = None
-    kind: str = Deformation.kind
-    alpha: float = Deformation.alpha
-    degree: int = Deformation.degree
-    nu: float = Deformation.nu
     cuts: tuple = ()
-    cut_frame: str = Deformation.cut_frame
-    map_tolerance: float = property_tables.UNSEEN
-    blend: float = 1.0
-    device: str | None = None
 
     def __post_init__(self):
         count = len(self.rest)
@@ -61,11 +60,12 @@ class State:
     @classmethod
     def of(cls, deformation, labels=()):
         """The state whose map is a Deformation."""
-        options = {name: getattr(deformation, name) for name in OF_THE_MAP}
+        settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
             weights = None
-        return cls(deformation.rest, deformation.deformed, weights, labels, **options)
+        cuts = deformation.cuts
+        return cls(deformation.rest, deformation.deformed, weights, labels, cuts=cuts, **settings)
 
     def __len__(self):
         return len(self.rest)
@@ -79,10 +79,10 @@ class State:
         """The `Deformation`; None if nothing moves."""
         if self.is_resting.all() or self.blend == 0:
             return None
-        options = {name: getattr(self, name) for name in OF_THE_MAP}
+        settings = options.values_of(self, options.DEFORMATION_OPTIONS)
         deformed = self.rest + self.blend * (self.deformed - self.rest)
         deformed = self.deformed if self.blend == 1 else deformed
-        return Deformation(self.rest, deformed, weights=self.weights, **options)
+        return Deformation(self.rest, deformed, weights=self.weights, cuts=self.cuts, **settings)
 
     def changed(self, **values):
         """The same but for some attributes."""
@@ -95,12 +95,11 @@ class State:
 
     def with_alpha_times(self, factor):
         """The same with handles that act more or less locally."""
-        return replace(self, alpha=round(float(np.clip(self.alpha * factor, 0.1, 10)), 3))
+        return replace(self, alpha=options.ALPHA.limited(self.alpha * factor))
 
     def with_nu_times(self, factor):
         """The same with influence that fades more or less with the detour around cuts."""
-        nu = np.clip(1 + (self.nu - 1) * factor, 1.05, 20)
-        return replace(self, nu=round(float(nu), 3))
+        return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor))
 
     def moved(self, rows, positions):
         """The same with some handles at other positions (m, 3); anchored ones stay."""

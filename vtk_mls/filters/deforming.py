@@ -6,7 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import Deformation, arrays
+from vtk_mls import Deformation, arrays, options
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.algorithm import Algorithm, inputs
@@ -15,7 +15,6 @@ from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, requested_extent
-from vtk_mls.reals import real, shown
 
 _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the control points
@@ -156,11 +155,15 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """The deformation by what is on ports 1 and 2; the same object until something changes."""
         names = self._control_point_arrays(*control_points) if control_points else ()
         cuts = self._all_cuts(surfaces)
-        cut_frame = property_tables.CUT_FRAME.checked(self)
+        cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
         data = _stamps(control_points)
         state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
-        state += (self.GetNu(), self.GetKind(), self.GetAlpha(), self.GetDegree())
-        state += (self.GetMapTolerance(), self.GetDevice())
+        settings = {
+            option.name: getattr(self, f"Get{option.property_name}")()
+            for option in options.DEFORMATION_OPTIONS
+        }
+        settings |= {"cut_frame": cut_frame, "device": self.GetDevice() or None}
+        state += tuple(settings.values())
 
         def make():
             if control_points:
@@ -170,15 +173,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             return Deformation(
                 rest,
                 self._blended(rest, deformed),
-                kind=self.GetKind(),
-                alpha=self.GetAlpha(),
-                degree=self.GetDegree(),
                 weights=weights,
                 cuts=cuts,
-                nu=self.GetNu(),
-                cut_frame=cut_frame,
-                map_tolerance=self.GetMapTolerance(),
-                device=self.GetDevice() or None,
+                **settings,
             )
 
         return self._kept_deformation.of(state, make)
@@ -242,12 +239,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _blended(self, rest, deformed):
         """q, or where it is on its way from p."""
-        try:
-            blend = float(real("Blend", self.GetBlend()))
-        except TypeError:
-            blend = np.nan
-        if not np.isfinite(blend):
-            raise ValueError(f"`Blend` must be a finite number, got {shown(self.GetBlend())}")
+        blend = options.BLEND.checked(self.GetBlend(), "Blend")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _overlap_tasks(self, deformation, output, grid):

@@ -387,6 +387,27 @@ class Factors(Rows):
         return set_one
 
 
+def of_option(option, is_interactive=False):
+    """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
+    default = option.interactive_default if is_interactive else option.default
+    keywords = {"more": option.more, "is_advanced": option.section != "map"}
+    if option.needs:
+        name, value = option.needs
+        keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)
+    about = option.property_name, "" if default is None else default, option.help
+    if option.slider:
+        low, high, _ = option.slider
+        return Slider(*about, low=low, high=high, **keywords)
+    if option.choices and isinstance(option.default, int):
+        low, high = min(option.choices), max(option.choices)
+        return Slider(*about, low=low, high=high, **keywords)
+    if option.choices:
+        return Choice(*about, choices=option.choices, **keywords)
+    if option.default is None:
+        return Text(*about, **keywords)
+    return Number(*about, **keywords)
+
+
 def resize(algorithm, values, count, new):
     """Make a list of an algorithm longer by elements `new`, or shorter."""
     if count != len(values):

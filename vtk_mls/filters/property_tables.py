@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, Deformation, Sampling
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling, options
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -16,46 +14,18 @@ from vtk_mls.filters.properties import (
     Flag,
     Number,
     Positions,
-    Slider,
-    Text,
     Vector,
+    of_option,
 )
 
-# The fit.
-MAP = (
-    Choice(
-        "Kind",
-        Deformation.kind,
-        """How the space between the control points follows them: rigid keeps sizes and angles as
-        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
-        most freely.""",
-        choices=KINDS,
-    ),
-    Slider(
-        "Degree",
-        Deformation.degree,
-        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
-        low=1,
-        high=3,
-        shown_when=("Kind", "polynomial"),
-    ),
-    Slider(
-        "Alpha",
-        Deformation.alpha,
-        """How local the influence of a control point is: its weight at distance r is
-        1 / r^(2 alpha). Must be greater than 0.""",
-        low=0.1,
-        high=4,
-    ),
-    Slider(
-        "Blend",
-        1.0,
-        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
-        it was.""",
-        low=0,
-        high=1,
-    ),
-)
+
+def _of_section(section, is_interactive=False):
+    """Properties of the options in a section of panels."""
+    return tuple(of_option(o, is_interactive) for o in options.OPTIONS if o.section == section)
+
+
+MAP = _of_section("map")
+CUT_OPTIONS = _of_section("cut")
 
 # A cut by properties.
 CUT_TYPE = Choice(
@@ -93,25 +63,6 @@ CUT_INWARD = Vector(
 
 # All cuts.
 CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
-CUT_FRAME = Choice(
-    "CutFrame",
-    Deformation.cut_frame,
-    """Where cuts are: rest, in the undeformed volume, and the material takes them along; deformed,
-    in the deformed space, where they stay, and material that is moved through them is lost.""",
-    more="The paper's are in the deformed space.",
-    choices=CUT_FRAMES,
-    is_advanced=True,
-)
-NU = Slider(
-    "Nu",
-    Deformation.nu,
-    """How fast the influence of control points behind a cut falls with the length of the detour
-    around it. Must be greater than 1.""",
-    more="The damping exponent of Eq. 28.",
-    low=1.1,
-    high=8,
-    is_advanced=True,
-)
 
 # Control points of a filter's own.
 OWN_CONTROL_POINTS = (
@@ -283,24 +234,6 @@ JACOBIAN = (
     ),
 )
 
-UNSEEN = 0.02  # spacings of the grid that displacements may be off, and nobody sees it
-MAP_TOLERANCE = Number(
-    "MapTolerance",
-    Deformation.map_tolerance,
-    f"""How far displacements on grids may be off, in spacings of the grid: above 0 they are found
-    faster, from fewer points. The default of Python and the shell, {Deformation.map_tolerance:g},
-    finds each point's own; that of ParaView and the editor, {UNSEEN}, is less than anybody sees.
-    Next to cuts all are exact.""",
-    is_advanced=True,
-)
-DEVICE = Text(
-    "Device",
-    "",
-    """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-    platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
-    is_advanced=True,
-)
-
 INVERSE = Flag(
     "Inverse",
     False,
@@ -315,11 +248,10 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, CUT_FRAME, NU)
+CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, *CUT_OPTIONS)
 _SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS)
-COMPUTING = (MAP_TOLERANCE, DEVICE)
-# The same where people look at what they do: in ParaView and the editor.
-COMPUTING_SEEN = (replace(MAP_TOLERANCE, default=UNSEEN), DEVICE)
+COMPUTING = _of_section("computing")
+INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)

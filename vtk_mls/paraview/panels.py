@@ -61,8 +61,7 @@ _CUT = [
         panel_widget="InteractivePlane",
     ),
     element(tables.CUT_INWARD),
-    element(tables.CUT_FRAME),
-    element(tables.NU),
+    *elements(tables.CUT_OPTIONS),
 ]
 
 _LIVE = check_box(
@@ -100,7 +99,7 @@ DEFORM = [
     *HANDLES,
     *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
     *elements((*tables.VECTORS, *tables.JACOBIAN)),
-    *elements(tables.COMPUTING_SEEN),
+    *elements(tables.INTERACTIVE_COMPUTING),
 ]
 
 DISPLACEMENT_FIELD = [
@@ -121,7 +120,7 @@ DISPLACEMENT_FIELD = [
     *_CUT,
     *HANDLES,
     *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, tables.OVERLAP, *tables.JACOBIAN)),
-    *elements(tables.COMPUTING_SEEN),
+    *elements(tables.INTERACTIVE_COMPUTING),
 ]
 
 _DEFORMED, _REST = tables.LISTS

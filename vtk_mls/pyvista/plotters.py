@@ -14,8 +14,8 @@ from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT, fill_po
 from vtk_mls.pyvista import options as arguments
 
 # What an edit changes, as properties of filters; and all that a picture depends on.
-_EDITED = *property_tables.MAP, property_tables.CUT_FRAME, property_tables.NU
-_SHOWN = *_EDITED, *property_tables.COMPUTING_SEEN
+_EDITED = *property_tables.MAP, *property_tables.CUT_OPTIONS
+_SHOWN = *_EDITED, *property_tables.INTERACTIVE_COMPUTING
 
 
 class Editing:

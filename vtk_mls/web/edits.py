@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from vtk_mls import kinds
+from vtk_mls.options import OPTIONS
 from vtk_mls.web import panel_values
 
 # Methods of the editor that need no value.
@@ -14,12 +14,7 @@ PLAIN = (
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
     *("accept", "decline"),
 )
-_RANGES = {"alpha": (0.1, 10), "nu": (1.05, 20), "blend": (0, 1)}
-_CHOICES = {
-    "kind": tuple(kinds.KINDS),
-    "degree": (1, 2, 3),
-    "cut_frame": ("rest", "deformed"),
-}
+_OPTIONS = {option.name: option for option in OPTIONS if option.slider or option.choices}
 _LONGEST = 300  # characters of a message
 _CUTS = "none", "plane", "half-plane"
 
@@ -47,9 +42,10 @@ def apply(session, name, value=None):
 
 
 def _apply(session, editor, name, value):
-    if name in _RANGES:
-        _set_number(editor, name, value)
-    elif name in _CHOICES and value in _CHOICES[name]:
+    option = _OPTIONS.get(name)
+    if option and option.slider:
+        _set_number(editor, option, value)
+    elif option and value in option.choices:
         if value != getattr(editor.state, name):
             editor.change(editor.state.changed(**{name: value}))
     elif name == "cut" and value in _CUTS:
@@ -65,13 +61,13 @@ def _apply(session, editor, name, value):
         _set_position(editor, value)
 
 
-def _set_number(editor, name, value):
-    low, high = _RANGES[name]
+def _set_number(editor, option, value):
+    low, high, _ = option.slider
     number = _number(value)
     if number is None or not low <= number <= high:
-        editor.say(f"`{name}` must be a number from {low:g} to {high:g}.")
-    elif number != getattr(editor.state, name):
-        editor.change(editor.state.changed(**{name: number}))
+        editor.say(f"`{option.name}` must be a number from {low:g} to {high:g}.")
+    elif number != getattr(editor.state, option.name):
+        editor.change(editor.state.changed(**{option.name: number}))
 
 
 def _set_cut(editor, shape):

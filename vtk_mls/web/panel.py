@@ -6,14 +6,10 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
-from vtk_mls import kinds
+from vtk_mls import options
 from vtk_mls.web.transfers import MOST_OF_HANDLES
 
 _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
-_FRAMES = [
-    {"title": "with the material", "value": "rest"},
-    {"title": "where it was laid", "value": "deformed"},
-]
 _FIELDS = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
@@ -27,7 +23,7 @@ def build(edit, most):
     """
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
         _section("Map")
-        _map(edit)
+        _options(edit, "map")
         _section("Cut")
         _cut(edit)
         _section("Handles")
@@ -48,26 +44,31 @@ def _section(title):
     html.Div(title, classes="mls-section mt-2")
 
 
-def _map(edit):
-    with html.Div(classes="d-flex", style="gap: 10px;"):
-        v.VSelect(
-            items=("kinds", list(kinds.KINDS)),
-            model_value=("kind",),
-            update_modelValue=(edit, "['kind', $event]"),
-            label="Kind",
-            **_FIELDS,
-        )
-        v.VSelect(
-            v_if="kind === 'polynomial'",
-            items=("degrees", [1, 2, 3]),
-            model_value=("degree",),
-            update_modelValue=(edit, "['degree', $event]"),
-            label="Degree",
-            style="max-width: 96px;",
-            **_FIELDS,
-        )
-    _slider(edit, "alpha", "How locally handles act (alpha)", (0.2, 4, 0.1))
-    _slider(edit, "blend", "Share of the deformation", (0, 1, 0.05))
+def _options(edit, section):
+    """Controls of the options in a section of the panel."""
+    for option in options.OPTIONS:
+        if option.section == section:
+            if option.slider:
+                _slider(edit, option.name, option.label, option.slider)
+            else:
+                _select(edit, option)
+
+
+def _select(edit, option):
+    labels = option.choice_labels or option.choices
+    items = [{"title": title, "value": value} for title, value in zip(labels, option.choices)]
+    shown = {}
+    if option.needs:
+        name, value = option.needs
+        shown["v_if"] = f"{name} === '{value}'"
+    v.VSelect(
+        items=(f"{option.name}_choices", items),
+        model_value=(option.name,),
+        update_modelValue=(edit, f"['{option.name}', $event]"),
+        label=option.label,
+        **shown,
+        **_FIELDS,
+    )
 
 
 def _slider(edit, name, title, steps):
@@ -119,16 +120,12 @@ def _cut(edit):
         title="Click on the surface, then here again (P)",
         click=(edit, "['incise']"),
     )
-    with html.Div(v_if="cut !== 'none' || has_lines"):
-        _slider(edit, "nu", "How sharply it parts (nu)", (1.1, 10, 0.1))
-        v.VSelect(
-            items=("frames", _FRAMES),
-            model_value=("cut_frame",),
-            update_modelValue=(edit, "['cut_frame', $event]"),
-            label="The cut stays",
-            classes="mt-3",
-            **_FIELDS,
-        )
+    with html.Div(
+        v_if="cut !== 'none' || has_lines",
+        classes="d-flex flex-column",
+        style="gap: 14px;",
+    ):
+        _options(edit, "cut")
 
 
 def _handles(edit):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first one of how far handles are apart
-_OF_THE_MAP = "kind", "alpha", "nu", "blend", "cut_frame", "degree"
 
 
 def values_of(editor, before, look):
@@ -22,7 +22,7 @@ def values_of(editor, before, look):
         Number of the look that is shown.
     """
     state = editor.state
-    values = {name: getattr(state, name) for name in _OF_THE_MAP}
+    values = values_of_options(state)
     looks = max((each.looks for each in editor.scene.shown), key=len)
     values.update(
         cut=shape_of(state.cuts),
