@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import arguments, kinds, options, recycled, vector_fields, void_cells
+from vtk_mls import arguments, kinds, recycled, vector_fields, void_cells
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.grid import Grid, fitted_grid
 from vtk_mls.linear_algebra import unit
+from vtk_mls.options import DEFORMATION_OPTIONS, named
 from vtk_mls.overlap import overlap
 from vtk_mls.progress import ProgressLike, whole
 from vtk_mls.reals import shown
@@ -154,16 +155,16 @@ class Deformation:
 
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
-    kind: str = options.KIND.default
+    kind: str = named("kind").default
     _: KW_ONLY
-    alpha: float = options.ALPHA.default
-    degree: int = options.DEGREE.default
+    alpha: float = named("alpha").default
+    degree: int = named("degree").default
     weights: NDArray[np.float64] = None
     cuts: tuple[Cut, ...] = ()
-    nu: float = options.NU.default
-    cut_frame: str = options.CUT_FRAME.default
-    map_tolerance: float = options.MAP_TOLERANCE.default
-    device: str | None = options.DEVICE.default
+    nu: float = named("nu").default
+    cut_frame: str = named("cut_frame").default
+    map_tolerance: float = named("map_tolerance").default
+    device: str | None = named("device").default
     regions: tuple[Region, ...] = field(init=False)
 
     if TYPE_CHECKING:
@@ -196,7 +197,7 @@ class Deformation:
             )
         settings = {
             option.name: option.checked(getattr(self, option.name))
-            for option in options.DEFORMATION_OPTIONS
+            for option in DEFORMATION_OPTIONS
         }
         weights = arguments.positive_weights(self.weights, len(rest))
         cuts = arguments.cut_shapes(self.cuts)

@@ -111,90 +111,102 @@ class Option:
         return round(float(np.clip(value, low, high)), 3)
 
 
-KIND = Option(
-    "kind",
-    "rigid",
-    "Kind",
-    """How the space between the control points follows them: rigid keeps sizes and angles as
-    well as it can, similarity allows a change of size, affine allows shear, polynomial bends
-    most freely.""",
-    choices=tuple(kinds.KINDS),
-)
-DEGREE = Option(
-    "degree",
-    2,
-    "Degree",
-    "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
-    choices=(1, 2, 3),
-    expected="1, 2 or 3",
-    needs=("kind", "polynomial"),
-)
-ALPHA = Option(
-    "alpha",
-    1.0,
-    "How locally handles act (alpha)",
-    """How local the influence of a control point is: its weight at distance r is
-    1 / r^(2 alpha). Must be greater than 0.""",
-    is_valid=lambda alpha: alpha > 0,
-    expected="a positive number",
-    slider=(0.5, 4.0, 0.1),
-)
-BLEND = Option(
-    "blend",
-    1.0,
-    "Share of the deformation",
-    """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
-    it was.""",
-    is_valid=lambda blend: True,
-    expected="a finite number",
-    slider=(0.0, 1.0, 0.05),
-)
-CUT_FRAME = Option(
-    "cut_frame",
-    "rest",
-    "The cut stays",
-    """Where cuts are: rest, in the undeformed volume, and the material takes them along; deformed,
-    in the deformed space, where they stay, and material that is moved through them is lost.""",
-    more="The paper's are in the deformed space.",
-    choices=CUT_FRAMES,
-    choice_labels=("with the material", "where it was laid"),
-    section="cut",
-)
-NU = Option(
-    "nu",
-    2.0,
-    "How sharply it parts (nu)",
-    """How fast the influence of control points behind a cut falls with the length of the detour
-    around it. Must be greater than 1.""",
-    more="The damping exponent of Eq. 28.",
-    is_valid=lambda nu: nu > 1,
-    expected="a number above 1",
-    slider=(1.1, 8.0, 0.1),
-    section="cut",
-)
-MAP_TOLERANCE = Option(
-    "map_tolerance",
-    0.0,
-    "Map tolerance",
-    """How far displacements on grids may be off, in spacings of the grid: above 0 they are found
-    faster, from fewer points. The default of Python and the shell, 0, finds each point's own; that
-    of ParaView and the editor, 0.02, is too small to see. Next to cuts all are exact.""",
-    is_valid=lambda tolerance: tolerance >= 0,
-    expected="a number from 0 on",
-    interactive_default=0.02,
-    section="computing",
-)
-DEVICE = Option(
-    "device",
-    None,
-    "Device",
-    """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-    platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
-    section="computing",
+# In the order of panels.
+OPTIONS = (
+    Option(
+        "kind",
+        "rigid",
+        "Kind",
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
+        most freely.""",
+        choices=tuple(kinds.KINDS),
+    ),
+    Option(
+        "degree",
+        2,
+        "Degree",
+        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
+        choices=(1, 2, 3),
+        expected="1, 2 or 3",
+        needs=("kind", "polynomial"),
+    ),
+    Option(
+        "alpha",
+        1.0,
+        "How locally handles act (alpha)",
+        """How local the influence of a control point is: its weight at distance r is
+        1 / r^(2 alpha). Must be greater than 0.""",
+        is_valid=lambda alpha: alpha > 0,
+        expected="a positive number",
+        slider=(0.5, 4.0, 0.1),
+    ),
+    Option(
+        "blend",
+        1.0,
+        "Share of the deformation",
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.""",
+        is_valid=lambda blend: True,
+        expected="a finite number",
+        slider=(0.0, 1.0, 0.05),
+    ),
+    Option(
+        "cut_frame",
+        "rest",
+        "The cut stays",
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through them
+        is lost.""",
+        more="The paper's are in the deformed space.",
+        choices=CUT_FRAMES,
+        choice_labels=("with the material", "where it was laid"),
+        section="cut",
+    ),
+    Option(
+        "nu",
+        2.0,
+        "How sharply it parts (nu)",
+        """How fast the influence of control points behind a cut falls with the length of the detour
+        around it. Must be greater than 1.""",
+        more="The damping exponent of Eq. 28.",
+        is_valid=lambda nu: nu > 1,
+        expected="a number above 1",
+        slider=(1.1, 8.0, 0.1),
+        section="cut",
+    ),
+    Option(
+        "map_tolerance",
+        0.0,
+        "Map tolerance",
+        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
+        found faster, from fewer points. The default of Python and the shell, 0, finds each point's
+        own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts all are
+        exact.""",
+        is_valid=lambda tolerance: tolerance >= 0,
+        expected="a number from 0 on",
+        interactive_default=0.02,
+        section="computing",
+    ),
+    Option(
+        "device",
+        None,
+        "Device",
+        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+        platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
+        section="computing",
+    ),
 )
 
-# In the order of panels.
-OPTIONS = (KIND, DEGREE, ALPHA, BLEND, CUT_FRAME, NU, MAP_TOLERANCE, DEVICE)
+
+def named(name: str) -> Option:
+    """The option with a name."""
+    return next(option for option in OPTIONS if option.name == name)
+
+
+ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
+    named, ("alpha", "nu", "blend", "cut_frame", "map_tolerance")
+)
 # Arguments of `Deformation`; a blend moves the control points instead.
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 

@@ -99,6 +99,20 @@ def test_a_shape_of_cuts(copy):
     run(copy, "-m", "pytest", "-q", test)
 
 
+def test_an_option(copy):
+    (table, in_table, row), *changes, test = recipe("Add an option of the deformation")
+    assert in_table == "in OPTIONS"
+    insert(copy / table, "\nOPTIONS = (\n", f"{row.rstrip()},\n")
+    for module, place, line in changes:
+        before = place.removeprefix("after ")
+        text = (copy / module).read_text()
+        (indent,) = re.findall(rf"^( *){re.escape(before)}\n", text, re.MULTILINE)
+        (copy / module).write_text(text.replace(f"{before}\n", f"{before}\n{indent}{line}"))
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))
+    run(copy, "docs/properties_page.py")
+    assert "WeightPower" in (copy / "docs/properties.md").read_text()
+
+
 def test_a_property(copy):
     (table, in_table, line), (module, in_module, use), *test = recipe("Add a property")
     assert (in_table, in_module) == ("in VOID", "first in _mark_cells")

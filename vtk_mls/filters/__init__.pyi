@@ -394,8 +394,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def SetMapTolerance(self, value: float) -> None:
         """How far displacements on grids may be off, in spacings of the grid: above 0 they are
         found faster, from fewer points. The default of Python and the shell, 0, finds each
-        point's own; that of ParaView and the editor, 0.02, is less than anybody sees. Next to
-        cuts all are exact.
+        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
+        all are exact.
 
         A number; default: 0.0.
         """
@@ -606,8 +606,8 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def SetMapTolerance(self, value: float) -> None:
         """How far displacements on grids may be off, in spacings of the grid: above 0 they are
         found faster, from fewer points. The default of Python and the shell, 0, finds each
-        point's own; that of ParaView and the editor, 0.02, is less than anybody sees. Next to
-        cuts all are exact.
+        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
+        all are exact.
 
         A number; default: 0.0.
         """
