@@ -32,7 +32,7 @@ PY := .venv/bin/python
 
 demo: .venv/demo-$(OPENCL).stamp
 	@bash .ci/drivers
-	@$(PY) -m vtk_mls demo demo-output
+	@$(PY) examples/demo/make_demo.py demo-output
 
 check: lint
 	$(PY) -m pytest --numprocesses auto -m "not long and not matrix" $(CHECKED)

@@ -15,7 +15,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from vtk_mls import HalfPlane, io
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 from vtk_mls.editor import Editor
 
 SIZE = 1280, 860
@@ -26,7 +26,7 @@ window.SetSize(SIZE)
 window.SetMultiSamples(0)
 interactor.SetRenderWindow(window)
 interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-editor = Editor(interactor, io.read_dataset(volumes.brain()))
+editor = Editor(interactor, io.read_dataset(demo.brain_file()))
 low, high = editor.scene.bounds
 middle = (low + high) / 2
 camera = editor.scene.renderer.GetActiveCamera()

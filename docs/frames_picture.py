@@ -6,6 +6,7 @@ and where it goes if they are mixed up.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,11 @@ from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 from vtkmodules.vtkRenderingCore import vtkActor, vtkBillboardTextActor3D, vtkPolyDataMapper
 
 from vtk_mls import io
-from vtk_mls.demo import volumes
-from vtk_mls.demo.drawing import DRAGGED, OVERSAMPLING, fill, render, spheres, window
+from vtk_mls.commands import demo
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "demo"))
+from demo_drawing import DRAGGED, OVERSAMPLING, fill, render, spheres, window
+
 from vtk_mls.files import frames
 
 SURFACE = 105  # T1 at which the brain ends
@@ -66,7 +70,7 @@ def draw(file):
 def _brain():
     """The surface of the brain, in LPS as `io` reads it."""
     smooth, contour, normals = vtkImageGaussianSmooth(), vtkFlyingEdges3D(), vtkPolyDataNormals()
-    smooth.SetInputData(io.read_dataset(volumes.brain()))
+    smooth.SetInputData(io.read_dataset(demo.brain_file()))
     smooth.SetStandardDeviation(0.8)
     contour.SetInputConnection(smooth.GetOutputPort())
     contour.SetValue(0, SURFACE)

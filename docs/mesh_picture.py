@@ -6,6 +6,7 @@ volume, with its cells, and a section of mesh and image. TetGen makes the mesh.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,11 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingVolume import vtkProjectedTetrahedraMapper
 
-from vtk_mls.demo.drawing import BACKGROUND, fill, render, window
-from vtk_mls.demo.scene import LIGHTS, TISSUES, VIEW, brain, control_points, marked, pulled_open
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "demo"))
+from demo_drawing import BACKGROUND, fill, render, window
+from demo_scene import LIGHTS, TISSUES, VIEW, brain, marked, pulled_open
+
+from vtk_mls.commands import demo
 
 EDGE_LENGTH, LARGEST = 3, 20  # mm of the triangles that TetGen gets, mm^3 of its tetrahedra
 SURFACE = 90  # T1 at which the mesh ends
@@ -76,7 +80,7 @@ def draw(file):
         "Cells are split along the cut",
         f"{opened[0].GetNumberOfCells():,} tetrahedra",
         _surface(opened[0]),
-        *marked(control_points()[1]),
+        *marked(demo.control_points()[1]),
     )
     fill(
         panels,

@@ -6,14 +6,16 @@ array Void, and smooth, as one of VoidDistance.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from vtk_mls.demo.cut import BRAIN, SURFACE, clipped, contour, opened, shaded
-from vtk_mls.demo.drawing import fill, render, window
-from vtk_mls.demo.scene import add, brain
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "demo"))
+from brain_picture import BRAIN, SURFACE, clipped, contour, opened, shaded
+from demo_drawing import fill, render, window
+from demo_scene import add, brain
 
 MIDDLE, VIEW = (141.0, 90.0, 125.0), (1.0, 0.55, 0.6)
 LIGHTS = {(0.9, 0.38, 0.34): 1.05, (0.0, 0.8, 0.6): 0.18}

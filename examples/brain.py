@@ -15,10 +15,10 @@ import pyvista as pv
 
 import vtk_mls.pyvista  # noqa: F401  (not needed where vtk_mls is installed)
 from vtk_mls import HalfPlane
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 
 # In millimetres of the file: x to the right, y to the front, z up.
-brain = pv.read(volumes.brain()).gaussian_smooth(std_dev=0.8)
+brain = pv.read(demo.brain_file()).gaussian_smooth(std_dev=0.8)
 tissue, middle = brain.active_scalars_name, np.array(brain.center)
 
 # From the middle, on one side of the head; the other side has the same.

@@ -16,10 +16,10 @@ import SimpleITK as sitk
 
 import vtk_mls
 from vtk_mls import Grid, Sampling
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 from vtk_mls.files import field_files
 
-head = sitk.ReadImage(str(volumes.brain()), sitk.sitkFloat32)[::2, ::2, ::2]
+head = sitk.ReadImage(str(demo.brain_file()), sitk.sitkFloat32)[::2, ::2, ::2]
 direction = np.reshape(head.GetDirection(), (3, 3))
 grid = Grid(head.GetSize(), head.GetOrigin(), head.GetSpacing(), direction)
 

@@ -11,7 +11,7 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from vtk_mls import Deformation, HalfPlane, arrays, io
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
@@ -24,7 +24,7 @@ _NEAR = 3.0  # mm from the cut: the grid of what is looked at is not finer
 
 def copy_to(folder):
     """Copy the brain into a folder."""
-    shutil.copy(volumes.brain(), folder / NAME)
+    shutil.copy(demo.brain_file(), folder / NAME)
 
 
 class OpenedBrain:

@@ -75,7 +75,7 @@ def _with_values(arguments):
 def _parser():
     import argparse
 
-    from vtk_mls.commands import deform, field, paraview, points, view
+    from vtk_mls.commands import deform, demo, field, paraview, points, view
 
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
@@ -103,13 +103,7 @@ def _parser():
         'export PV_PLUGIN_PATH="$(vtk-mls plugin-path)"',
     )
     path.set_defaults(run=_plugin_path)
-    demo = commands.add_parser(
-        "demo",
-        help="deform a real volume in four ways",
-        description="Deform a real volume in four ways; leave .vti files and a picture.",
-    )
-    demo.add_argument("directory", nargs="?", default="vtk-mls-demo", help="default: %(default)s")
-    demo.set_defaults(run=_demo)
+    demo.add(commands)
     return parser
 
 
@@ -127,11 +121,4 @@ def _plugin_path(options):
     from vtk_mls.resources import resource
 
     print(resource("paraview_plugin"))
-    return 0
-
-
-def _demo(options):
-    from vtk_mls.demo import run
-
-    run.main(options.directory)
     return 0

@@ -307,12 +307,15 @@ def test_without_vtk_and_opencl(files):
     assert err.count("\n") == 1
 
 
-def test_demo_is_called_with_the_folder(monkeypatch):
-    demo = pytest.importorskip("vtk_mls.demo.run", reason="the demo needs VTK")
-    called = []
-    monkeypatch.setattr(demo, "main", called.append)
-    assert main(["demo", "there"]) == 0
-    assert called == ["there"]
+def test_the_demo_leaves_a_cut_brain(tmp_path, capsys):
+    pytest.importorskip("nilearn", reason="nilearn carries the brain")
+    assert main(["demo", str(tmp_path / "demo")]) == 0
+    names = {"brain.vti", "handles.vtp", "cut.vti", "cut.png"}
+    assert {path.name for path in (tmp_path / "demo").iterdir()} == names
+    cut = io.read_dataset(tmp_path / "demo" / "cut.vti")
+    void = arrays.to_numpy(cut.GetPointData().GetArray("Void"))
+    assert 0.01 < void.mean() < 0.2
+    assert "vtk-mls view" in capsys.readouterr().out
 
 
 def test_usage(capsys):

@@ -13,7 +13,7 @@ from vtkmodules.vtkImagingCore import vtkImageShrink3D
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 
 # Of this process, for files that several tests read: others can run beside it.
 OWN = PICTURES / os.environ.get("PYTEST_XDIST_WORKER", "alone")
@@ -161,7 +161,7 @@ def brain():
 def write_brain(file, every):
     """Write a brain, some of its voxels; the file, which is relative to the project."""
     reader = vtkNIFTIImageReader()
-    reader.SetFileName(str(volumes.brain()))
+    reader.SetFileName(str(demo.brain_file()))
     smaller = vtkImageShrink3D()
     smaller.SetInputConnection(reader.GetOutputPort())
     smaller.SetShrinkFactors(every, every, every)

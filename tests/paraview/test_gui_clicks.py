@@ -27,7 +27,7 @@ from gui_fixtures import (  # noqa: F401  fixtures
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 
 
 def test_clicks_of_the_readme(start, brain):
@@ -93,7 +93,7 @@ def test_nifti_after_vtk_mls(start):
     """A packed NIfTI image opens as a volume under its name, and can be deformed."""
     file = OWN / "brain.nii.gz"
     (PROJECT / OWN).mkdir(parents=True, exist_ok=True)
-    whole = nibabel.load(volumes.brain())
+    whole = nibabel.load(demo.brain_file())
     every_third = nibabel.Nifti1Image(
         np.asarray(whole.dataobj)[::3, ::3, ::3], whole.affine @ np.diag([3, 3, 3, 1])
     )

@@ -20,7 +20,6 @@ ROOMS = {
     "filters": {"core", "arrays", "files", "numpy", "vtkmodules"},
     "rendering": {"core", "cuts", "engine", "arrays", "filters", "numpy", "vtkmodules"},
     "io": {"core", "cuts", "arrays", "files", "filters", "vtkmodules"},
-    "demo": {"core", "engine", "filters", "numpy", "vtkmodules"},
     "editor": {
         *{"core", "kinds", "cuts", "engine", "arrays", "files", "filters", "io", "rendering"},
         *{"numpy", "vtkmodules"},
@@ -38,7 +37,7 @@ ROOMS = {
         *{"numpy", "paraview", "vtkmodules"},
     },
     "commands": {
-        *{"core", "engine", "arrays", "files", "filters", "io", "demo", "paraview", "editor"},
+        *{"core", "engine", "arrays", "files", "filters", "io", "paraview", "editor"},
         "web",
         *{"numpy", "vtkmodules"},
     },

@@ -1,7 +1,7 @@
 """The demo's second part: a brain cut from above and pulled open.
 
-Run as `python -m vtk_mls.demo.cut DIRECTORY`, a process of its own like `picture`. It leaves
-brain.vti, cut.vti and cut.png in the directory.
+`make_demo.py` runs it as a process of its own, like `frog_picture.py`. It leaves brain.vti, cut.vti
+and cut.png in a directory.
 """
 
 from __future__ import annotations
@@ -10,15 +10,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkFlyingEdges3D
-from vtkmodules.vtkFiltersSources import vtkPlaneSource
-from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-
-from vtk_mls.demo.drawing import fill, render, window
-from vtk_mls.demo.scene import (
+from demo_drawing import fill, render, window
+from demo_scene import (
     EDGE,
     LIGHTS,
     MIDDLE,
@@ -26,10 +19,17 @@ from vtk_mls.demo.scene import (
     VIEW,
     add,
     brain,
-    control_points,
     marked,
     pulled_open,
 )
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkFlyingEdges3D
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+from vtk_mls.commands import demo
 
 SURFACE = 105  # T1 at which the brain ends, of 255
 BRAIN = (0.87, 0.66, 0.60)
@@ -48,7 +48,7 @@ def draw(directory: Path):
     face = clipped(contour(cut, "VoidDistance", 0.0), "T1", SURFACE)
     whole = contour(uncut, "T1", SURFACE)
 
-    before, after = (marked(positions) for positions in control_points())
+    before, after = (marked(positions) for positions in demo.control_points())
     panels = window(3, LIGHTS)
     fill(
         panels,

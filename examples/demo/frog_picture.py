@@ -1,7 +1,6 @@
 """The picture of the demo, drawn from its files: the original and the four kinds side by side.
 
-Run as `python -m vtk_mls.demo.picture DIRECTORY`. The demo starts it as a process of its own, since
-a machine without a working OpenGL can take the process down.
+`make_demo.py` runs it as a process of its own: without a working OpenGL the process may crash.
 """
 
 from __future__ import annotations
@@ -9,7 +8,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import demo_drawing as drawing
 import numpy as np
+from demo_drawing import BACKGROUND, DRAGGED, PINNED, REST, actor_of, blank, spheres, text
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -26,9 +27,6 @@ from vtkmodules.vtkRenderingCore import (
     vtkRenderer,
 )
 from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
-
-from vtk_mls.demo import drawing
-from vtk_mls.demo.drawing import BACKGROUND, DRAGGED, PINNED, REST, actor_of, blank, spheres, text
 
 PANELS = {
     "original": "orange handles are dragged, blue ones stay",

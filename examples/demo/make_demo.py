@@ -1,4 +1,9 @@
-"""The main job on a real volume: a frog dragged by 15 control points, deformed by each kind."""
+"""What `make demo` runs: a frog deformed by each kind, and a brain cut open.
+
+    python examples/demo/make_demo.py DIRECTORY
+
+You will see files and pictures in the directory.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +16,7 @@ import numpy as np
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataWriter
 
 from vtk_mls import KINDS, DeviceError
-from vtk_mls.demo import volumes
+from vtk_mls.commands import demo
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
@@ -59,7 +64,7 @@ def main(directory):
     engine = _engine()
     slow = engine is engine_for("reference")
     frog = vtkXMLImageDataReader()
-    frog.SetFileName(str(volumes.frog()))
+    frog.SetFileName(str(demo.frog_file()))
     frog.Update()
     labels = frog.GetOutput().GetPointData().GetScalars().GetName()
     directory = Path(directory)
@@ -118,7 +123,7 @@ def draw(directory):
     ----------
     directory : Path
     """
-    _run("picture", directory / "demo.png")
+    _run("frog_picture", directory / "demo.png")
 
 
 def cut_open(directory):
@@ -129,18 +134,18 @@ def cut_open(directory):
     directory : Path
     """
     try:
-        volumes.brain()
+        demo.brain_file()
     except FileNotFoundError as error:
         print(f"No brain is cut open: {error}")
         return
     print("A brain (brain.vti) of 197 x 233 x 189 voxels, cut and pulled open (cut.vti)")
-    _run("cut", directory / "cut.png")
+    _run("brain_picture", directory / "cut.png")
 
 
-def _run(module, picture):
+def _run(script, picture):
     """Draw a picture in a process of its own."""
     picture.unlink(missing_ok=True)
-    command = [sys.executable, "-m", f"vtk_mls.demo.{module}", str(picture.parent)]
+    command = [sys.executable, str(Path(__file__).with_name(f"{script}.py")), str(picture.parent)]
     subprocess.run(command, capture_output=True, check=False)
     print(f"Picture: {picture}" if picture.is_file() else _NO_PICTURE)
 
@@ -161,3 +166,7 @@ def _write(writer, source, file):
     writer.SetInputConnection(source.GetOutputPort())
     writer.SetFileName(str(file))
     writer.Write()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

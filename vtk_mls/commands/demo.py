@@ -1,0 +1,162 @@
+"""`vtk-mls demo`: cuts a real brain open, and leaves files to look at."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+# Positions in millimeters: x to the right, y to the front, z up. The edge of the cut runs along x.
+EDGE = (98.0, 118.0, 58.0)
+FRONT = ((157, 125, 115), (112, 125, 149), (159, 146, 102), (150, 175, 88), (125, 177, 117))
+BACK = ((157, 111, 116), (117, 111, 150), (165, 88, 103), (152, 59, 88), (127, 54, 120))
+BELOW = ((157, 142, 53), (163, 86, 51), (113, 114, 36), (135, 52, 25), (127, 171, 51))
+DEGREES = 35  # by which each half is rotated about the edge
+
+
+def add(commands):
+    parser = commands.add_parser(
+        "demo",
+        help="cut a real brain open",
+        description="Cut a real brain open; leave the image, its handles, the deformed image and a "
+        "picture of both. `make demo` in a checkout draws more.",
+    )
+    parser.add_argument("directory", nargs="?", default="vtk-mls-demo", help="default: %(default)s")
+    parser.set_defaults(run=run)
+
+
+def run(options):
+    from vtk_mls import HalfPlane, io
+    from vtk_mls.filters import MLSDeform
+
+    directory = Path(options.directory)
+    image = brain()
+    directory.mkdir(parents=True, exist_ok=True)
+    rest, deformed = control_points()
+    deform = MLSDeform()
+    deform.SetInputData(image)
+    deform.SetRestPoints(rest)
+    deform.SetDeformedPoints(deformed)
+    deform.AddCut(HalfPlane(EDGE, normal=(0, 1, 0), inward=(0, 0, 1)))
+    deform.SetOutputGrid("fitted")
+    deform.Update()
+    io.write_dataset(image, directory / "brain.vti")
+    io.write_dataset(_handles(rest, deformed), directory / "handles.vtp")
+    io.write_dataset(deform.GetOutput(), directory / "cut.vti")
+    _write_slices((image, deform.GetOutput()), directory / "cut.png")
+    print(
+        f"A brain of {' x '.join(map(str, image.GetDimensions()))} voxels, cut from above and "
+        f"pulled open by {len(rest)} handles: brain.vti, handles.vtp, cut.vti and a slice of both, "
+        f"cut.png, in {directory}\nDrag the handles yourself: vtk-mls view "
+        f"{directory / 'brain.vti'} {directory / 'handles.vtp'}"
+    )
+    return 0
+
+
+def brain():
+    """T1-weighted image of the MNI152 brain, smoothed a little."""
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
+    from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+
+    reader, smooth = vtkNIFTIImageReader(), vtkImageGaussianSmooth()
+    reader.SetFileName(str(brain_file()))
+    smooth.SetInputConnection(reader.GetOutputPort())
+    smooth.SetStandardDeviation(0.8)
+    smooth.Update()
+    image = vtkImageData()
+    image.ShallowCopy(smooth.GetOutput())
+    image.GetPointData().GetScalars().SetName("T1")
+    return image
+
+
+def control_points():
+    """Rest and deformed positions (n, 3): both halves are rotated outward, those below stay."""
+    import numpy as np
+
+    front, back, below = (_both_sides(np.array(points, float)) for points in (FRONT, BACK, BELOW))
+    angle = np.radians(DEGREES)
+    deformed = np.vstack([_rotated(front, -angle), _rotated(back, angle), below])
+    return np.vstack([front, back, below]), deformed
+
+
+def frog_file() -> Path:
+    """The file of tissue labels (.vti) in the package pyvista.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it is not installed.
+    """
+    return _find("pyvista", "examples/frog_tissues.vti", "0.44")
+
+
+def brain_file() -> Path:
+    """The T1-weighted MNI152 brain (.nii.gz, without skull) in the package nilearn.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it is not installed.
+    """
+    name = "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
+    return _find("nilearn", name, "0.8.1")
+
+
+def _find(package, name, version):
+    """A file of a package that is not imported."""
+    spec = importlib.util.find_spec(package)
+    for folder in spec.submodule_search_locations if spec else []:
+        file = Path(folder) / name
+        if file.is_file():
+            return file
+    raise FileNotFoundError(
+        f"the demo's volume comes with the package {package}, {version} or later: "
+        f"pip install {package}"
+    )
+
+
+def _both_sides(points):
+    """The points and their mirror images."""
+    import numpy as np
+
+    return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])
+
+
+def _rotated(points, angle):
+    import numpy as np
+
+    c, s = np.cos(angle), np.sin(angle)
+    return EDGE + (points - EDGE) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+
+
+def _handles(rest, deformed):
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    from vtk_mls.filters.control_point_polydata import fill_polydata
+
+    polydata = vtkPolyData()
+    fill_polydata(polydata, rest, deformed, None)
+    return polydata
+
+
+def _write_slices(images, file):
+    """Write a picture of the slice at the middle of the first image, through each of them."""
+    import numpy as np
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+
+    x, slices = images[0].GetCenter()[0] + 30, []
+    for image in images:
+        values = vtk_to_numpy(image.GetPointData().GetArray("T1"))
+        i = int(np.rint((x - image.GetOrigin()[0]) / image.GetSpacing()[0]))
+        slices.append(values.reshape(image.GetDimensions()[::-1])[:, :, i])
+    height = max(len(rows) for rows in slices)
+    padded = [np.pad(rows, ((0, height - len(rows)), (4, 4))) for rows in slices]
+    pixels = np.hstack(padded).clip(0, 255).astype(np.uint8)
+    picture, writer = vtkImageData(), vtkPNGWriter()
+    picture.SetDimensions(*pixels.shape[::-1], 1)
+    picture.GetPointData().SetScalars(numpy_to_vtk(pixels.ravel(), deep=True))
+    writer.SetInputData(picture)
+    writer.SetFileName(str(file))
+    writer.Write()

@@ -1,1 +1,0 @@
-"""What `vtk-mls demo` makes."""
