@@ -89,9 +89,8 @@ def read_landmarks(
     if not path.is_file():
         raise FileNotFoundError(f"there is no file `{path}`")
     try:
-        found: Landmarks = read_file(path)
-        if is_alone and found.partners is None and _reader(path) is point_tables.read:
-            point_tables.check_is_told(path)
+        is_table = _reader(path) is point_tables.read
+        found: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
     except UnicodeDecodeError as error:
         raise ValueError(
             f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"
