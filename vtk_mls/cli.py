@@ -132,6 +132,8 @@ def _plugin_path(options):
 
 def _demo(options):
     from vtk_mls.demo import run
+    from vtk_mls.files.existing import check_folder
 
+    check_folder(options.directory)
     run.main(options.directory)
     return 0

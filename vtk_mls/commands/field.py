@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-
-from vtk_mls.commands import map_options, property_options
+from vtk_mls.commands import map_options, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -52,6 +50,7 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls import io
+    from vtk_mls.arrays import ImageGeometry
     from vtk_mls.filters import MLSDisplacementField
 
     field = MLSDisplacementField()
@@ -71,9 +70,13 @@ def run(options):
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
     with step("write", options.output):
         (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
-    print(f"{options.output}: {_summary(output, options)}{map_options.remark(field)}")
+    summary = _summary(output, options)
+    if not (options.jacobian or options.inverse):  # which count folds themselves
+        grid = ImageGeometry.of_image(output).grid
+        summary += remarks.folds(field.updated_deformation(), grid)
+    print(f"{options.output}: {summary}{remarks.remark(field, is_field=True)}")
     for sentence in _remarks(output, options):
-        print(f"vtk-mls: `{options.output}`: {sentence}", file=sys.stderr)
+        remarks.warn(options.output, sentence)
     return 0
 
 

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.files import elastix_points, formats, markups, point_tables
+from vtk_mls.files.existing import existing_file
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
@@ -84,10 +85,8 @@ def read_landmarks(
     OSError, ValueError
         Naming the file.
     """
-    path = Path(path)
+    path = existing_file(path)
     read_file = formats.choose(path, "read points from", **_READ).read
-    if not path.is_file():
-        raise FileNotFoundError(f"there is no file `{path}`")
     try:
         is_table = _reader(path) is point_tables.read
         found: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
