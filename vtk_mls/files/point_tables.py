@@ -291,18 +291,15 @@ class _Table:
         comments, rows = self._cells()
         if not rows:
             return
-        start, layout, has_index = 0, None, False
         header, *below = [row for _, row in rows]
-        if self._is_counted(rows):
-            start, has_index = 1, counted_headers.has_index([header, *below])
-        elif not any(map(is_number, header)):
+        start, has_index = 0, False
+        if not any(map(is_number, header)):
             start, has_index = 1, _has_index(header, below)
             layout = self._named(rows[0][0], header, has_index and is_wider(header, below))
-        elif comments:
-            layout = self._named(*comments[-1], False)
-            if layout and (layout.width != len(rows[0][1]) or self._doubt):
-                layout = None
-            self._doubt = ""
+        else:
+            layout = self._commented(comments, len(header))
+            if layout is None and self._is_counted(rows):
+                start, has_index = 1, counted_headers.has_index([header, *below])
         if start and with_header:
             yield None, *rows[0]
         for number, row in rows[start:]:
@@ -315,6 +312,12 @@ class _Table:
             if len(row) != layout.width:
                 raise self._wrong(number, layout, row)
             yield layout, number, row
+
+    def _commented(self, comments, width):
+        """The layout of as many cells that the last comment before the rows says; or None."""
+        layout = self._named(*comments[-1], False) if comments else None
+        self._doubt = ""  # it need not be a header
+        return layout if layout and layout.width == width else None
 
     def _is_counted(self, rows):
         """Whether the first row is the header 0,1,2,.. of pandas."""
