@@ -275,6 +275,19 @@ def test_tables_of_r(tmp_path):
         _assert_pairs(_read(tmp_path, _table(header, rows), "x.txt"))
 
 
+@pytest.mark.parametrize("header", ["", "id,a,b,c,d,e,f\n"])
+@pytest.mark.parametrize("start", [0, 1])
+def test_an_index_without_a_name_is_asked_about(tmp_path, header, start):
+    rows = "".join(f"{i},{row}\n" for i, row in enumerate(ROWS, start))
+    with pytest.raises(
+        ValueError, match=r"x\.csv`: the first of 7 columns counts the rows, and can"
+    ):
+        _read(tmp_path, header + rows)
+    _assert_pairs(_read(tmp_path, "index,px,py,pz,qx,qy,qz\n" + rows))
+    found = _read(tmp_path, "px,py,pz,qx,qy,qz,weight\n" + rows)
+    assert found.rest[:, 0].tolist() == [start, start + 1, start + 2]
+
+
 def test_a_missing_partner_is_an_error(tmp_path):
     pandas = pytest.importorskip("pandas")
     frame = _frame(pandas)

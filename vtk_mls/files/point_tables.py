@@ -307,6 +307,12 @@ class _Table:
                 if self._doubt and any(map(is_number, row)):
                     raise ValueError(self._doubt)
                 layout = self._unnamed(number, row, has_index)
+                if layout.weight == 6 and is_numbered([row for _, row in rows[start:]]):
+                    raise ValueError(
+                        f"`{self._path}`: the first of 7 columns counts the rows, and can be an "
+                        "index or x; put a header above: px,py,pz,qx,qy,qz,weight, or "
+                        "index,px,py,pz,qx,qy,qz"
+                    )
                 if has_index and not all(is_number(row[0]) for row in below):
                     layout = replace(layout, label=0)
             if len(row) != layout.width:
