@@ -200,7 +200,9 @@ def test_an_index_of_labels_is_the_labels(tmp_path):
     pandas = pytest.importorskip("pandas")
     labels = ["nose", "ear", "eye"]
     frame = _frame(pandas).set_axis(labels)
-    for text in (frame.to_csv(), frame.to_csv(sep="\t"), frame.reset_index().to_csv(index=False)):
+    named = frame.set_axis(["px", "py", "pz", "qx", "qy", "qz"], axis=1)
+    texts = [each.to_csv(sep=sep) for each in (frame, named) for sep in ",\t"]
+    for text in (*texts, frame.reset_index().to_csv(index=False)):
         found = _read(tmp_path, text)
         _assert_pairs(found)
         assert found.labels == labels

@@ -97,6 +97,7 @@ def _deform_one(steps, deform, options):
     map_options.apply(options, deform)
     update(deform, options)
     output = deform.GetOutput()
+    said, are_empty = _said(deform), [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
     if is_image:
@@ -108,7 +109,7 @@ def _deform_one(steps, deform, options):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost(_failures(output))}"
-    _report(summary, deform, options, [remarks.is_empty(deform)])
+    _report(summary + said, are_empty, options)
     return 0
 
 
@@ -116,7 +117,7 @@ def _deform_all(steps, deform, options):
     """Deform all time steps, each when the one before is written."""
     from vtk_mls.commands import series
 
-    lost, are_empty = 0, []
+    lost, are_empty, said = 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with series.writing(options.output) as write:
@@ -127,17 +128,24 @@ def _deform_all(steps, deform, options):
             update(deform, options, number, len(steps))
             lost += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
+            if number + 1 == len(steps):  # the map is the same for all
+                said = _said(deform)
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
-    _report(summary, deform, options, are_empty)
+    _report(f"{len(steps)} time steps, {options.kind}{_lost(lost)}{said}", are_empty, options)
     return 0
 
 
-def _report(summary, deform, options, are_empty):
-    """Print what has become of the data, and what may not have been meant."""
-    summary += remarks.folds_of_images(deform) + remarks.whereabouts(deform)
-    print(f"{options.output}: {summary}{remarks.remark(deform)}")
+def _said(deform):
+    """What may not have been meant, for the end of a sentence."""
+    return "".join(
+        say(deform) for say in (remarks.folds_of_images, remarks.whereabouts, remarks.remark)
+    )
+
+
+def _report(summary, are_empty, options):
+    """Print what has become of the data."""
+    print(f"{options.output}: {summary}")
     emptiness = remarks.emptiness(are_empty, options)
     if emptiness:
         remarks.warn(options.output, emptiness)

@@ -68,13 +68,13 @@ def run(options):
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
-    with step("write", options.output):
-        (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
-    summary = _summary(output, options)
+    said = remarks.remark(field, is_field=True)
     if not (options.jacobian or options.inverse):  # which count folds themselves
         grid = ImageGeometry.of_image(output).grid
-        summary += remarks.folds(field.updated_deformation(), grid)
-    print(f"{options.output}: {summary}{remarks.remark(field, is_field=True)}")
+        said = remarks.folds(field.updated_deformation(), grid) + said
+    with step("write", options.output):
+        (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
+    print(f"{options.output}: {_summary(output, options)}{said}")
     for sentence in _remarks(output, options):
         remarks.warn(options.output, sentence)
     return 0

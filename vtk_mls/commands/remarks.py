@@ -15,7 +15,7 @@ def remark(algorithm, is_field=False):
 
     handles = algorithm.GetInputDataObject(1, 0)
     displacement = handles.GetPointData().GetArray("Displacement")
-    if not arrays.to_numpy(displacement).any():
+    if not (algorithm.GetBlend() and arrays.to_numpy(displacement).any()):
         return "; nothing moves, for all control points rest"
     far = _far(algorithm, is_field)
     if far:

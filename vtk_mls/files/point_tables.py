@@ -296,6 +296,8 @@ class _Table:
         if not any(map(is_number, header)):
             start, has_index = 1, _has_index(header, below)
             layout = self._named(rows[0][0], header, has_index and is_wider(header, below))
+            if layout and layout.label is None and has_index and not _has_number_first(below):
+                layout = replace(layout, label=0)
         else:
             layout = self._commented(comments, len(header))
             if layout is None and self._is_counted(rows):
@@ -313,7 +315,7 @@ class _Table:
                         "index or x; put a header above: px,py,pz,qx,qy,qz,weight, or "
                         "index,px,py,pz,qx,qy,qz"
                     )
-                if has_index and not all(is_number(row[0]) for row in below):
+                if has_index and not _has_number_first(below):
                     layout = replace(layout, label=0)
             if len(row) != layout.width:
                 raise self._wrong(number, layout, row)
@@ -498,12 +500,16 @@ def _with_closed_quotes(lines):
     return lines
 
 
+def _has_number_first(rows):
+    return any(is_number(row[0]) for row in rows)
+
+
 def _has_index(header, rows):
     """Whether the first column below a header of names is of numbers or labels of the rows."""
     if header[0].strip() == "":
         return True
-    has_labels = not any(is_number(row[0]) for row in rows)
-    return len(header) > 2 and is_wider(header, rows) and (has_labels or is_numbered(rows))
+    is_index = is_numbered(rows) or not _has_number_first(rows)
+    return len(header) > 2 and is_wider(header, rows) and is_index
 
 
 def _with_point(cell):
