@@ -9,9 +9,10 @@ from vtk_mls.commands import property_options
 from vtk_mls.commands.running import read
 
 HANDLES = (
-    "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight] or the "
-    "landmarks of BigWarp (p moving, q target); .vtp .vtk with point vectors Displacement; or, "
-    "with --deformed, positions p alone"
+    "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
+    "header that names the columns (as docs/formats.md says), or the landmarks of BigWarp (p "
+    "moving, q target); .vtp .vtk with point vectors Displacement; or, with --deformed, positions "
+    "p alone"
 )
 
 

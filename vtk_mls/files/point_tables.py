@@ -464,7 +464,10 @@ class _Table:
 
 def _numbers(row):
     """The numbers in a row of text, or none if not all are."""
-    return [float(cell) for cell in row] if all(map(is_number, row)) else []
+    try:
+        return [] if any("_" in cell for cell in row) else [float(cell) for cell in row]
+    except ValueError:
+        return []
 
 
 def _mark(lines):
