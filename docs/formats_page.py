@@ -20,6 +20,31 @@ What `vtk-mls`, `vtk_mls.io` and ParaView's dialogs know. Data in memory are in 
 says another frame, it is taken to LPS and written in its own again ([Left is left](frames.md)).
 Made by `python docs/formats_page.py` from `vtk_mls/files/formats.py`.
 """
+COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
+
+| columns | meaning |
+|---|---|
+| `px py pz qx qy qz` | control points, from p at rest to q |
+| `x_moving ..`, `x_fixed ..` | the same: BigWarp's moving points are p, its fixed points are q |
+| `x_rest ..`, `x_deformed ..` | the same; `rest_x` and `x (rest)` are alike |
+| `source`, `target` in their place | the same; also old, new; before, after; pre, post |
+| `x y z`, `x1 y1 z1` | p, q; also `x y z new_x new_y new_z`, `x1 .. x2 ..`, `x.1` of pandas |
+| `x y z dx dy dz` | p and q - p; also `Displacement:0 ..` of ParaView |
+| `x y z`, `l p s`, `r a s` | positions |
+| `weight` | a factor of each control point |
+| `label` or `name` | texts by which the points of two files are paired |
+| `use` or `active`, `defined` | lines with `false` or 0 are left out |
+
+Without a header, lines are `px,py,pz,qx,qy,qz[,weight]` or `x,y,z`, after a label or not, or those
+of BigWarp: name, `true` or `false`, moving x,y,z, fixed x,y,z. Cells are separated by commas, tabs,
+blanks or semicolons; numbers between semicolons or tabs may have decimal commas.
+
+Nothing is guessed. A file of control points with `x,y,z` and other columns that may be a position
+(`u,v,w` or `x_sym,y_sym,z_sym`) is an error that says how to rename them. The header `0,1,2,..`
+that pandas writes for columns without names is taken for one if there is an index column, if a
+column has texts in all other lines, or if no number in the other lines is an integer (`40`, not
+`40.0`). Otherwise it may be a point, which is an error, too.
+"""
 SERIES = "`.pvd`, `.series` and patterns in quotes (`'beat_*.vti'`) are series of all of these.\n"
 
 
@@ -33,6 +58,8 @@ def page() -> str:
         parts.append("")
         if title.startswith("Blocks"):
             parts.append(SERIES)
+        if title.startswith("Control points"):
+            parts.append(COLUMNS)
     return "\n".join(parts)
 
 

@@ -18,6 +18,7 @@ from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cuts import Surface
 from vtk_mls.files import control_point_files, formats, point_data, provenance, validity
 from vtk_mls.files.blocks import COMPOSITE, blocks
+from vtk_mls.files.existing import existing_file
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.files.vtk_io import failures_named
@@ -88,7 +89,7 @@ def open_dataset(
     OSError, ValueError
         Naming the file.
     """
-    path = _existing(path)
+    path = existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
     times, read = (), lambda number: line.read(path)
     if line.has_times:
@@ -239,7 +240,7 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
     OSError, ValueError
         Naming the file.
     """
-    path = _existing(path)
+    path = existing_file(path)
     wanted = (formats.POINTS, formats.POINT_DATA)
     line = formats.choose(path, "read control points from", reads=wanted)
     if formats.POINTS in line.reads:
@@ -280,7 +281,7 @@ def read_surface(path: _PathLike) -> vtkPolyData:
     OSError, ValueError
         Naming the file.
     """
-    path = _existing(path)
+    path = existing_file(path)
     line = formats.choose(path, "read a surface from", reads=(formats.SURFACE,))
     polydata: vtkPolyData = _checked(lambda: line.read(path), path, vtkPolyData, "no surface")
     if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
@@ -325,10 +326,3 @@ def _checked(
         for part in parts:
             validity.check(part)
     return dataset
-
-
-def _existing(path: _PathLike) -> Path:
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"there is no file `{path}`")
-    return path

@@ -290,10 +290,12 @@ def test_polydata_say_their_frame(tmp_path, field, frame, sign):
     np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)
 
 
-def test_places_alone_are_said_to_move_nothing(tmp_path, capsys):
+def test_places_alone_move_nothing(tmp_path, capsys):
     """Somebody may have forgotten the second file."""
     io.write_dataset(make_image(), tmp_path / "in.vti")
     (tmp_path / "p.csv").write_text("label,x,y,z\na,1,2,3\nb,4,5,6\n")
     arguments = [str(tmp_path / name) for name in ("in.vti", "p.csv", "out.vti")]
-    assert main(["deform", *arguments, "--device", FAST]) == 0
+    assert main(["deform", *arguments, "--device", FAST]) == 1
+    assert "p.csv` has 2 positions, and not where they go" in capsys.readouterr().err
+    assert main(["deform", *arguments, "--allow-identity", "--device", FAST]) == 0
     assert "all control points rest" in capsys.readouterr().out

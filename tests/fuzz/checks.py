@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 from scenes import Scene, told
+from tables import check_table
 from tolerance import check_tolerance
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
@@ -27,6 +28,7 @@ _MISS = {"polynomial": 3e-3, "affine": 1e-3}, 1e-4
 
 def check(seed, device):
     """Run a case; AssertionError says what does not hold of it."""
+    check_table(np.random.default_rng([seed, 1]))
     rng = np.random.default_rng(seed)
     crashes, device = [], "reference" if rng.random() < 0.15 else device
     usual, sys.excepthook = sys.excepthook, lambda *error: crashes.append(error)  # VTK calls it

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, property_options
+from vtk_mls.commands import map_options, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -65,8 +65,10 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls.commands import series
+    from vtk_mls.files.replacing import check_replaceable
     from vtk_mls.filters import MLSDeform
 
+    check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
     is_series = options.output.lower().endswith(series.SUFFIX)
     if len(steps) > 1 and not is_series:
@@ -95,6 +97,7 @@ def _deform_one(steps, deform, options):
     map_options.apply(options, deform)
     update(deform, options)
     output = deform.GetOutput()
+    said, are_empty = _said(deform), [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
     if is_image:
@@ -106,7 +109,7 @@ def _deform_one(steps, deform, options):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost(_failures(output))}"
-    print(f"{options.output}: {summary}{map_options.remark(deform)}")
+    _report(summary + said, are_empty, options)
     return 0
 
 
@@ -114,7 +117,7 @@ def _deform_all(steps, deform, options):
     """Deform all time steps, each when the one before is written."""
     from vtk_mls.commands import series
 
-    lost = 0
+    lost, are_empty, said = 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with series.writing(options.output) as write:
@@ -124,11 +127,28 @@ def _deform_all(steps, deform, options):
             deform.SetInputData(0, dataset)
             update(deform, options, number, len(steps))
             lost += _failures(deform.GetOutput())
+            are_empty.append(remarks.is_empty(deform))
+            if number + 1 == len(steps):  # the map is the same for all
+                said = _said(deform)
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
-    print(f"{options.output}: {summary}{map_options.remark(deform)}")
+    _report(f"{len(steps)} time steps, {options.kind}{_lost(lost)}{said}", are_empty, options)
     return 0
+
+
+def _said(deform):
+    """What may not have been meant, for the end of a sentence."""
+    return "".join(
+        say(deform) for say in (remarks.folds_of_images, remarks.whereabouts, remarks.remark)
+    )
+
+
+def _report(summary, are_empty, options):
+    """Print what has become of the data."""
+    print(f"{options.output}: {summary}")
+    emptiness = remarks.emptiness(are_empty, options)
+    if emptiness:
+        remarks.warn(options.output, emptiness)
 
 
 def _opened(image):

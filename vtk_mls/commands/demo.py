@@ -26,8 +26,10 @@ def add(commands):
 
 def run(options):
     from vtk_mls import HalfPlane, io
+    from vtk_mls.files.existing import check_folder
     from vtk_mls.filters import MLSDeform
 
+    check_folder(options.directory)
     directory = Path(options.directory)
     image = brain()
     directory.mkdir(parents=True, exist_ok=True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-
-from vtk_mls.commands import map_options, property_options
+from vtk_mls.commands import map_options, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -52,6 +50,7 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls import io
+    from vtk_mls.arrays import ImageGeometry
     from vtk_mls.filters import MLSDisplacementField
 
     field = MLSDisplacementField()
@@ -69,11 +68,15 @@ def run(options):
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
+    said = remarks.remark(field, is_field=True)
+    if not (options.jacobian or options.inverse):  # which count folds themselves
+        grid = ImageGeometry.of_image(output).grid
+        said = remarks.folds(field.updated_deformation(), grid) + said
     with step("write", options.output):
         (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
-    print(f"{options.output}: {_summary(output, options)}{map_options.remark(field)}")
+    print(f"{options.output}: {_summary(output, options)}{said}")
     for sentence in _remarks(output, options):
-        print(f"vtk-mls: `{options.output}`: {sentence}", file=sys.stderr)
+        remarks.warn(options.output, sentence)
     return 0
 
 

@@ -10,9 +10,10 @@ from vtk_mls.commands.running import read
 from vtk_mls.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
-    "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight] or the "
-    "landmarks of BigWarp (p moving, q target); .vtp .vtk with point vectors Displacement; or, "
-    "with --deformed, positions p alone"
+    "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
+    "header that names the columns (as docs/formats.md says), or the landmarks of BigWarp (p "
+    "moving, q target); .vtp .vtk with point vectors Displacement; or, with --deformed, positions "
+    "p alone"
 )
 
 
@@ -75,52 +76,23 @@ def add(parser, is_seen=False):
     if not is_seen:
         text = "show a progress bar although not on a terminal"
         add("--progress", action="store_true", help=text)
+        text = "go on if nothing moves, because all control points rest; otherwise an error"
+        add("--allow-identity", action="store_true", help=text)
 
 
 def apply(options, algorithm):
     """Set the properties of a filter, its control points on port 1, as the options say."""
-    algorithm.SetInputData(1, _control_points(options))
+    algorithm.SetInputData(1, _moving_control_points(options))
     property_options.apply(options, algorithm)
     for cut in _cuts(options):
         algorithm.AddCut(cut)
-
-
-def remark(algorithm):
-    """What is to be said of what may not have been meant."""
-    from vtk_mls import arrays
-
-    dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
-    displacement = handles.GetPointData().GetArray("Displacement")
-    if not arrays.to_numpy(displacement).any():
-        return "; nothing moves, for all control points rest (see --deformed)"
-    if _are_far_away(arrays.to_numpy(handles.GetPoints().GetData()), dataset):
-        return "; all control points are far from the data: is their frame right (--handles-space)?"
-    has_degree = algorithm.GetDegree() != property_options.value("Degree")
-    if has_degree and algorithm.GetKind() != "polynomial":
-        return "; the degree is that of polynomials, and counts for nothing here"
-    return ""
-
-
-def _are_far_away(points, dataset):
-    """Whether none is in the bounds of the data, enlarged by half of their longest side."""
-    import numpy as np
-
-    from vtk_mls.files.blocks import blocks
-
-    bounds = [np.reshape(each.GetBounds(), (3, 2)) for each in blocks(dataset)]
-    bounds = [each for each in bounds if (each[:, 0] <= each[:, 1]).all()]
-    if not bounds or len(points) == 0:
-        return False
-    low, high = np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]
-    margin = (high - low).max() / 2
-    return not ((points >= low - margin) & (points <= high + margin)).all(axis=1).any()
 
 
 def deformation(options):
     """The `Deformation` that the options say."""
     from vtk_mls import Deformation
 
-    rest, deformed, weights = control_points(options)
+    rest, deformed, weights = _as_arrays(_moving_control_points(options))
     if options.blend != 1:
         deformed = rest + options.blend * (deformed - rest)
     return Deformation(rest, deformed, weights=weights, **map_arguments(options))
@@ -128,11 +100,7 @@ def deformation(options):
 
 def control_points(options):
     """p, q and weights (or None) of the files."""
-    from vtk_mls import arrays
-
-    handles = _control_points(options)
-    weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
-    return arrays.control_points(handles, "Displacement", weight)
+    return _as_arrays(_read_control_points(options)[0])
 
 
 def map_arguments(options):
@@ -141,8 +109,44 @@ def map_arguments(options):
     return {**settings, "device": options.device or None, "cuts": _cuts(options)}
 
 
-def _control_points(options):
-    """Control-point polydata of the files."""
+def _moving_control_points(options):
+    """Control-point polydata of the files.
+
+    Raises
+    ------
+    ValueError
+        If nothing moves, unless that is allowed.
+    """
+    from vtk_mls import arrays
+
+    handles, has_partners = _read_control_points(options)
+    displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
+    if options.allow_identity or (displacement.any() and options.blend != 0):
+        return handles
+    count, what = len(displacement), "add --allow-identity to go on"
+    if options.blend == 0 and displacement.any():
+        raise ValueError(f"nothing moves: `--blend` is 0; give another, or {what}")
+    if options.deformed:
+        found = f"the {count} positions of `{options.deformed}` are those of `{options.handles}`"
+    elif has_partners:
+        found = f"`{options.handles}` has {count} control points, and each goes where it is (p = q)"
+    else:
+        found = f"`{options.handles}` has {count} positions, and not where they go"
+    raise ValueError(
+        f"nothing moves: {found}; say where they go in columns qx,qy,qz or by --deformed, or {what}"
+    )
+
+
+def _as_arrays(handles):
+    """p, q and weights (or None) of control-point polydata."""
+    from vtk_mls import arrays
+
+    weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
+    return arrays.control_points(handles, "Displacement", weight)
+
+
+def _read_control_points(options):
+    """Control-point polydata of the files, and whether they have q."""
     from vtk_mls import io
 
     reader = partial(io.read_landmarks, space=options.handles_space)
@@ -151,9 +155,11 @@ def _control_points(options):
             f"there is no file `{options.handles}`; `vtk-mls view` makes one: drag handles over "
             "the data, then press S"
         )
-    if not options.deformed:
-        return io.control_points(read(partial(reader, is_alone=True), options.handles))
-    return io.control_points(read(reader, options.handles), read(reader, options.deformed))
+    if options.deformed:
+        rest, deformed = (read(reader, path) for path in (options.handles, options.deformed))
+        return io.control_points(rest, deformed), True
+    rest = read(partial(reader, is_alone=True), options.handles)
+    return io.control_points(rest), rest.partners is not None
 
 
 def _cuts(options):

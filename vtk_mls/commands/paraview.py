@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from vtk_mls import display
+from vtk_mls.files.existing import existing_file
 
 
 def add(commands):
@@ -40,8 +41,8 @@ def run(options):
 
 def _check_can_start(options):
     """Raise OSError if there is no such file, or nothing to show it on."""
-    if options.file is not None and not os.path.exists(options.file):
-        raise FileNotFoundError(f"there is no file `{options.file}`")
+    if options.file is not None:
+        existing_file(options.file)
     if not os.environ.get("QT_QPA_PLATFORM"):
         display.check()
 

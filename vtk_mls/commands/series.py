@@ -20,6 +20,7 @@ from vtk_mls.commands.supervision import step
 from vtk_mls.files import formats, volumes
 from vtk_mls.files.block_files import PIECES
 from vtk_mls.files.blocks import joined
+from vtk_mls.files.existing import existing_file
 from vtk_mls.files.replacing import check_replaceable, replacing
 
 SUFFIX = ".pvd"  # of a series that is written
@@ -56,8 +57,7 @@ def read_steps(path):
     if path.suffix.lower() not in _INDICES:
         times, read = io.open_dataset(path)
         return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
-    if not path.is_file():
-        raise FileNotFoundError(f"there is no file `{path}`")
+    existing_file(path)
     try:
         named = _INDICES[path.suffix.lower()](path)
         files = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read
 from vtk_mls.commands.supervision import step, temporary_folder
+from vtk_mls.files.existing import check_folder
 
 _OF_WEB = "aiohttp", "trame", "trame_client", "trame_vuetify"  # packages of the extra `web`
 
@@ -55,6 +56,8 @@ def run(options):
     """Run the command."""
     from vtk_mls import io
 
+    if options.output is not None:
+        check_folder(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` needs handles, which it says where they have moved to")
     datasets = [read(io.read_dataset, path) for path in (options.input, *options.others)]

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.files import elastix_points, formats, markups, point_tables
+from vtk_mls.files.existing import existing_file
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
@@ -84,14 +85,11 @@ def read_landmarks(
     OSError, ValueError
         Naming the file.
     """
-    path = Path(path)
+    path = existing_file(path)
     read_file = formats.choose(path, "read points from", **_READ).read
-    if not path.is_file():
-        raise FileNotFoundError(f"there is no file `{path}`")
     try:
-        found: Landmarks = read_file(path)
-        if is_alone and found.partners is None and _reader(path) is point_tables.read:
-            point_tables.check_is_told(path)
+        is_table = _reader(path) is point_tables.read
+        found: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
     except UnicodeDecodeError as error:
         raise ValueError(
             f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"

@@ -337,10 +337,12 @@ def choose(path: Path, purpose: str, **wanted: tuple[str, ...]) -> Format:
 
     Raises
     ------
-    ValueError
+    OSError, ValueError
         If there is none, naming the endings that there are.
     """
     found = find(path, **wanted)
+    if found is None and path.is_dir():
+        raise IsADirectoryError(f"`{path}` is a folder; expected a file")
     if found is None:
         raise ValueError(
             f"cannot {purpose} `{path}`: its name must end in one of "

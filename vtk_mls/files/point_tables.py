@@ -1,23 +1,31 @@
 """Tables of points in text, one in a line: of positions, or of pairs p and q.
 
-Cells are separated by commas or, in lines without one, by blanks; or by semicolons, as spreadsheets
-do where the comma is the decimal mark, which it may then be. A first line without a number is a
-header. What follows a # is skipped, in lines without quotation marks. What the columns are is
-said by the names in a header, in any order and letters of any case:
+Cells are separated by commas, tabs or, in lines without these, by blanks; or by semicolons, as
+spreadsheets do where the comma is the decimal mark, which it may then be (also between tabs). A
+first line without a number is a header. What follows a # is skipped, in lines without quotation
+marks, but for a header that is the last such line before the points. What the columns are is said
+by the names in a header, in any order and letters of any case (see `column_names`):
 
     px py pz qx qy qz           control points
+    x_moving .. x_fixed ..      and other names of both: rest and deformed, source and target, ...
+    x y z x1 y1 z1              positions, and where they go; also x y z new_x new_y new_z
+    x y z dx dy dz              positions, and how far they go, q - p
     Points:0 .. Displacement:0  those that ParaView has written, q - p; without it, positions
     r a s  or  l p s            3D Slicer's table of control points, which so says its frame
     x y z                       positions, also those of ITK and ANTs (x,y,z,t,label,comment)
 
-with `weight`, `label` or `name`, `description` or `comment`, and `defined` (0: not placed) beside
-them, and others that do not matter. Without a header, or with names that are none of these, all
-lines must be alike and one of
+with `weight`, `label` or `name`, `description` or `comment`, `defined` (0: not placed), and `use`
+or `active` (false: the line does not count) beside them, and others that do not matter. Columns
+that may be a second position (x,y,z,u,v,w) are an error in files of control points. Without a
+header, or with names that are none of these, all lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight
     x,y,z                       positions
     label,...                   either of them after a label that is no number
     name,active,x,y,z,u,v,w     BigWarp's landmarks, with `true` or `false` as the second
+
+The header 0,1,2,.. of pandas, with or without an index column, is told from a first point by what
+is below it (see `counted_headers`). An index column, whose name is empty, does not count.
 
 BigWarp's first position is in the moving image, the second in the target, and the moving image is
 what it deforms: p is the first, q the second. Lines that are not active do not count.
@@ -27,25 +35,17 @@ from __future__ import annotations
 
 import csv
 import math
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vtk_mls.announcements import warn
+from vtk_mls.files import column_names, counted_headers
+from vtk_mls.files.counted_headers import is_number, is_numbered, is_wider
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 
-_AXES = {  # names of the columns with positions: what file says them, and its frame
-    ("px", "py", "pz"): "",
-    ("points0", "points1", "points2"): "",
-    ("r", "a", "s"): "RAS",
-    ("l", "p", "s"): "LPS",
-    ("x", "y", "z"): "",
-}
-_PARTNERS = ("qx", "qy", "qz")
-_OFFSETS = ("displacement0", "displacement1", "displacement2")
-_BOOLEANS, _NOT = ("true", "false"), ("0", "", "false", "False")
+_BOOLEANS, _NOT = {"true": True, "1": True, "false": False, "0": False}, ("0", "", "false")
 _PAIRS = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
 _POSITIONS = "numbers x,y,z, as many in each line"
 _LANDMARKS = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
@@ -66,8 +66,8 @@ class _Layout:
     frame : str
     expected : str
         What a line must be, for errors.
-    idle : tuple of str
-        Names of three columns that look like positions of their own, and do not count; or none.
+    unused : str
+        Names of columns that may be another position, and do not count.
     """
 
     width: int
@@ -81,15 +81,29 @@ class _Layout:
     active: int | None = None
     frame: str = ""
     expected: str = _PAIRS
-    idle: tuple = ()
+    unused: str = ""
+
+    def behind_an_index(self):
+        """The same if there is one column more before the others."""
+        roles = ("weight", "label", "description", "defined", "active")
+        known = {role: getattr(self, role) for role in roles}
+        return replace(
+            self,
+            width=self.width + 1,
+            position=tuple(column + 1 for column in self.position),
+            partner=self.partner and tuple(column + 1 for column in self.partner),
+            **{role: column + 1 for role, column in known.items() if column is not None},
+        )
 
 
-def read(path):
+def read(path, is_alone=False):
     """The points of a table.
 
     Parameters
     ----------
     path : path
+    is_alone : bool
+        As of `control_point_files.read_landmarks`.
 
     Returns
     -------
@@ -105,6 +119,8 @@ def read(path):
     positions, partners, weights, labels, descriptions = [], [], [], [], []
     layout = None
     for layout, number, row in table.rows():
+        if is_alone and not positions:
+            _check_is_told(path, layout, number, row)
         position, partner = table.pair(layout, number, row)
         positions.append(position)
         if layout.partner:
@@ -115,9 +131,9 @@ def read(path):
         descriptions.append("" if layout.description is None else row[layout.description])
     if layout is None:
         return Landmarks(path, np.empty((0, 3)))
-    if layout.idle:
+    if layout.unused:
         warn(
-            f"`{path}`: columns {', '.join(layout.idle)} count for nothing; "
+            f"`{path}`: columns {layout.unused} count for nothing; "
             "control points have px,py,pz,qx,qy,qz"
         )
     weights = np.array(weights) if weights else None
@@ -134,11 +150,14 @@ def read(path):
     )
 
 
-def check_is_told(path):
-    """Raise if a table is of three numbers in a line, with no header that calls them positions."""
-    for layout, number, row in _Table(path).rows():
-        if layout.expected is not _POSITIONS:
-            return
+def _check_is_told(path, layout, number, row):
+    """Raise if a table without q has no header that says so, or may have q under another name."""
+    if layout.partner is None and layout.unused:
+        raise ValueError(
+            f"`{path}`: it is not clear what the columns {layout.unused} are; call them qx,qy,qz "
+            "if the points go there, dx,dy,dz if they go as far, or leave them out"
+        )
+    if layout.expected is _POSITIONS:
         raise ValueError(
             f"`{path}`, line {number}: expected {_PAIRS}, got {shortened(','.join(row))}"
         )
@@ -154,7 +173,7 @@ def write_pairs(file, pairs):
     """
     write_row = _row_writer(file)
     has_labels, has_weights = any(pairs.labels), pairs.weights is not None
-    names = ["px", "py", "pz", *_PARTNERS]
+    names = ["px", "py", "pz", "qx", "qy", "qz"]
     write_row(["label"] * has_labels + names + ["weight"] * has_weights)
     columns = [pairs.rest, pairs.deformed] + [np.c_[pairs.weights]] * has_weights
     for label, numbers in zip(pairs.labels, np.hstack(columns).tolist()):
@@ -203,13 +222,13 @@ def rewrite(path, file, positions, space):
         How many are left out.
     """
     table, left_out = _Table(path), 0
-    write_cells, positions = _row_writer(file), iter(positions)
+    positions = iter(positions)
 
     def write_row(row):
-        if table.has_commas:
-            write_cells(row)
-        else:
+        if table.mark == " ":
             file.write(" ".join(row) + "\n")
+        else:
+            _row_writer(file, table.mark)(row)
 
     factors = None
     for layout, _, row in table.rows(with_header=True):
@@ -236,7 +255,7 @@ def _put(layout, row, position):
         row[layout.active] = "false"
     if is_placed:
         cells = map(repr, position.tolist())
-    elif layout.active is not None:
+    elif layout.active is not None and layout.partner:
         cells = 3 * ["Infinity"]
     else:
         return True
@@ -245,10 +264,10 @@ def _put(layout, row, position):
     return True
 
 
-def _row_writer(file):
+def _row_writer(file, mark=","):
     """A function that writes cells as a line, in which a # is in quotation marks."""
     plain, quoting = (
-        csv.writer(file, lineterminator="\n", quoting=quoting)
+        csv.writer(file, delimiter=mark, lineterminator="\n", quoting=quoting)
         for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)
     )
 
@@ -264,27 +283,59 @@ class _Table:
 
     def __init__(self, path):
         self._path = path
-        self.has_commas = False  # so far
+        self.mark = " "  # between cells of what is written again; a comma for a semicolon
         self._doubt = ""  # what is wrong with a header, if there are numbers below
 
     def rows(self, with_header=False):
         """(layout, number of the line, cells) of each point; a header, if asked for, has None."""
-        layout, is_first = None, True
-        for number, row in self._cells():
+        comments, rows = self._cells()
+        if not rows:
+            return
+        header, *below = [row for _, row in rows]
+        start, has_index = 0, False
+        if not any(map(is_number, header)):
+            start, has_index = 1, _has_index(header, below)
+            layout = self._named(rows[0][0], header, has_index and is_wider(header, below))
+            if layout and layout.label is None and has_index and not _has_number_first(below):
+                layout = replace(layout, label=0)
+        else:
+            layout = self._commented(comments, len(header))
+            if layout is None and self._is_counted(rows):
+                start, has_index = 1, counted_headers.has_index([header, *below])
+        if start and with_header:
+            yield None, *rows[0]
+        for number, row in rows[start:]:
             if layout is None:
-                is_header = is_first and not any(_numbers([cell]) for cell in row)
-                is_first = False
-                if is_header:
-                    layout = self._named(number, row)
-                    if with_header:
-                        yield None, number, row
-                    continue
-                if self._doubt and any(_numbers([cell]) for cell in row):
+                if self._doubt and any(map(is_number, row)):
                     raise ValueError(self._doubt)
-                layout = self._unnamed(number, row)
+                layout = self._unnamed(number, row, has_index)
+                if layout.weight == 6 and is_numbered([row for _, row in rows[start:]]):
+                    raise ValueError(
+                        f"`{self._path}`: the first of 7 columns counts the rows, and can be an "
+                        "index or x; put a header above: px,py,pz,qx,qy,qz,weight, or "
+                        "index,px,py,pz,qx,qy,qz"
+                    )
+                if has_index and not _has_number_first(below):
+                    layout = replace(layout, label=0)
             if len(row) != layout.width:
                 raise self._wrong(number, layout, row)
             yield layout, number, row
+
+    def _commented(self, comments, width):
+        """The layout of as many cells that the last comment before the rows says; or None."""
+        layout = self._named(*comments[-1], False) if comments else None
+        self._doubt = ""  # it need not be a header
+        return layout if layout and layout.width == width else None
+
+    def _is_counted(self, rows):
+        """Whether the first row is the header 0,1,2,.. of pandas."""
+        number, first = rows[0]
+        try:
+            return counted_headers.has_counted_header([row for _, row in rows])
+        except ValueError as error:
+            raise ValueError(
+                f"`{self._path}`, line {number}: {shortened(','.join(first))} {error}"
+            ) from None
 
     def numbers(self, layout, number, row, columns):
         """The numbers in some columns of a row."""
@@ -296,14 +347,16 @@ class _Table:
     def pair(self, layout, number, row):
         """p and q of a row, NaN where they are not placed or do not count; q None without."""
         nowhere = 3 * (math.nan,)
-        if layout.defined is not None and row[layout.defined].strip() in _NOT:
+        if layout.defined is not None and row[layout.defined].strip().lower() in _NOT:
             return nowhere, nowhere
-        p = self.numbers(layout, number, row, layout.position)
-        q = layout.partner and self.numbers(layout, number, row, layout.partner)
         activity = "true" if layout.active is None else row[layout.active].strip().lower()
         if activity not in _BOOLEANS:
             raise self._wrong(number, layout, row)
-        is_active = activity == "true"
+        is_active = _BOOLEANS[activity]
+        if not is_active and layout.partner is None:
+            return nowhere, nowhere
+        p = self.numbers(layout, number, row, layout.position)
+        q = layout.partner and self.numbers(layout, number, row, layout.partner)
         is_finite = all(map(math.isfinite, p))
         if is_active and not (is_finite and all(map(math.isfinite, q or ()))):
             raise ValueError(
@@ -314,64 +367,75 @@ class _Table:
         return p if is_finite else nowhere, q if is_active else nowhere
 
     def _cells(self):
-        """(number of its last line, cells) of each row with something in it."""
+        """Comments before the first row, and the rows: each (number of its last line, cells)."""
         with self._path.open(newline="", encoding="utf-8-sig") as file:
-            lines = [line if '"' in line else line.partition("#")[0] for line in file]
-        has_semicolons = _has_semicolons(next(filter(str.strip, lines), ""))
-        rows = csv.reader(lines, delimiter=";" if has_semicolons else ",")
+            text = _with_closed_quotes(file.readlines())
+        lines = [line if '"' in line else line.partition("#")[0] for line in text]
+        mark = _mark(lines)
+        self.mark = mark.replace(";", ",")
+        begin = next((n for n, line in enumerate(lines) if line.strip()), len(lines))
+        comments = [
+            (number, cells)
+            for number, line in enumerate(text[:begin], 1)
+            for _, cells in self._split([line.partition("#")[2]], mark)
+        ]
+        return comments, [*self._split(lines, mark)]
+
+    def _split(self, lines, mark):
+        """(number of its last line, cells) of each row with something in it."""
+        rows = csv.reader(lines, delimiter="," if mark == " " else mark)
         try:
             for row in rows:
                 if any(cell.strip() for cell in row):
-                    self.has_commas |= len(row) > 1
-                    if has_semicolons:
+                    if mark in (";", "\t"):
                         row = [_with_point(cell) for cell in row]
                     yield rows.line_num, row if len(row) > 1 else row[0].split()
         except csv.Error as error:
             raise ValueError(f"`{self._path}`, line {rows.line_num}: {error}") from None
 
-    def _named(self, number, header):
+    def _named(self, number, header, lacks_corner):
         """The layout that the names in a header say; None if they are others."""
-        names = [re.sub(r"[:_](?=\d$)", "", name.strip().lower()) for name in header]
-        column = {name: i for i, name in enumerate(names)}
-
-        def columns(group):
-            return tuple(column[name] for name in group) if set(group) <= set(names) else None
+        names = [name.strip().lower() for name in header]
 
         def first(*choices):
-            return next((column[name] for name in choices if name in column), None)
+            return next((names.index(name) for name in choices if name in names), None)
 
-        groups = (*_AXES, _PARTNERS, _OFFSETS)
-        position = next((group for group in _AXES if columns(group)), None)
-        for group in groups if position is None else (_PARTNERS, _OFFSETS):
-            found = sum(name in column for name in group)
-            if found == 2 or (found == 1 and position):
-                self._doubt = (
-                    f"`{self._path}`, line {number}: expected columns {', '.join(group)}, got "
-                    + shortened(",".join(header))
-                )
-        twice = sorted({name for group in groups for name in group if names.count(name) > 1})
-        if twice:
-            self._doubt = f"`{self._path}`, line {number}: several columns are {', '.join(twice)}"
-        if position is None or self._doubt:
+        active = first("use", "active")
+        try:
+            columns = column_names.interpreted(header, active is not None)
+        except ValueError as error:
+            columns = None
+            self._doubt = f"`{self._path}`, line {number}: {error}"
+        if columns is None:
             return None
-        return _Layout(
+        position = column_names.joined(header, columns.position)
+        layout = _Layout(
             len(header),
-            columns(position),
-            columns(_PARTNERS) or columns(_OFFSETS),
-            is_offset=columns(_PARTNERS) is None and columns(_OFFSETS) is not None,
+            columns.position,
+            columns.partner,
+            is_offset=columns.is_offset,
             weight=first("weight"),
             label=first("label", "name"),
             description=first("description", "comment"),
             defined=first("defined"),
-            frame=_AXES[position],
-            expected=f"{len(header)} cells as in the header, with numbers in {', '.join(position)}",
-            idle=_other_axes({*names} - {*position, *_PARTNERS}),
+            active=active,
+            frame=columns.frame,
+            expected=f"{len(header)} cells as in the header, with numbers in {position}",
+            unused="; ".join(column_names.joined(header, each) for each in columns.unused),
         )
+        return layout.behind_an_index() if lacks_corner else layout
 
-    def _unnamed(self, number, row):
+    def _unnamed(self, number, row, has_index):
         """The layout of a table without such names, from its first points."""
+        layout = self._of_columns(number, row[has_index:])
+        if layout is None:
+            raise self._wrong(number, _Layout(len(row), ()), row)
+        return layout.behind_an_index() if has_index else layout
+
+    def _of_columns(self, number, row):
+        """The layout of a row by what is in it; None if it is none."""
         width = len(row)
-        if width in (6, 8) and row[1].strip().lower() in _BOOLEANS:
+        if width in (6, 8) and row[1].strip().lower() in ("true", "false"):
             if width == 6:
                 raise ValueError(
                     f"`{self._path}`, line {number}: this is a landmark of BigWarp in two "
@@ -381,7 +445,7 @@ class _Table:
         start = 0 if _numbers(row[:1]) else 1
         count = width - start if _numbers(row[start:]) else 0
         if count not in (3, 6, 7):
-            raise self._wrong(number, _Layout(width, ()), row)
+            return None
         return _Layout(
             width,
             tuple(range(start, start + 3)),
@@ -398,16 +462,6 @@ class _Table:
         )
 
 
-def _other_axes(names):
-    """Three names that differ by x, y and z at an end; none if there are none."""
-    for name in sorted(names):
-        for of_x in (r"^x", r"x(?=\d*$)"):
-            axes = tuple(re.sub(of_x, axis, name) for axis in "xyz")
-            if len({*axes} & names) == 3:
-                return axes
-    return ()
-
-
 def _numbers(row):
     """The numbers in a row of text, or none if not all are."""
     try:
@@ -416,13 +470,52 @@ def _numbers(row):
         return []
 
 
-def _has_semicolons(line):
-    """Whether these are between the cells of a line, which have a decimal comma at most."""
-    cells = line.split(";")
+def _mark(lines):
+    """What separates cells: a semicolon, a tab, a comma, or a blank."""
+    filled = [line.strip("\r\n") for line in lines if line.strip()]
+    first = filled[0] if filled else ""
+    if _is_split(first.split(";")):
+        return ";"
+    cells = first.split("\t")
+    is_tabbed = _is_split(cells) and all(cell.strip(", ") == cell.strip() for cell in cells)
+    if is_tabbed and all(cells[1:]) and len({line.count("\t") for line in filled}) == 1:
+        return "\t"
+    return "," if any("," in line for line in filled) else " "
+
+
+def _is_split(cells):
+    """Whether these are the cells of a line, which have a decimal comma at most."""
     return len(cells) > 2 and all(cell.count(",") <= 1 for cell in cells)
+
+
+def _with_closed_quotes(lines):
+    """The lines of a file; names in a header of which a quotation mark is lost get none.
+
+    As in `"Label","Use","X","Y","Z,"X1","Y1","Z1"`, which flybrains has for BigWarp.
+    """
+    start = next((n for n, line in enumerate(lines) if line.strip()), None)
+    if start is None or lines[start].count('"') % 2 == 0:
+        return lines
+    names = lines[start].replace('"', "")
+    row = next(csv.reader(lines[start + 1 : start + 2]), [])
+    if len(names.split(",")) == len(row) > 2:
+        return [*lines[:start], names, *lines[start + 1 :]]
+    return lines
+
+
+def _has_number_first(rows):
+    return any(is_number(row[0]) for row in rows)
+
+
+def _has_index(header, rows):
+    """Whether the first column below a header of names is of numbers or labels of the rows."""
+    if header[0].strip() == "":
+        return True
+    is_index = is_numbered(rows) or not _has_number_first(rows)
+    return len(header) > 2 and is_wider(header, rows) and is_index
 
 
 def _with_point(cell):
     """A cell with a point as decimal mark, if it is a number with a comma."""
     number = cell.replace(",", ".")
-    return number if _numbers([number]) else cell
+    return number if is_number(number) else cell

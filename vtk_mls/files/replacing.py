@@ -55,6 +55,12 @@ def check_replaceable(path):
         Naming the file.
     """
     target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(f"`{path}` is a folder; expected the name of a file to write")
+    if target.parent.exists() and not target.parent.is_dir():
+        raise NotADirectoryError(
+            f"`{Path(path).parent}` is a file; expected a folder to write `{target.name}` in"
+        )
     if not target.parent.is_dir():
         raise FileNotFoundError(
             f"there is no folder `{Path(path).parent}` to write `{target.name}` in"

@@ -1,0 +1,122 @@
+"""A folder where a file is wanted, and the other way round, is said in a sentence."""
+
+from pathlib import Path
+
+import pytest
+from command_fixtures import files  # noqa: F401
+from vtk_fixtures import FAST, messages  # noqa: F401
+
+from vtk_mls import io
+from vtk_mls.cli import main
+from vtk_mls.files.existing import check_folder, existing_file
+
+ARGUMENTS = {
+    "deform": ["in.vti", "handles.csv", "out.vti"],
+    "field": ["in.vti", "handles.csv", "out.nrrd"],
+    "points": ["in.csv", "handles.csv", "out.csv"],
+    "view": ["in.vti", "handles.csv"],
+}
+READ = [
+    *((command, position) for command in ARGUMENTS for position in (0, 1)),
+    *((command, option) for command in ARGUMENTS for option in ("--deformed", "--cut-surface")),
+    ("view", "--with"),
+    ("deform", "series"),
+]
+WRITTEN = ["deform", "field", "points", "deform a mesh", "deform a series"]
+
+
+@pytest.fixture
+def folder(files):
+    """The folder with what commands read, and folders of many names."""
+    Path("in.csv").write_text("x,y,z\n1,2,3\n")
+    for name in ("dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp", "dir.nrrd", "dir.pvd"):
+        Path(name).mkdir()
+    io.write_dataset(io.read_surface(_triangle()), "mesh.vtp")
+    return files
+
+
+def _triangle():
+    corners = ["vertex 0 0 0", "vertex 9 0 0", "vertex 0 9 0"]
+    lines = ["solid x", "facet normal 0 0 1", "outer loop", *corners, "endloop", "endfacet"]
+    Path("triangle.stl").write_text("\n".join([*lines, "endsolid x"]))
+    return "triangle.stl"
+
+
+def _error(arguments, capsys):
+    assert main([*arguments, "--device", FAST]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    return printed.err
+
+
+@pytest.mark.parametrize(("command", "argument"), READ)
+@pytest.mark.parametrize("name", ["dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp"])
+def test_a_folder_is_no_file_to_read(folder, command, argument, name, capsys):
+    arguments = [command, *ARGUMENTS[command]]
+    if argument == "series":
+        arguments[1], name = "dir.pvd", "dir.pvd"
+    elif isinstance(argument, int):
+        arguments[1 + argument] = name
+    else:
+        arguments += [argument, name]
+    assert f"`{name}` is a folder; expected a file" in _error(arguments, capsys)
+
+
+def _writing(command, output):
+    name, *_ = command.split()
+    source, handles, _ = ARGUMENTS[name]
+    source = {"deform a mesh": "mesh.vtp"}.get(command, source)
+    return [name, source, handles, output]
+
+
+ENDINGS = {"deform": ".vti", "field": ".nrrd", "points": ".csv", "deform a mesh": ".vtp"}
+
+
+@pytest.mark.parametrize("command", WRITTEN)
+def test_outputs_that_cannot_be(folder, command, capsys):
+    suffix = ENDINGS.get(command, ".pvd")
+    before = sorted(folder.rglob("*"))
+    for output, sentence in {
+        f"dir{suffix}": f"`dir{suffix}` is a folder; expected the name of a file to write",
+        "dir": "`dir` is a folder; expected",
+        f"none/out{suffix}": f"there is no folder `none` to write `out{suffix}` in",
+        f"in.vti/out{suffix}": f"`in.vti` is a file; expected a folder to write `out{suffix}` in",
+    }.items():
+        assert sentence in _error(_writing(command, output), capsys)
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("command", ["deform", "deform a mesh"])
+def test_outputs_are_looked_at_before_the_work(folder, command, capsys, monkeypatch):
+    monkeypatch.setattr("vtk_mls.commands.deform.update", lambda *_: pytest.fail("worked"))
+    output = f"none/out{ENDINGS[command]}"
+    assert "there is no folder `none`" in _error(_writing(command, output), capsys)
+
+
+def test_a_file_is_no_folder(folder, capsys):
+    for name in ("in.vti", "in.vti/there"):
+        assert main(["view", "in.vti", "--output", name]) == 1
+        assert capsys.readouterr().err == "vtk-mls: `in.vti` is a file; expected a folder\n"
+        assert main(["demo", name]) == 1
+        assert capsys.readouterr().err == "vtk-mls: `in.vti` is a file; expected a folder\n"
+
+
+def test_paraview_opens_no_folder(folder, monkeypatch, capsys):
+    monkeypatch.setattr("vtk_mls.paraview.installation.find", lambda folder: None)
+    assert main(["paraview", "dir"]) == 1
+    assert capsys.readouterr().err == "vtk-mls: `dir` is a folder; expected a file\n"
+
+
+def test_files_by_their_names(folder):
+    assert existing_file("in.vti") == Path("in.vti")
+    with pytest.raises(FileNotFoundError, match="no file is named, got an empty name"):
+        existing_file("")
+    with pytest.raises(IsADirectoryError, match="`dir` is a folder; expected a file"):
+        io.read_dataset("dir")
+    with pytest.raises(FileNotFoundError, match="there is no file `in.vti/x.vti`"):
+        io.read_dataset("in.vti/x.vti")
+    with pytest.raises(OSError, match="`/dev/null` is no ordinary file"):
+        existing_file("/dev/null")
+    check_folder("dir")
+    check_folder("new/folder")

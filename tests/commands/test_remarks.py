@@ -1,0 +1,221 @@
+"""What commands say, or refuse, when a map may not be what was meant."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_fixtures import files  # noqa: F401
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    add_array,
+    make_image,
+    messages,  # noqa: F401
+    values_of,
+)
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+from vtk_mls import Deformation, Grid, io
+from vtk_mls.arrays import ImageGeometry
+from vtk_mls.cli import main
+from vtk_mls.commands import remarks
+from vtk_mls.files import control_point_files
+
+COMMANDS = {
+    "deform": ("in.vti", "out.vti"),
+    "field": ("in.vti", "out.nrrd"),
+    "field --jacobian": ("in.vti", "out.vti"),
+    "points": ("in.csv", "out.csv"),
+    "deform a series": ("in.vti", "out.pvd"),
+}
+FAR = (0, 0, 800)
+
+
+def _write(name, rest, deformed):
+    np.savetxt(name, np.hstack([rest, deformed]), delimiter=",", fmt="%.17g")
+
+
+def _main(command, handles, *options):
+    name, *flags = command.split()
+    source, output = COMMANDS[command]
+    flags = [flag for flag in flags if flag.startswith("--")]
+    return main([name, source, handles, output, *flags, *options, "--device", FAST])
+
+
+@pytest.fixture
+def inputs(files):
+    """The folder with files of control points that rest."""
+    _write("equal.csv", REST, REST)
+    Path("rest.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in REST))
+    control_point_files.write("rest.fcsv", REST, REST)
+    control_point_files.write("rest.mrk.json", REST, REST)
+    Path("in.csv").write_text("x,y,z\n1,2,3\n4,5,6\n")
+    return files
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    ("handles", "options", "sentence"),
+    [
+        ("equal.csv", [], "`equal.csv` has 8 control points, and each goes where it is (p = q); s"),
+        ("rest.csv", [], "`rest.csv` has 8 positions, and not where they go; say where"),
+        ("rest.fcsv", [], "`rest.fcsv` has 8 positions, and not where they go; say where"),
+        (
+            "rest.csv",
+            ["--deformed", "rest.mrk.json"],
+            "the 8 positions of `rest.mrk.json` are those of `rest.csv`; say where",
+        ),
+        ("handles.csv", ["--blend", "0"], "`--blend` is 0; give another, or add --allow-identity"),
+    ],
+)
+def test_what_moves_nothing_is_an_error(inputs, command, handles, options, sentence, capsys):
+    before = sorted(inputs.rglob("*"))
+    assert _main(command, handles, *options) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith(f"vtk-mls: nothing moves: {sentence}")
+    assert printed.err.count("\n") == 1
+    assert sorted(inputs.rglob("*")) == before
+    assert _main(command, handles, *options, "--allow-identity") == 0
+
+
+def test_with_leave_the_identity_is_one(inputs, capsys):
+    assert _main("deform", "equal.csv", "--allow-identity") == 0
+    assert "; nothing moves, for all control points rest" in capsys.readouterr().out
+    before, after = (values_of(io.read_dataset(name), "values") for name in ("in.vti", "out.vti"))
+    np.testing.assert_array_equal(before, after)
+
+
+def test_the_editor_begins_with_what_rests(inputs, monkeypatch):
+    states = []
+    monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
+    assert main(["view", "in.vti", "equal.csv", "--device", FAST]) == 0
+    np.testing.assert_array_equal(states[0].deformed, REST)
+
+
+@pytest.mark.parametrize("output", ["out.vti", "out.pvd", "out.vtm"])
+def test_an_output_without_anything_of_the_input_is_told(inputs, output, capsys):
+    _write("away.csv", REST, REST + FAR)
+    source = "in.vti"
+    if output == "out.vtm":
+        blocks = vtkMultiBlockDataSet()
+        blocks.SetBlock(0, io.read_dataset("in.vti"))
+        blocks.SetBlock(1, io.read_dataset("in.vti"))
+        io.write_dataset(blocks, "in.vtm")
+        source = "in.vtm"
+    arguments = ["deform", source, "away.csv", output, "--device", FAST]
+    assert main(arguments) == 0
+    printed = capsys.readouterr()
+    assert printed.err == (
+        f"vtk-mls: `{output}`: nothing of `{source}` is in the output, for the control points move "
+        "it elsewhere; --grid fitted puts the output where it goes\n"
+    )
+    assert "moved (q), are far from the grid of the output" in printed.out
+    assert main([*arguments, "--grid", "fitted"]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "; the output lies apart from the input" in printed.out
+    assert main(["deform", source, "handles.csv", output, "--device", FAST]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "apart" not in printed.out
+
+
+@pytest.mark.parametrize("background", ["0", "nan", "1"])
+def test_emptiness_is_that_of_places_and_not_of_values(inputs, background, capsys):
+    image = make_image()
+    add_array(image.GetPointData(), "ones", np.ones(504))
+    image.GetPointData().SetActiveScalars("ones")
+    io.write_dataset(image, "in.vti")
+    _write("away.csv", REST, REST + FAR)
+    assert _main("deform", "away.csv", "--background", background) == 0
+    assert "nothing of `in.vti` is in the output" in capsys.readouterr().err
+    assert _main("deform", "handles.csv", "--background", background) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_what_few_points_show_is_not_called_nothing():
+    """The material comes to one point of 65 x 65 x 65, which is between those looked at first."""
+    source = Grid((2, 2, 2), (100, 100, 100), (0.1, 0.1, 0.1))
+    target = Grid((65, 65, 65))
+    index = np.array([(31, 31, 31)])
+    assert not (remarks._coarse(target).points() == index).all(axis=1).any()
+    deformation = Deformation(source.at([(0.5, 0.5, 0.5)]), index, device=FAST)
+    assert remarks._arrives(deformation, source, target)
+    deformation = Deformation(source.at([(0.5, 0.5, 0.5)]), index + 0.5, device=FAST)
+    assert not remarks._arrives(deformation, source, target)
+
+
+def test_some_time_steps_without_anything_are_counted(inputs, capsys):
+    image = io.read_dataset("in.vti")
+    io.write_dataset(image, "step_1.vti")
+    image.SetOrigin(0, 0, 500)
+    io.write_dataset(image, "step_2.vti")
+    _write("away.csv", [(0, 0, 0), (0, 0, 500)], [(0, 0, 0.5), (0, 0, 900)])
+    assert main(["deform", "step_*.vti", "away.csv", "out.pvd", "--device", FAST]) == 0
+    error = capsys.readouterr().err
+    assert "nothing of `step_*.vti` is in 1 of 2 time steps of the output, for" in error
+
+
+@pytest.mark.parametrize(
+    ("rest", "deformed", "told"),
+    [
+        ((0, 0, 0), (0, 0, 0.1), {}),
+        (
+            (0, 0, 0),
+            FAR,
+            {"deform": "moved (q), are far from the grid of the output", "field": "moved (q)"},
+        ),
+        (
+            FAR,
+            (0, 0, 0),
+            {"deform": "at rest (p), are far from the data", "inverse": "at rest (p)"},
+        ),
+        (
+            FAR,
+            FAR,
+            {"deform": "at rest (p)", "field": "moved (q)", "inverse": "at rest (p)"},
+        ),
+    ],
+)
+def test_far_control_points_are_told_on_the_side_that_counts(inputs, rest, deformed, told, capsys):
+    move = np.array([(0, 0, 0), *[(0.1, 0, 0)] * 7])
+    _write("h.csv", REST + rest, REST + deformed + move)
+    runs = {
+        "deform": ["deform", "in.vti", "h.csv", "out.vti"],
+        "field": ["field", "in.vti", "h.csv", "out.nrrd"],
+        "inverse": ["field", "in.vti", "h.csv", "out.nrrd", "--inverse"],
+    }
+    for name, arguments in runs.items():
+        assert main([*arguments, "--device", FAST]) == 0
+        printed = capsys.readouterr().out
+        if name in told:
+            assert f"; all control points, {told[name]}"[:40] in printed
+            assert told[name] in printed
+            assert "is their frame right (--handles-space)?" in printed
+        else:
+            assert "far from" not in printed
+
+
+@pytest.mark.parametrize("command", ["deform", "field"])
+def test_folds_are_told(inputs, command, capsys):
+    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
+    low, high = grid.corners().min(axis=0), grid.corners().max(axis=0)
+    rng = np.random.default_rng(3)
+    rest = low + (high - low) * rng.random((10, 3))
+    swapped = rest[rng.permutation(10)]
+    _write("folding.csv", rest, swapped)
+    assert _main(command, "folding.csv") == 0
+    value = Deformation(rest, swapped, device=FAST)
+    folded = np.linalg.det(value.jacobian(grid.points())) <= 0
+    points = value.backward(grid.points())
+    counts = grid.covers(grid.index_of(points)) if command == "deform" else np.ones(grid.size, bool)
+    count, total = (folded & counts).sum(), counts.sum()
+    assert 0 < count < total
+    expected = f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
+    assert expected in capsys.readouterr().out
+    assert _main(command, "handles.csv") == 0
+    value = Deformation(REST, DEFORMED, device=FAST)
+    assert (np.linalg.det(value.jacobian(grid.points())) > 0).all()
+    assert "folds" not in capsys.readouterr().out
