@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls import arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.files import meta_image, nifti, nrrd, provenance, vtk_io
+from vtk_mls.files import meta_image, nifti, nrrd, provenance, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
 
 _HEADERS = {"NRRD": provenance.NRRD_HEADER, "NIFTI": provenance.NIFTI_HEADER}
@@ -30,6 +30,7 @@ _MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 def _set_geometry(image, origin, steps):
     """Put an image's first point at `origin`, its axes along the columns `steps` (3, 3)."""
+    steps = volumes.full_steps(steps, image.GetDimensions())
     spacing = np.linalg.norm(steps, axis=0)
     if not (np.isfinite(spacing) & (spacing > 0)).all():
         raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
