@@ -156,6 +156,8 @@ def write(path, volume):
     _say_values(header, volume)
     source = _source(volume.header)
     header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
+    if not header["xyzt_units"] & _SPATIAL_UNIT:
+        header["xyzt_units"] |= _MILLIMETERS
     _place(header, source, _RAS[:, None] * np.column_stack([volume.steps, volume.origin]))
     is_colour = int(header["datatype"]) in _COLOURS
     if values.ndim == 4 and not is_colour:
@@ -167,6 +169,20 @@ def write(path, volume):
             file = stack.enter_context(volumes.packing(file))
         file.write(header.tobytes() + bytes(4))
         volumes.write_values(file, values)
+
+
+def place_lines(lines):
+    """Those of a `Volume`'s lines that say where it is."""
+    names = ("xyzt_units", "dim", *_PLACE)
+    return tuple(line for line in lines if line.partition(": ")[0] in names)
+
+
+def in_millimeters(lines):
+    """A `Volume`'s lines that say where it is, for a file in millimeters."""
+    source = _source(lines)
+    _convert_lengths(source, _length(source))
+    source["xyzt_units"] = source["xyzt_units"] & ~_SPATIAL_UNIT | _MILLIMETERS
+    return place_lines(_kept(source))
 
 
 def _layout(version, order):

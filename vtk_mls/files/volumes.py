@@ -47,6 +47,14 @@ class Volume:
     header: tuple = ()
 
 
+def decoded(line):
+    """Text of bytes, which are Latin-1 if they are not UTF-8."""
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
 def full_steps(steps, dimensions):
     """Steps (3, 3) with unit ones, at right angles, for axes of one point whose own are 0.
 
