@@ -299,9 +299,9 @@ def _itk_affine(header):
     has_sform, has_qform = header["sform_code"] != 0, header["qform_code"] != 0
     if not has_sform and not has_qform:
         return np.column_stack([np.diag(_spacing(header) * _RAS), np.zeros(3)])
-    if has_sform and _has_right_angles(_sform(header), _SHEAR):
-        if header["sform_code"] == _SCANNER or not has_qform:
-            return _sform(header)
+    is_preferred = header["sform_code"] == _SCANNER or not has_qform
+    if has_sform and is_preferred and _has_right_angles(_sform(header), _SHEAR):
+        return _sform(header)
     return _qform(header) if has_qform else None
 
 
