@@ -37,7 +37,8 @@ class ImageGeometry:
     extent : (6,) ints
         First and last index along each axis; the first need not be 0.
     origin, spacing : (3,) floats, world coordinates and units
-        The origin is the place of index (0, 0, 0), in the extent or not.
+        The origin is the place of index (0, 0, 0), in the extent or not. Along an axis of one point
+        the spacing may be 0, which counts as 1.
     direction : (9,) floats
         Direction matrix, row by row.
     """
@@ -112,8 +113,11 @@ class ImageGeometry:
 def _grid_of(geometry):
     first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
     direction = np.reshape(geometry.direction, (3, 3))
-    base = Grid((1, 1, 1), geometry.origin, geometry.spacing, direction)
-    return Grid(last - first + 1, base.at(first[None])[0], base.spacing, base.direction)
+    is_flat = (first == last) & (np.array(geometry.spacing) == 0)
+    spacing = np.where(is_flat, 1.0, geometry.spacing)
+    base = Grid((1, 1, 1), geometry.origin, spacing, direction)
+    origin = base.at(np.where(is_flat, 0, first)[None])[0]
+    return Grid(last - first + 1, origin, base.spacing, base.direction)
 
 
 @functools.lru_cache(_KEPT)

@@ -182,8 +182,10 @@ def write_field(image: vtkImageData, path: _PathLike) -> None:
         return
     values = arrays.to_numpy(image.GetPointData().GetScalars())
     displacement = values.reshape(*image.GetDimensions()[::-1], 3)
+    is_forward = provenance.kept(image, provenance.FIELD_TYPE) == (provenance.MODELING,)
+    field = displacement, is_forward, provenance.kept(image, provenance.NIFTI_HEADER)
     with replacing(path) as new, failures_named(new):
-        as_transform.write(displacement, ImageGeometry.of_image(image).grid, new)
+        as_transform.write(field, ImageGeometry.of_image(image).grid, new)
 
 
 def check_field_writable(path: _PathLike) -> Path:

@@ -137,8 +137,11 @@ NRRD_DATA = struct.pack("<4h", 1, 2, 3, 400)
         ({"encoding: raw": "encoding: bz2"}, bz2.compress(NRRD_DATA)),
         ({"encoding: raw": "encoding: ascii"}, b"1 2\n3 400\n"),
         ({"endian: little": "endian: big"}, struct.pack(">4h", 1, 2, 3, 400)),
-        ({"endian: little": "byte skip: -1"}, b"rubbish" + NRRD_DATA),
-        ({"endian: little": "line skip: 1\nbyte skip: 2"}, b"rubbish\n??" + NRRD_DATA),
+        ({"endian: little": "endian: little\nbyte skip: -1"}, b"rubbish" + NRRD_DATA),
+        (
+            {"endian: little": "endian: little\nline skip: 1\nbyte skip: 2"},
+            b"rubbish\n??" + NRRD_DATA,
+        ),
     ],
     ids=["raw", "gzip", "bzip2", "text", "big-endian", "at the end", "skips"],
 )
@@ -175,7 +178,8 @@ def test_nrrd_components_and_spacings(tmp_path):
     [
         (("sizes: 2 2 1\n", ""), "it has no field 'sizes'"),
         (("type: short", "type: block"), "values of type `block` are not known"),
-        (("encoding: raw", "encoding: hex"), "the encoding `hex` is not known"),
+        (("encoding: raw", "encoding: zrl"), "the encoding `zrl` is not known"),
+        (("endian: little\n", ""), "its values of type `short` need a field `endian`"),
         (("sizes: 2 2 1", "sizes: 2 2 2"), "expected 8 values, got 4"),
         (("encoding: raw", "encoding: gzip"), "incorrect header check"),
         (("(0,0,4)", "none"), "three axes in space"),
@@ -185,7 +189,7 @@ def test_nrrd_components_and_spacings(tmp_path):
         (("(5,6,7)", "(5,6)"), "three axes in space"),
         (("sizes: 2 2 1", "sizes: 2 -2 1"), "its sizes must be positive, got `2 -2 1`"),
         (("endian: little", "endian: middle"), "the endian `middle` is not known"),
-        (("endian: little", "line skip: 99999999999"), "expected 4 values, got 0"),
+        (("space:", "line skip: 99999999999\nspace:"), "expected 4 values, got 0"),
         (("encoding: raw", "encoding: bz2"), "Invalid data stream"),
         (("encoding: raw", "encoding: ascii"), "invalid literal"),
         (("encoding: raw", "data file: y.raw\nencoding: raw"), "there is no data file `.*y.raw`"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
@@ -18,10 +19,14 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls import arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.files import meta_image, nifti, nrrd, provenance, vtk_io
+from vtk_mls.files import meta_image, nifti, nrrd, provenance, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
 
-_HEADERS = {"NRRD": provenance.NRRD_HEADER, "NIFTI": provenance.NIFTI_HEADER}
+_HEADERS = {
+    "NRRD": provenance.NRRD_HEADER,
+    "NIFTI": provenance.NIFTI_HEADER,
+    "MetaImage": provenance.METAIMAGE_HEADER,
+}
 _FORMATS = {"MetaImage": meta_image, "NRRD": nrrd, "NIFTI": nifti}
 _HEAD = 1 << 20  # bytes of a .vti file in which its extents are
 # values (of a bit each) that one byte of a .vti file can become, by its compressor
@@ -30,6 +35,7 @@ _MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 def _set_geometry(image, origin, steps):
     """Put an image's first point at `origin`, its axes along the columns `steps` (3, 3)."""
+    steps = volumes.full_steps(steps, image.GetDimensions())
     spacing = np.linalg.norm(steps, axis=0)
     if not (np.isfinite(spacing) & (spacing > 0)).all():
         raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
@@ -79,9 +85,30 @@ def write_legacy(image, path):
     copy = vtkImageData()
     copy.ShallowCopy(image)
     ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).apply_to(copy)
+    copy.SetSpacing(image.GetSpacing())  # 0, too
     writer = vtkDataSetWriter()
     writer.SetFileTypeToBinary()
     vtk_io.write(writer, copy, path)
+    _write_all_digits(copy, path)
+
+
+def _write_all_digits(image, path):
+    """Replace the spacing and origin of a .vtk file, of which VTK writes six digits."""
+    rounded = path.with_name(f"{path.name}.rounded")
+    path.rename(rounded)
+    place = "".join(
+        f"{name} {' '.join(map(repr, numbers))}\n"
+        for name, numbers in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin()))
+    )
+    with rounded.open("rb") as source, path.open("wb") as target:
+        for line in iter(source.readline, b""):
+            target.write(line)
+            if line.startswith(b"DIMENSIONS "):
+                break
+        target.write(place.encode())
+        source.readline(), source.readline()
+        shutil.copyfileobj(source, target)
+    rounded.unlink()
 
 
 def read_volume(name, path):
@@ -98,8 +125,7 @@ def read_volume(name, path):
     _set_geometry(image, volume.origin.tolist(), volume.steps)
     provenance.keep(image, provenance.FILE_SPACE, [volume.space] * bool(volume.space))
     provenance.keep(image, provenance.LABEL_ARRAYS, [name] * volume.is_label)
-    if name in _HEADERS:
-        provenance.keep(image, _HEADERS[name], volume.header)
+    provenance.keep(image, _HEADERS[name], volume.header)
     return image
 
 
@@ -119,7 +145,7 @@ def write_volume(name, image, path):
             is_label=is_label and values.dtype.kind in "iu",
             is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
             space=space[0] if space else "",
-            header=provenance.kept(image, _HEADERS[name]) if name in _HEADERS else (),
+            header=provenance.kept(image, _HEADERS[name]),
         ),
     )
 

@@ -3,6 +3,9 @@
 Space. The world of ITK's MetaImages is LPS. `AnatomicalOrientation` says the same as the direction
 matrix, or nothing, and does not count.
 
+Other keys (`Modality`, `Comment`, those of SimpleITK's dictionary) stay with an image, and so does
+`AnatomicalOrientation` while the direction is that of the file.
+
 Labels. MetaImage has no word for them. `intent_code = 1002` is what ITK writes of NIfTI labels.
 """
 
@@ -26,6 +29,16 @@ _DTYPES = {
     **{"MET_LONG": "int32", "MET_ULONG": "uint32"},
 }
 _LABEL_INTENT = "1002"
+_DIRECTIONS = ("TransformMatrix", "Rotation", "Orientation")
+_ORIENTATION = "AnatomicalOrientation"
+_OWN_KEYS = (  # what a file says of its values and their place is written anew
+    *("ObjectType", "NDims", "BinaryData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"),
+    *("CompressedData", "CompressedDataSize", "CompressionLevel", "HeaderSize"),
+    *("HeaderSizePerSlice", *_DIRECTIONS, "Offset", "Position", "Origin", "CenterOfRotation"),
+    *("ElementSpacing", "ElementSize", "DimSize", "ElementMin", "ElementMax", "intent_code"),
+    *("ElementNumberOfChannels", "ElementType", "ElementDataFile", _ORIENTATION),
+    *("ITK_original_direction", "ITK_original_spacing"),
+)
 _LONGEST = 1 << 16  # bytes of a line
 
 
@@ -60,7 +73,14 @@ def read(path):
         values = _values(header, file, path, shape)
     origin, spacing, direction = _geometry(header, count)
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
-    return Volume(values, origin, direction * spacing, is_label=is_label)
+    lines = [f"{key} = {text}" for key, text in header.items() if key not in _OWN_KEYS]
+    if _ORIENTATION in header:
+        lines += [
+            f"{_ORIENTATION} = {header[_ORIENTATION]}",
+            f"{_DIRECTIONS[0]} = {_text(direction.T.ravel())}",
+        ]
+    steps = direction * spacing
+    return Volume(values, origin, steps, is_label=is_label, header=tuple(lines))
 
 
 def write(path, volume):
@@ -75,17 +95,19 @@ def write(path, volume):
     values = volume.values
     is_local = path.suffix.lower() == ".mha"
     spacing = np.linalg.norm(volume.steps, axis=0)
+    direction = volume.steps / spacing
     header = {
         "ObjectType": "Image",
         "NDims": "3",
         "BinaryData": "True",
         "BinaryDataByteOrderMSB": "False",
         "CompressedData": "False",
-        "TransformMatrix": _text((volume.steps / spacing).T.ravel()),
+        "TransformMatrix": _text(direction.T.ravel()),
         "Offset": _text(volume.origin),
         "CenterOfRotation": "0 0 0",
         "ElementSpacing": _text(spacing),
         "DimSize": " ".join(str(n) for n in values.shape[2::-1]),
+        **_kept(volume.header, direction),
         **({"intent_code": _LABEL_INTENT} if volume.is_label else {}),
         "ElementNumberOfChannels": str(values.shape[3] if values.ndim == 4 else 1),
         "ElementType": _TYPES[values.dtype.name],
@@ -105,7 +127,7 @@ def _header(file):
     """The fields, and after them the names of files if there is a list of them."""
     header = {}
     while line := file.readline(_LONGEST):
-        key, equals, value = line.decode("latin-1").partition("=")
+        key, equals, value = volumes.decoded(line).partition("=")
         if equals:
             header[key.strip()] = value.strip()
         if key.strip() == "ElementDataFile":
@@ -116,6 +138,17 @@ def _header(file):
     return header
 
 
+def _kept(lines, direction):
+    """Keys and values of a file that are true of an image with this direction."""
+    found = dict(" ".join(line.splitlines()).split(" = ", 1) for line in lines if " = " in line)
+    kept = {key: text for key, text in found.items() if key not in _OWN_KEYS}
+    if _ORIENTATION in found and _DIRECTIONS[0] in found:
+        before = np.array(found[_DIRECTIONS[0]].split(), float)
+        if len(before) == 9 and np.allclose(before, direction.T.ravel(), rtol=0, atol=1e-9):
+            kept[_ORIENTATION] = found[_ORIENTATION]
+    return kept
+
+
 def _geometry(header, count):
     """Origin (3,), spacing (3,) and direction (3, 3)."""
     found = [np.zeros(3), np.ones(3), np.eye(3)]
@@ -124,7 +157,7 @@ def _geometry(header, count):
         (
             ("Offset", "Position", "Origin"),
             ("ElementSpacing", "ElementSize"),
-            ("TransformMatrix", "Rotation", "Orientation"),
+            _DIRECTIONS,
         ),
     ):
         name = next((name for name in names if name in header), None)
@@ -177,7 +210,7 @@ def _data_files(text, file):
     if text.upper() == "LOCAL":
         return None
     if text.split()[:1] == ["LIST"]:
-        return [line.decode("latin-1").strip() for line in file.readlines() if line.strip()]
+        return [volumes.decoded(line).strip() for line in file.readlines() if line.strip()]
     pattern = re.fullmatch(r"([^%]*%\d{0,2}d[^%\s]*)\s+(\d+)\s+(\d+)(?:\s+(\d+))?", text)
     if pattern:
         first, last, step = int(pattern[2]), int(pattern[3]), int(pattern[4] or 1)

@@ -2,7 +2,13 @@
 
 Space. The file's world is RAS; here it is LPS. Where the image lies says the sform if its code is
 not 0, else the qform if its code is not 0, else the spacings alone, with the middle of the image
-at the origin and x to the left. Written are both, but no qform if axes are not at right angles.
+at the origin and x to the left. nibabel does the same; ITK takes the qform of many files that have
+both, and a warning says so if the two lie apart. An image on the grid of its file is written with
+the file's codes, sform and qform. On another grid the qform moves with the sform. Without a qform
+in the file the sform is written as one if its axes are at right angles.
+
+Units. Lengths are millimeters here, as in ITK, and are written in the unit of the file (meters,
+millimeters or micrometers; a file without a unit has millimeters).
 
 Values are those after the scaling, which counts if its slope is a number other than 0.
 
@@ -19,6 +25,7 @@ import contextlib
 
 import numpy as np
 
+from vtk_mls.announcements import warn
 from vtk_mls.files import frames, volumes
 from vtk_mls.files.volumes import Volume
 
@@ -70,8 +77,13 @@ _DTYPES = {  # by datatype
 }
 _COLOURS = {128: 3, 2304: 4}  # components, by datatype
 _LABELS, _DISPLACEMENT, _VECTOR = (1002, 1003), 1006, 1007
-_KEPT = ("intent_code", "intent_name", "xyzt_units", "sform_code")
-_SCANNER, _MILLIMETRES = 1, 2
+_PLACE = ("qform_code", "sform_code", "pixdim", "quatern", "qoffset", "srow")
+_KEPT = ("intent_code", "intent_name", "xyzt_units", "dim", *_PLACE)
+_SCANNER, _MILLIMETERS = 1, 2
+_SPATIAL_UNIT = 7  # mask of xyzt_units
+_LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters, by unit; others are taken for millimeters
+_SHEAR = 1e-4  # the greatest that ITK takes for right angles
+_APART = 0.01  # voxels between two places of a corner, from which on a warning says so
 _MAGIC = {1: b"n+1\0", 2: b"n+2\0\r\n\x1a\n"}
 
 
@@ -108,7 +120,8 @@ def read(path):
         values = np.moveaxis(values, 0, -1) if len(values) > 1 else values[0]
     else:
         values = values[0]
-    affine = _affine(header, shape)
+    affine = _affine(header)
+    _warn_if_itk_differs(path, header, affine)
     intent = int(header["intent_code"])
     scaled = _scaled(values, float(header["scl_slope"]), float(header["scl_inter"]))
     is_label = intent in _LABELS and scaled.dtype.kind in "iu"
@@ -141,26 +154,11 @@ def write(path, volume):
     header["vox_offset"] = _SIZES[version] + 4
     header["scl_slope"] = 1
     _say_values(header, volume)
-    header["xyzt_units"] = _MILLIMETRES
-    affine = _RAS[:, None] * np.column_stack([volume.steps, volume.origin])
-    code = _SCANNER
-    for name, value in (line.split(": ", 1) for line in volume.header if ": " in line):
-        if name == "xyzt_units":
-            header[name] = int(value)
-        elif name == "sform_code":
-            code = int(value)
-        elif name == "intent_name":
-            header[name] = value.encode()[:16]
-    header["sform_code"], header["srow"] = code, affine
-    spacing = np.linalg.norm(affine[:, :3], axis=0)
-    header["pixdim"][1:] = 1
-    header["pixdim"][0:4] = 1, *spacing
-    rotation = affine[:, :3] / spacing
-    if np.allclose(rotation.T @ rotation, np.eye(3), atol=1e-6):
-        handed = np.sign(np.linalg.det(rotation))
-        header["qform_code"], header["pixdim"][0] = code, handed
-        header["quatern"] = _quaternion(rotation * [1, 1, handed])
-        header["qoffset"] = affine[:, 3]
+    source = _source(volume.header)
+    header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
+    if not header["xyzt_units"] & _SPATIAL_UNIT:
+        header["xyzt_units"] |= _MILLIMETERS
+    _place(header, source, _RAS[:, None] * np.column_stack([volume.steps, volume.origin]))
     is_colour = int(header["datatype"]) in _COLOURS
     if values.ndim == 4 and not is_colour:
         signs = _RAS.astype(values.dtype) if header["intent_code"] == _DISPLACEMENT else 1
@@ -171,6 +169,20 @@ def write(path, volume):
             file = stack.enter_context(volumes.packing(file))
         file.write(header.tobytes() + bytes(4))
         volumes.write_values(file, values)
+
+
+def place_lines(lines):
+    """Those of a `Volume`'s lines that say where it is."""
+    names = ("xyzt_units", "dim", *_PLACE)
+    return tuple(line for line in lines if line.partition(": ")[0] in names)
+
+
+def in_millimeters(lines):
+    """A `Volume`'s lines that say where it is, for a file in millimeters."""
+    source = _source(lines)
+    _convert_lengths(source, _length(source))
+    source["xyzt_units"] = source["xyzt_units"] & ~_SPATIAL_UNIT | _MILLIMETERS
+    return place_lines(_kept(source))
 
 
 def _layout(version, order):
@@ -232,14 +244,33 @@ def _dtype(header):
     return np.dtype(_DTYPES.get(code, "u1")).newbyteorder(header.dtype["dim"].base.byteorder)
 
 
-def _affine(header, shape):
-    """(3, 4) matrix from indices to RAS."""
+def _length(header):
+    """Millimeters in the header's unit of length."""
+    return _LENGTHS.get(int(header["xyzt_units"]) & _SPATIAL_UNIT, 1.0)
+
+
+def _affine(header):
+    """(3, 4) matrix from indices to RAS, in millimeters."""
     if header["sform_code"] != 0:
-        return header["srow"].astype(float)
-    spacing, origin = np.abs(header["pixdim"][1:4]).astype(float), header["qoffset"].astype(float)
-    if header["qform_code"] == 0:
-        first = -(np.array(shape[3:0:-1]) - 1) / 2 * spacing * [-1, 1, 1]
-        return np.column_stack([np.diag(spacing * [-1, 1, 1]), first])
+        return _sform(header)
+    if header["qform_code"] != 0:
+        return _qform(header)
+    spacing = _spacing(header) * [-1, 1, 1]
+    first = -(header["dim"][1:4].clip(1) - 1) / 2 * spacing
+    return np.column_stack([np.diag(spacing), first])
+
+
+def _spacing(header):
+    return np.abs(header["pixdim"][1:4]).astype(float) * _length(header)
+
+
+def _sform(header):
+    affine = header["srow"].astype(float) * _length(header)
+    affine[:, :3] = volumes.full_steps(affine[:, :3], header["dim"][1:4])
+    return affine
+
+
+def _qform(header):
     b, c, d = header["quatern"].astype(float).tolist()
     rest = 1 - b * b - c * c - d * d
     if not rest > -1e-6:
@@ -253,7 +284,107 @@ def _affine(header, shape):
         ]
     )
     handed = -1 if header["pixdim"][0] == -1 else 1
-    return np.column_stack([rotation * spacing * [1, 1, handed], origin])
+    steps = rotation * [1, 1, handed] * _spacing(header)
+    steps = volumes.full_steps(steps, header["dim"][1:4])
+    return np.column_stack([steps, header["qoffset"].astype(float) * _length(header)])
+
+
+def _has_right_angles(affine, tolerance):
+    directions = affine[:, :3] / np.linalg.norm(affine[:, :3], axis=0)
+    return np.allclose(directions.T @ directions, np.eye(3), rtol=0, atol=tolerance)
+
+
+def _itk_affine(header):
+    """(3, 4) matrix to RAS by which ITK places the image; None if it refuses to."""
+    has_sform, has_qform = header["sform_code"] != 0, header["qform_code"] != 0
+    if not has_sform and not has_qform:
+        return np.column_stack([np.diag(_spacing(header) * _RAS), np.zeros(3)])
+    is_preferred = header["sform_code"] == _SCANNER or not has_qform
+    if has_sform and is_preferred and _has_right_angles(_sform(header), _SHEAR):
+        return _sform(header)
+    return _qform(header) if has_qform else None
+
+
+def _warn_if_itk_differs(path, header, affine):
+    """Say it if ITK places the image elsewhere than here."""
+    try:
+        other = _itk_affine(header)
+    except ValueError:  # a broken qform, which does not count here
+        return
+    if other is None:
+        return
+    ends = np.array([*np.ndindex(2, 2, 2)]) * (header["dim"][1:4].clip(1) - 1)
+    shifts = np.linalg.norm((affine - other) @ np.column_stack([ends, np.ones(8)]).T, axis=0)
+    if shifts.max() <= _APART * np.linalg.norm(affine[:, :3], axis=0).min():
+        return
+    if header["sform_code"] != 0:
+        reason = "its sform counts here, as in nibabel, but ITK (SimpleITK, ANTs) takes its qform"
+    else:
+        reason = (
+            "its header says no place, and its middle is at the origin here, as in nibabel, but "
+            "ITK (SimpleITK, ANTs) has its first voxel there"
+        )
+    warn(
+        f"`{path}`: {reason}: the two lie up to {shifts.max():.3g} mm apart, and programs will not "
+        "agree about the result either; give both forms the same place"
+    )
+
+
+def _place(header, source, affine):
+    """Set the fields that say where an image is.
+
+    Parameters
+    ----------
+    header : record
+        Its `dim` and `xyzt_units` are set.
+    source : record
+        What the image's file said, if it has one.
+    affine : (3, 4) array
+        From indices to RAS, in millimeters.
+    """
+    header["pixdim"][0] = 1
+    header["pixdim"][4:] = source["pixdim"][4:]
+    is_placed = source["dim"][0] > 0
+    old = _affine(source) if is_placed else affine
+    is_centered = is_placed and not source["sform_code"] and not source["qform_code"]
+    is_same_size = np.array_equal(source["dim"][1:4].clip(1), header["dim"][1:4])
+    if is_placed and _is_close(old, affine) and (is_same_size or not is_centered):
+        for name in _PLACE:
+            header[name] = source[name]
+        _convert_lengths(header, _length(source) / _length(header))
+        return
+    code = source["sform_code"] or source["qform_code"] or _SCANNER
+    header["sform_code"], header["srow"] = code, affine / _length(header)
+    header["pixdim"][1:4] = np.linalg.norm(affine[:, :3], axis=0) / _length(header)
+    qform, code = affine, source["qform_code"] or code
+    if source["qform_code"] != 0:
+        moved = np.vstack([affine, [0, 0, 0, 1]])
+        qform = _qform(source) @ np.linalg.solve(np.vstack([old, [0, 0, 0, 1]]), moved)
+    if _has_right_angles(qform, 1e-6):
+        _set_qform(header, code, qform)
+
+
+def _is_close(affine, other):
+    """Whether two affines are the same but for rounding."""
+    size = np.abs(affine).max()
+    return np.allclose(affine, other, rtol=0, atol=1e-9 * size)
+
+
+def _convert_lengths(header, factor):
+    """Multiply the lengths in a header."""
+    if factor != 1:
+        for lengths in (header["pixdim"][1:4], header["qoffset"], header["srow"]):
+            lengths *= factor
+
+
+def _set_qform(header, code, affine):
+    spacing = np.linalg.norm(affine[:, :3], axis=0)
+    rotation = affine[:, :3] / spacing
+    handed = np.sign(np.linalg.det(rotation))
+    header["qform_code"], header["pixdim"][0] = code, handed
+    header["pixdim"][1:4] = spacing / _length(header)
+    header["quatern"] = _quaternion(rotation * [1, 1, handed])
+    header["qoffset"] = affine[:, 3] / _length(header)
 
 
 def _quaternion(rotation):
@@ -285,11 +416,23 @@ def _scaled(values, slope, intercept):
 
 def _kept(header):
     """Lines for a file that is to be like this one."""
-    values = {name: header[name] for name in _KEPT}
-    values["xyzt_units"] = int(values["xyzt_units"]) & 7
-    values["sform_code"] = values["sform_code"] or header["qform_code"]
-    values["intent_name"] = bytes(values["intent_name"]).decode("latin-1")
-    return tuple(f"{name}: {value}" for name, value in values.items() if value)
+    lines = {name: " ".join(map(str, np.ravel(header[name]).tolist())) for name in _KEPT}
+    lines["intent_name"] = bytes(header["intent_name"]).decode("latin-1")
+    return tuple(f"{name}: {line}" for name, line in lines.items() if line)
+
+
+def _source(lines):
+    """The header, as of `_header`, of which `_kept` has made lines; zeros for what they lack."""
+    header = np.zeros((), _layout(2, "<"))
+    header["xyzt_units"], header["pixdim"] = _MILLIMETERS, 1
+    for name, text in (line.split(": ", 1) for line in lines if ": " in line):
+        if name == "intent_name":
+            header[name] = text.encode("latin-1", "replace")[:16]
+        elif name in _KEPT:
+            field = header[name]
+            numbers = np.array(text.split(), field.dtype)
+            header[name] = numbers.reshape(field.shape)
+    return header
 
 
 def _say_values(header, volume):

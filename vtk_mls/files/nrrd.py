@@ -33,20 +33,29 @@ _TYPES = {
     "u2": ("unsigned short", "ushort", "unsigned short int", "uint16", "uint16_t"),
     "i4": ("int", "signed int", "int32", "int32_t"),
     "u4": ("unsigned int", "uint", "uint32", "uint32_t"),
-    "i8": ("long long", "longlong", "long long int", "signed long long", "int64", "int64_t"),
+    "i8": ("long long", "longlong", "long long int", "signed long long", "signed long long int")
+    + ("int64", "int64_t"),
     "u8": ("unsigned long long", "ulonglong", "unsigned long long int", "uint64", "uint64_t"),
     "f4": ("float",),
     "f8": ("double",),
 }
 _DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
+_TWO_WORDS = (
+    *("block size", "space dimension", "axis mins", "axis maxs", "space directions", "old min"),
+    *("old max", "line skip", "byte skip", "sample units", "space units", "space origin"),
+    *("measurement frame", "data file"),
+)
+# Other spellings of fields.
+_NAMES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
 _ORDERS = {"little": "<", "big": ">"}
 _ENCODINGS = {
     **dict.fromkeys(("txt", "text", "ascii"), "text"),
+    "hex": "hex",
     **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
 }
 _AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
-_SPATIAL = ("domain", "space", "???")
+_SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
 _KEPT = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
 _LONGEST = 1 << 20  # bytes of a line
@@ -74,9 +83,7 @@ def read(path):
     try:
         with path.open("rb") as file:
             fields, pairs = _header(file)
-            sizes = [int(size) for size in fields["sizes"].split()]
-            if min(sizes, default=0) < 1:
-                raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
+            sizes = _sizes(fields)
             signs = _signs(fields.get("space", ""))
             origin, steps, other = _geometry(fields, sizes)
             frame = _measurement_frame(fields)
@@ -88,6 +95,9 @@ def read(path):
     kept = {name: fields[name] for name in _KEPT if name in fields}
     if other is not None:
         values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other, -1))
+    if len(sizes) - (other is not None) == 2:
+        values = values[None]
+        kept.pop("space units", None)  # of two axes
     kind = _kind_of(fields, other, len(sizes))
     if kind:
         kept["kinds"] = kind  # those of the other axes are known
@@ -171,22 +181,16 @@ def _header(file):
     fields, pairs = {}, []
     file.readline(_LONGEST)
     while line := file.readline(_LONGEST).rstrip(b"\r\n"):
-        text = _decoded(line)
+        text = volumes.decoded(line)
         if text.startswith("#"):
             continue
         if _is_field(text):
             key, _, value = text.partition(": ")
-            fields[key.strip().lower().replace("datafile", "data file")] = value.strip()
+            key = key.strip().lower()
+            fields[_NAMES.get(key, key)] = value.strip()
         elif ":=" in text:
             pairs.append(text)
     return fields, pairs
-
-
-def _decoded(line):
-    try:
-        return line.decode()
-    except UnicodeDecodeError:
-        return line.decode("latin-1")
 
 
 def _is_field(line):
@@ -208,14 +212,32 @@ def _signs(space):
         raise ValueError(f"its space `{space:.60}` is not one of three dimensions") from None
 
 
+def _sizes(fields):
+    sizes = [int(size) for size in fields["sizes"].split()]
+    if min(sizes, default=0) < 1:
+        raise ValueError(f"its sizes must be positive, got `{fields['sizes']:.60}`")
+    count = int(fields.get("dimension", len(sizes)))
+    if count != len(sizes):
+        raise ValueError(f"it must have as many sizes as dimensions, {count}, got {len(sizes)}")
+    return sizes
+
+
 def _geometry(fields, sizes):
     """Origin (3,), steps (3, 3) as columns, and which axis is of components, None if none is."""
-    axes, origin = _axes(fields, len(sizes)), _origin(fields)
+    axes = _axes(fields, len(sizes))
     other = [i for i, step in enumerate(axes) if step is None]
     steps = [step for step in axes if step is not None]
+    origin = _origin(fields, axes)
     shapes = {step.shape for step in [origin, *steps]}
-    if len(axes) != len(sizes) or len(steps) != 3 or shapes != {(3,)} or len(other) > 1:
-        raise ValueError("it must have three axes in space and at most one of components")
+    is_flat = len(steps) == 2 and shapes == {(2,)}
+    is_solid = len(steps) == 3 and shapes == {(3,)}
+    if len(axes) != len(sizes) or not (is_flat or is_solid) or len(other) > 1:
+        raise ValueError(
+            "it must have three axes in space, or two in a plane, and at most one of components"
+        )
+    if is_flat:
+        steps = [np.append(step, 0) for step in steps] + [np.zeros(3)]
+        origin = np.append(origin, 0)
     return origin, np.transpose(steps), other[0] if other else None
 
 
@@ -251,52 +273,79 @@ def _space_for(volume):
     return space, signs
 
 
-def _origin(fields):
+def _origin(fields, axes):
     """The place of the first value, which is in the middle of its cell if nothing else is said."""
+    is_spatial = [step is not None for step in axes]
+    size = next((len(step) for step in axes if step is not None), 3)
     if "space origin" in fields:
-        return _vector(fields["space origin"])
+        origin = _vector(fields["space origin"])
+        return np.zeros(size) if np.isnan(origin).all() else origin
     if "axis mins" not in fields or "space directions" in fields:
-        return np.zeros(3)
+        return np.zeros(size)
+    count = len(axes)
     mins = [float(text) for text in fields["axis mins"].split()]
-    spacings = [float(text) for text in fields.get("spacings", "1 " * len(mins)).split()]
-    centers = fields.get("centers", fields.get("centerings", "cell " * len(mins))).split()
+    centers = fields.get("centers", "cell " * count).lower().split()
+    if len(mins) != count or len(centers) != count:
+        raise ValueError(f"its axis mins and centers must be {count}, one for each axis")
+    lengths = [0.0 if step is None else step.sum() for step in axes]
     halves = [0.0 if center == "node" else 0.5 for center in centers]
-    found = [a + half * step for a, half, step in zip(mins, halves, spacings)]
-    return np.array([each for each in found if np.isfinite(each)])
+    found = [low + half * length for low, half, length in zip(mins, halves, lengths)]
+    origin = np.array(found)[is_spatial]
+    return np.where(np.isnan(origin), 0.0, origin)
 
 
 def _axes(fields, count):
     """The step in space along each axis, None along one of components."""
     if "space directions" in fields:
         found = re.findall(r"none|\([^)]*\)", fields["space directions"])
-        return [None if text == "none" else _vector(text) for text in found]
-    kinds = fields.get("kinds", "").split() or ["vector"] * (count - 3) + ["domain"] * 3
+        steps = [None if text == "none" else _vector(text) for text in found]
+        return [None if step is None or np.isnan(step).all() else step for step in steps]
     spacings = [float(text) for text in fields.get("spacings", "nan " * count).split()]
-    axes, unit = [], iter(np.eye(3))
-    for kind, spacing in zip(kinds, spacings):
-        in_space = kind in _SPATIAL
-        axes.append(next(unit, None) if in_space else None)
-        if in_space and np.isfinite(spacing) and axes[-1] is not None:
-            axes[-1] = axes[-1] * spacing
+    kinds = fields.get("kinds", "??? " * count).lower().split()
+    if len(spacings) != count or len(kinds) != count:
+        raise ValueError(f"its spacings and kinds must be {count}, one for each axis")
+    spatial = _spatial_axes(kinds, spacings)
+    units = np.eye(max(len(spatial), 2))
+    axes = [None] * count
+    for i, unit in zip(spatial, units):
+        axes[i] = unit * (spacings[i] if np.isfinite(spacings[i]) else 1)
     return axes
+
+
+def _spatial_axes(kinds, spacings):
+    """Indices of the axes in space, at most three.
+
+    Kinds say them. Where they do not, axes without a spacing are not in space if three others have
+    one; else the first three are, as in ITK.
+    """
+    sure = [i for i, kind in enumerate(kinds) if kind in _SPATIAL]
+    unknown = [i for i, kind in enumerate(kinds) if kind in _UNKNOWN]
+    spaced = [i for i in unknown if np.isfinite(spacings[i])]
+    if len(sure) + len(spaced) == 3:
+        unknown = spaced
+    return sorted([*sure, *unknown[: max(3 - len(sure), 0)]])
 
 
 def _values(fields, file, path, sizes):
     """The values (slowest axis first), from the header's file or the one that it names."""
-    if fields["type"] not in _DTYPES:
+    kind = " ".join(fields["type"].lower().split())
+    if kind not in _DTYPES:
         raise ValueError(f"values of type `{fields['type']}` are not known")
     encoding = _ENCODINGS.get(fields["encoding"].lower())
     if encoding is None:
         raise ValueError(f"the encoding `{fields['encoding']}` is not known")
-    order = fields.get("endian", "little")
+    dtype, shape = np.dtype(_DTYPES[kind]), sizes[::-1]
+    if "endian" not in fields and dtype.itemsize > 1 and encoding != "text":
+        raise ValueError(f"its values of type `{kind}` need a field `endian`")
+    order = fields.get("endian", "little").lower()
     if order not in _ORDERS:
         raise ValueError(f"the endian `{order}` is not known")
-    dtype, shape = np.dtype(_ORDERS[order] + _DTYPES[fields["type"]]), sizes[::-1]
+    dtype = dtype.newbyteorder(_ORDERS[order])
     lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
     if "data file" not in fields:
         return _read_values(file, path, Stored(dtype, shape, encoding), lines, skip)
     name = fields["data file"]
-    if name.split()[0] == "LIST" or "%" in name:
+    if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
         raise ValueError("its values are in several files; give one file")
     data = volumes.named_file(path, name)
     with data.open("rb") as file:
@@ -310,10 +359,15 @@ def _read_values(file, path, stored, lines, skip):
         if not file.readline():
             break
     if encoding == "text":
-        values = _from_text(file.read().split(), dtype.newbyteorder("="))
+        values = _from_text(file.read().replace(b",", b" ").split(), dtype.newbyteorder("="))
         if len(values) < count:
             raise ValueError(f"expected {count} values, got {len(values)}")
         return values[:count].reshape(shape)
+    if encoding == "hex":
+        content = bytes.fromhex(file.read().decode("ascii"))
+        if len(content) < count * dtype.itemsize:
+            raise ValueError(f"expected {count} values, got {len(content) // dtype.itemsize}")
+        return np.frombuffer(content, dtype, count).astype(dtype.newbyteorder("=")).reshape(shape)
     if skip < 0:
         if skip < -1 or encoding != "raw":
             raise ValueError(f"byte skip {skip} must not be negative here")

@@ -13,6 +13,9 @@ FILE_SPACE = "FileSpace"  # name of the file's own frame; the dataset itself is 
 LABEL_ARRAYS = "LabelArrays"  # names of point and cell arrays whose values must not be mixed
 NRRD_HEADER = "NrrdHeader"  # lines of the header, such as the names and colours of segments
 NIFTI_HEADER = "NiftiHeader"  # lines `field: value`
+METAIMAGE_HEADER = "MetaImageHeader"  # lines `key = value`
+FIELD_TYPE = "DisplacementFieldType"  # of a field: MODELING; without one it is for resampling
+MODELING = "modeling"
 
 
 def keep(dataset, name, texts):

@@ -47,6 +47,33 @@ class Volume:
     header: tuple = ()
 
 
+def decoded(line):
+    """Text of bytes, which are Latin-1 if they are not UTF-8."""
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def full_steps(steps, dimensions):
+    """Steps (3, 3) with unit ones, at right angles, for axes of one point whose own are 0.
+
+    Parameters
+    ----------
+    steps : (3, 3) array
+        Columns are the steps along the three axes.
+    dimensions : (3,) ints
+        Numbers of points along them.
+    """
+    steps = np.array(steps, dtype=float)
+    is_missing = (np.asarray(dimensions) <= 1) & ~steps.any(axis=0)
+    if is_missing.any() and np.isfinite(steps).all():
+        rest = np.linalg.svd(steps)[0][:, 3 - is_missing.sum() :]
+        for axis, step in zip(np.flatnonzero(is_missing), rest.T):
+            steps[:, axis] = step * np.sign(step[np.abs(step).argmax()])
+    return steps
+
+
 class Stored(NamedTuple):
     """How a file stores values: `encoding` is "text", or as of `unpacked`."""
 

@@ -11,6 +11,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
+from vtk_mls.files import nifti, provenance
 from vtk_mls.filters import extents, gradients, parallel, property_tables, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
@@ -88,6 +89,8 @@ class MLSDisplacementField(DeformingFilter):
             extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
             whole = ImageGeometry.of_image(dataset)
             whole = whole.part(extent or whole.extent)
+            lines = nifti.place_lines(provenance.kept(dataset, provenance.NIFTI_HEADER))
+            provenance.keep(output, provenance.NIFTI_HEADER, lines)
             if whole.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
@@ -130,6 +133,7 @@ class MLSDisplacementField(DeformingFilter):
             if with_jacobian:
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, "ForwardDisplacement", displacement)
+        provenance.keep(output, provenance.FIELD_TYPE, [provenance.MODELING])
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         lost = np.array([np.count_nonzero(~found)], np.int64)
         arrays.add(output.GetFieldData(), "FailedInverses", lost)
