@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import extents, property_tables, warping
+from vtk_mls.filters import extents, property_tables, times, warping
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
@@ -92,8 +92,10 @@ class MLSDeform(DeformingFilter):
         geometry = ImageGeometry.of_information(inInfo[0].GetInformationObject(0))
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            geometry = self.output_geometry(geometry, self.updated_deformation)
+            geometry = self.output_geometry(geometry, lambda: self.updated_deformation(info))
         geometry.announce(info)
+        if self.GetOutputGrid() == "fitted":
+            times.announce_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
