@@ -57,11 +57,23 @@ class MLSDeform(DeformingFilter):
     `splitting`); types that cannot hold the pieces become vtkUnstructuredGrid.
 
     A GPU keeps the arrays of images until they or the image are `Modified()`, or others need the
-    memory. Memory is that of input and output. Pieces of the output are computed independently, so
-    that MPI processes share the work, and pieces of an image are, put together, the whole to the
-    bit. Only the extent of the input image that a piece needs is requested; to know it, control
-    points and cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
+    memory. Who writes into an array by numpy must call that, or set `keeps_images` to False. Memory
+    is that of input and output. Pieces of the output are computed independently, so that MPI
+    processes share the work, and pieces of an image are, put together, the whole to the bit. Only
+    the extent of the input image that a piece needs is requested; to know it, control points and
+    cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
+
+    Attributes
+    ----------
+    keeps_images : bool
+        Whether a GPU keeps the arrays of images for later updates.
+    flags : set of str
+        `__this__` of arrays of images that hold 0 and 1. They are sampled as labels are, with a
+        background of 0 or 1.
     """
+
+    keeps_images = True
+    flags = frozenset()
 
     def __init__(self):
         # not vtkDataSet, which ParaView's GUI would try to make
@@ -147,6 +159,7 @@ class MLSDeform(DeformingFilter):
     def _deform_image(self, image, inInfo, outInfo):
         """What is to be done for an image."""
         output = vtkImageData.GetData(outInfo)
+        output.GetPointData().Initialize()  # VTK leaves the scalars of the block before there
         source = ImageGeometry.of_image(image)
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")

@@ -40,6 +40,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
     smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
 
+    All inputs may change in time, each at steps of its own. The output has the steps of all; each
+    input is asked for the requested time, and says itself which of its steps that is.
+
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.
     """
