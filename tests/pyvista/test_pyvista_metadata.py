@@ -53,11 +53,11 @@ def assert_types(found, before):
     """All that `before` has is in `found`, with the same types."""
     for attributes in ("point_data", "cell_data", "field_data"):
         old, new = getattr(before, attributes), getattr(found, attributes)
-        for name in old.keys():
-            assert np.asarray(new[name]).dtype == np.asarray(old[name]).dtype, name
-            assert np.shape(new[name])[1:] == np.shape(old[name])[1:], name
-    for name in before.field_data.keys():
-        np.testing.assert_array_equal(found.field_data[name], before.field_data[name])
+        for name, values in old.items():
+            assert np.asarray(new[name]).dtype == np.asarray(values).dtype, name
+            assert np.shape(new[name])[1:] == np.shape(values)[1:], name
+    for name, values in before.field_data.items():
+        np.testing.assert_array_equal(found.field_data[name], values)
     assert found.user_dict == before.user_dict
     assert found.active_scalars_name == before.active_scalars_name
     assert found.active_vectors_name == before.active_vectors_name

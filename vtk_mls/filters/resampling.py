@@ -113,7 +113,7 @@ class Resampling:
         arrays.set_image_values(new, results, old)
 
     def _version(self, array):
-        """What tells the contents of an array of the image from all others; None if nothing does."""
+        """What tells the contents of an image's array from all others, or None."""
         if not self.wanted.keeps_images:
             return None
         # of the image, too: who writes into an array need not say so to the array itself
