@@ -72,7 +72,7 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _answer(self, name, request, inInfo, outInfo):
         answer = getattr(self, name)
         if name == "RequestInformation":
-            times.announce(*self.information())
+            times.announce(*self._information())
             if _has_composite(inInfo):
                 self._blocks_since = self.GetExecutive().GetPipelineMTime()
                 return 1
@@ -100,7 +100,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         """The output, not updated."""
         return self.GetOutputDataObject(0)
 
-    def information(self):
+    def _information(self):
         """The vtkInformation of all inputs and of all outputs, as two lists."""
         executive = self.GetExecutive()
         inputs = [
@@ -230,7 +230,7 @@ class Algorithm(VTKPythonAlgorithmBase):
 
 def _tell_times(algorithm, event):
     """Say of which time the output is; after blocks VTK has passed on the first input's times."""
-    information = algorithm.information()
+    information = algorithm._information()
     times.announce(*information)
     times.stamp(*information)
     algorithm._time = times.requested(information[1][0])
