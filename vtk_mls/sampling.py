@@ -38,7 +38,8 @@ class Sampling:
     versions : sequence of hashable or None, one for each array, optional
         What tells an array's contents from all others, such as its modification time: devices with
         a memory of their own keep it there for the next question with an equal one. They keep no
-        array whose version is None.
+        array whose version is None. numpy notes no changes: who writes into an array in place must
+        give it another version.
 
     Raises
     ------

@@ -496,3 +496,27 @@ def test_pyvista_datasets_are_accepted(deform):
     handles["Displacement"] = np.zeros((8, 3))
     output = pyvista.wrap(update(deform))
     np.testing.assert_array_equal(output["values"], image["values"])
+
+
+def named_image(name, dimensions):
+    """An image with one point array, its active scalars."""
+    image = make_image(dimensions=dimensions)
+    values = np.arange(np.prod(dimensions), dtype=float)
+    add_array(image.GetPointData(), name, values)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def point_arrays(image):
+    data = image.GetPointData()
+    return [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+
+
+def test_blocks_do_not_keep_scalars_of_other_blocks(deform):
+    """VTK leaves them in the output of an algorithm that runs on several."""
+    blocks = vtkMultiBlockDataSet()
+    for number, name in enumerate("abc"):
+        blocks.SetBlock(number, named_image(name, (5 - number, 4, 3)))
+    connect(deform, blocks, control_points())
+    output = update(deform)
+    assert [point_arrays(output.GetBlock(number)) for number in range(3)] == [["a"], ["b"], ["c"]]

@@ -73,6 +73,7 @@ class Saver:
         self._write_handles(state, folder)
         surfaces = self._write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
+        deform.keeps_images = False  # each is asked for once
         self._done = 0
         for algorithm in (deform, field):
             _apply(algorithm, state, folder, surfaces)

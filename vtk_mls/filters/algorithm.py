@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.announcements import heard_by
+from vtk_mls.filters import times
 from vtk_mls.filters.requests import ask_for_all, ask_within_the_whole
 from vtk_mls.progress import whole
 
@@ -27,6 +28,7 @@ from vtk_mls.progress import whole
 _ANSWERS = {
     vtkDemandDrivenPipeline.REQUEST_DATA_OBJECT(): "RequestDataObject",
     vtkDemandDrivenPipeline.REQUEST_INFORMATION(): "RequestInformation",
+    vtkStreamingDemandDrivenPipeline.REQUEST_TIME_DEPENDENT_INFORMATION(): "RequestInformation",
     vtkStreamingDemandDrivenPipeline.REQUEST_UPDATE_EXTENT(): "RequestUpdateExtent",
     vtkDemandDrivenPipeline.REQUEST_DATA(): "RequestData",
 }
@@ -50,12 +52,14 @@ class Algorithm(VTKPythonAlgorithmBase):
     PROPERTIES = ()  # by `with_properties`
     _muffled = None
     _has_reported = False  # since VTK began with the blocks of a composite input
+    _time = None  # that was requested when it last ran
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def __init__(self, **keywords):
         super().__init__(**keywords)
         for each in self.PROPERTIES:
             setattr(self, each.attribute, each.initial)
+        self.AddObserver("EndEvent", _tell_times)
 
     def ProcessRequest(self, request, inInfo, outInfo):
         name = _ANSWERS.get(request.GetRequest())
@@ -67,9 +71,11 @@ class Algorithm(VTKPythonAlgorithmBase):
 
     def _answer(self, name, request, inInfo, outInfo):
         answer = getattr(self, name)
-        if name == "RequestInformation" and _has_composite(inInfo):
-            self._blocks_since = self.GetExecutive().GetPipelineMTime()
-            return 1
+        if name == "RequestInformation":
+            times.announce(*self._information())
+            if _has_composite(inInfo):
+                self._blocks_since = self.GetExecutive().GetPipelineMTime()
+                return 1
         if name == "RequestUpdateExtent":
             self._empty_what_is_out_of_date(outInfo)
             if _has_composite(inInfo):
@@ -93,6 +99,17 @@ class Algorithm(VTKPythonAlgorithmBase):
     def GetOutput(self):
         """The output, not updated."""
         return self.GetOutputDataObject(0)
+
+    def _information(self):
+        """The vtkInformation of all inputs and of all outputs, as two lists."""
+        executive = self.GetExecutive()
+        inputs = [
+            executive.GetInputInformation(port, number)
+            for port in range(self.GetNumberOfInputPorts())
+            for number in range(self.GetNumberOfInputConnections(port))
+        ]
+        ports = range(self.GetNumberOfOutputPorts())
+        return inputs, [executive.GetOutputInformation(port) for port in ports]
 
     def _set(self, name, value):
         """Set an attribute; a change makes the filter run again."""
@@ -170,7 +187,8 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _empty_what_is_out_of_date(self, out_info):
         for info in _each(out_info):
             output = info.Get(vtkDataObject.DATA_OBJECT())
-            if self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime():
+            has_changed = self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime()
+            if has_changed or times.is_outdated(info, self._time):
                 output.Initialize()
 
     def _discard(self, out_info):
@@ -208,6 +226,14 @@ class Algorithm(VTKPythonAlgorithmBase):
         if self._muffled is not None:
             self.GetExecutive().RemoveObserver(self._muffled)
             self._muffled = None
+
+
+def _tell_times(algorithm, event):
+    """Say of which time the output is; after blocks VTK has passed on the first input's times."""
+    information = algorithm._information()
+    times.announce(*information)
+    times.stamp(*information)
+    algorithm._time = times.requested(information[1][0])
 
 
 def run_all(tasks, progress):

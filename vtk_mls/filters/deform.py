@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import extents, property_tables, warping
+from vtk_mls.filters import extents, property_tables, times, warping
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
@@ -57,11 +57,23 @@ class MLSDeform(DeformingFilter):
     `splitting`); types that cannot hold the pieces become vtkUnstructuredGrid.
 
     A GPU keeps the arrays of images until they or the image are `Modified()`, or others need the
-    memory. Memory is that of input and output. Pieces of the output are computed independently, so
-    that MPI processes share the work, and pieces of an image are, put together, the whole to the
-    bit. Only the extent of the input image that a piece needs is requested; to know it, control
-    points and cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
+    memory. Who writes into an array by numpy must call that, or set `keeps_images` to False. Memory
+    is that of input and output. Pieces of the output are computed independently, so that MPI
+    processes share the work, and pieces of an image are, put together, the whole to the bit. Only
+    the extent of the input image that a piece needs is requested; to know it, control points and
+    cuts are updated in RequestUpdateExtent, and the map is evaluated once more.
+
+    Attributes
+    ----------
+    keeps_images : bool
+        Whether a GPU keeps the arrays of images for later updates.
+    flags : set of str
+        `__this__` of arrays of images that hold 0 and 1. They are sampled as labels are, with a
+        background of 0 or 1.
     """
+
+    keeps_images = True
+    flags = frozenset()
 
     def __init__(self):
         # not vtkDataSet, which ParaView's GUI would try to make
@@ -92,8 +104,10 @@ class MLSDeform(DeformingFilter):
         geometry = ImageGeometry.of_information(inInfo[0].GetInformationObject(0))
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            geometry = self.output_geometry(geometry, self.updated_deformation)
+            geometry = self.output_geometry(geometry, lambda: self.updated_deformation(info))
         geometry.announce(info)
+        if self.GetOutputGrid() == "fitted":
+            times.announce_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
@@ -145,6 +159,7 @@ class MLSDeform(DeformingFilter):
     def _deform_image(self, image, inInfo, outInfo):
         """What is to be done for an image."""
         output = vtkImageData.GetData(outInfo)
+        output.GetPointData().Initialize()  # VTK leaves the scalars of the block before there
         source = ImageGeometry.of_image(image)
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Deformation, arrays, options
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, void_arrays
+from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, times, void_arrays
 from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.filters.memo import Memo
@@ -38,6 +38,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     control points of that side, and where the cut opens there is nothing: the output's point array
     "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
     smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
+
+    All inputs may change in time, each at steps of its own. The output has the steps of all; each
+    input is asked for the requested time, and says itself which of its steps that is.
 
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same.
@@ -120,9 +123,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     def _upstream(self, connections, info):
         """Connections, when something upstream of each has changed, and the time that is asked."""
         changed = [self.GetInputExecutive(*each).GetPipelineMTime() for each in connections]
-        key = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
-        time = info.Get(key) if info is not None and info.Has(key) else None
-        return connections, changed, time
+        return connections, changed, times.requested(info)
 
     def _control_data(self, make_inputs):
         """Lists of what is on ports 1 and 2, here or on all processes."""
@@ -143,7 +144,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
         def updated(port):
             count = self.GetNumberOfInputConnections(port)
-            return [self._update_input(port, number) for number in range(count)]
+            time = times.requested(info)
+            return [self._update_input(port, number, time) for number in range(count)]
 
         return self._deformation(*self._control_data(updated))
 

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import nifti, provenance
-from vtk_mls.filters import extents, gradients, parallel, property_tables, void_arrays
+from vtk_mls.filters import extents, gradients, parallel, property_tables, times, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent
@@ -62,10 +62,13 @@ class MLSDisplacementField(DeformingFilter):
             return 1
         try:
             if self._is_shared():
-                self._share_boxes()
-            self._sampled_lattice(self._boxes(lambda: self._update_input(0))).announce(info)
+                self._share_boxes(info)
+            time = times.requested(info)
+            boxes = self._boxes(lambda: self._update_input(0, time=time))
+            self._sampled_lattice(boxes).announce(info)
         except (TypeError, ValueError):
             ImageGeometry((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
+        times.announce_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):

@@ -113,7 +113,9 @@ class Resampling:
         arrays.set_image_values(new, results, old)
 
     def _version(self, array):
-        """What tells the contents of an array of the image from all others."""
+        """What tells the contents of an image's array from all others, or None."""
+        if not self.wanted.keeps_images:
+            return None
         # of the image, too: who writes into an array need not say so to the array itself
         return array.__this__, array.GetMTime(), self.image.GetMTime()
 
@@ -123,6 +125,8 @@ class Resampling:
             return "nearest", -1
         if array.GetName() == arrays.GHOSTS:
             return "nearest", 0.0
+        if array.__this__ in self.wanted.flags:
+            return "nearest", float(abs(self.sampling.background) > 0)
         if array.GetName() in self.labels:
             return "nearest", self.sampling.background
         return self.sampling.interpolation, self.sampling.background

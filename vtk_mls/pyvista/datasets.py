@@ -7,6 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, property_tables
 from vtk_mls.filters.updating import update
+from vtk_mls.pyvista import metadata
 from vtk_mls.pyvista import options as arguments
 
 
@@ -25,7 +26,8 @@ class Deforming:
     def deform(self, rest, deformed=None, weights=None, cuts=(), **options):
         """Deform the dataset.
 
-        Images are resampled, points of meshes are moved; both stay registered.
+        Images are resampled, points of meshes are moved; both stay registered. Arrays keep their
+        types; those of bool are taken from the nearest point of an image.
 
         Parameters
         ----------
@@ -51,7 +53,12 @@ class Deforming:
         TypeError, ValueError
             Naming the argument.
         """
-        return self._made_by(MLSDeform(), (rest, deformed, weights), cuts, options)
+        filter_ = MLSDeform()
+        filter_.keeps_images = False  # numpy writes into arrays without telling VTK
+        filter_.flags = metadata.flags(self._dataset)
+        found = self._made_by(filter_, (rest, deformed, weights), cuts, options)
+        metadata.copy(self._dataset, found)
+        return found
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
     def field(self, rest, deformed=None, weights=None, cuts=(), **options):
@@ -74,7 +81,9 @@ class Deforming:
         TypeError, ValueError
             Naming the argument.
         """
-        return self._made_by(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
+        found = self._made_by(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
+        metadata.copy_types(self._dataset, found)
+        return found
 
     def _made_by(self, algorithm, control_points, cuts, options):
         """What a filter makes of the dataset."""

@@ -1,0 +1,339 @@
+"""Data, control points and cuts that change in time, each at its own steps."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from vtk_fixtures import FAST, make_image, messages, values_of  # noqa: F401
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+    vtkPolyData,
+)
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkFiltersHybrid import vtkTemporalDataSetCache, vtkTemporalInterpolator
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
+
+from vtk_mls import arrays
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters.control_point_polydata import fill_polydata
+
+KEYS = vtkStreamingDemandDrivenPipeline
+TOLERANCE = 1e-5  # of coordinates of about 10, in float32
+FILTERS = MLSDeform, MLSDisplacementField
+CORNERS = np.array([(x, y, z) for x in (0, 8) for y in (0, 8) for z in (0, 8)], float)
+
+
+class Source(VTKPythonAlgorithmBase):
+    """Makes data for a time: of the last step that is not later, or without steps of any time."""
+
+    def __init__(self, fill, steps=(), ends=None, output_type="vtkPolyData"):
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType=output_type)
+        self.fill, self.steps, self.ends, self.times = fill, steps, ends, []
+
+    def RequestInformation(self, request, in_info, out_info):
+        info = out_info.GetInformationObject(0)
+        ends = self.ends or [self.steps[0], self.steps[-1]]
+        if self.steps:
+            info.Set(KEYS.TIME_STEPS(), self.steps, len(self.steps))
+        info.Set(KEYS.TIME_RANGE(), ends, 2)
+        if self.OutputType == "vtkImageData":
+            info.Set(KEYS.WHOLE_EXTENT(), make_image().GetExtent(), 6)
+        return 1
+
+    def RequestData(self, request, in_info, out_info):
+        info = out_info.GetInformationObject(0)
+        time = info.Get(KEYS.UPDATE_TIME_STEP()) if info.Has(KEYS.UPDATE_TIME_STEP()) else None
+        if self.steps:
+            earlier = [step for step in self.steps if time is not None and step <= time]
+            time = earlier[-1] if earlier else self.steps[0]
+        self.times.append(time)
+        output = vtkDataObject.GetData(out_info)
+        self.fill(output, time)
+        output.GetInformation().Set(output.DATA_TIME_STEP(), time)
+        return 1
+
+
+def translation(output, time):
+    """A control point that is `time` along x."""
+    fill_polydata(output, np.zeros((1, 3)), np.array([[time, 0, 0]]), None)
+
+
+def growth(output, time):
+    """The corners of a box that grows."""
+    fill_polydata(output, CORNERS, CORNERS * (1 + time / 10), None)
+
+
+def plane(output, time):
+    made = vtkPlaneSource()
+    made.SetOrigin(time / 10, -9, -9)
+    made.SetPoint1(time / 10, 9, -9)
+    made.SetPoint2(time / 10, -9, 9)
+    made.Update()
+    output.ShallowCopy(made.GetOutput())
+
+
+def sphere(output, time):
+    made = vtkSphereSource()
+    made.SetCenter(0, 10 * time, 0)
+    made.Update()
+    output.ShallowCopy(made.GetOutput())
+
+
+def still_sphere():
+    made = vtkPolyData()
+    sphere(made, 0)
+    return made
+
+
+def image(output, time):
+    made = make_image()
+    arrays.add(made.GetPointData(), "values", np.full(made.GetNumberOfPoints(), float(time)))
+    output.ShallowCopy(made)
+
+
+def blocks():
+    made = vtkMultiBlockDataSet()
+    inner = vtkMultiBlockDataSet()
+    inner.SetBlock(0, still_sphere())
+    made.SetBlock(0, still_sphere())
+    made.SetBlock(2, inner)
+    return made
+
+
+def connected(make, data, handles=None, cuts=()):
+    """A filter with data or algorithms on its ports."""
+    filter_ = make()
+    filter_.SetDevice(FAST)
+    inputs = [(0, data), (1, handles), *((2, cut) for cut in cuts)]
+    for port, source in inputs:
+        if hasattr(source, "GetOutputPort"):
+            filter_.AddInputConnection(port, source.GetOutputPort())
+        elif source is not None:
+            filter_.SetInputDataObject(port, source)
+    if handles is None:
+        filter_.SetRestPoints([(-0.5, 0, 0), (0.5, 0, 0)])
+        filter_.SetDeformedPoints([(-0.6, 0, 0), (0.6, 0, 0)])
+    return filter_
+
+
+def leaf(data):
+    """A dataset, or the innermost block."""
+    while isinstance(data, vtkMultiBlockDataSet):
+        data = data.GetBlock(data.GetNumberOfBlocks() - 1)
+    return data
+
+
+def moved(filter_):
+    """How far the output is moved along x, on average."""
+    data = leaf(filter_.GetOutput()).GetPointData()
+    name = "Forward" if data.HasArray("ForwardDisplacement") else "Backward"
+    sign = 1 if name == "Forward" else -1
+    return sign * arrays.to_numpy(data.GetArray(f"{name}Displacement"))[:, 0].mean()
+
+
+def announced(filter_):
+    filter_.UpdateInformation()
+    info = filter_.GetOutputInformation(0)
+    return info.Get(KEYS.TIME_STEPS()), info.Get(KEYS.TIME_RANGE())
+
+
+@pytest.mark.parametrize(
+    ("make", "data"),
+    [
+        *itertools.product(FILTERS, ["mesh", "moving mesh", "blocks"]),
+        (MLSDisplacementField, "image"),
+        (MLSDisplacementField, "moving image"),
+    ],
+)
+def test_control_points_move_in_time(make, data):
+    steps = [0.0, 1.0, 2.0]
+    made = {
+        "mesh": still_sphere,
+        "moving mesh": lambda: Source(sphere, steps),
+        "image": make_image,
+        "moving image": lambda: Source(image, steps, output_type="vtkImageData"),
+        "blocks": blocks,
+    }[data]()
+    filter_ = connected(make, made, Source(translation, steps))
+    assert announced(filter_) == ((0, 1, 2), (0, 2))
+    for time in (0.0, 2.0, 1.0, 0.0):
+        filter_.UpdateTimeStep(time)
+        assert moved(filter_) == pytest.approx(time, abs=TOLERANCE)
+        assert filter_.GetOutput().GetInformation().Get(vtkDataObject.DATA_TIME_STEP()) == time
+
+
+@pytest.mark.parametrize("is_moving", [False, True])
+def test_images_are_resampled_at_each_time(is_moving):
+    still = make_image()
+    x = np.tile(np.arange(9) * 0.9, (7, 8, 1))
+    arrays.add(still.GetPointData(), "values", x.ravel())
+    data = Source(image, [0.0, 1.8, 2.7], output_type="vtkImageData") if is_moving else still
+    filter_ = connected(MLSDeform, data, Source(translation, [0.0, 1.8, 2.7]))
+    for time in (0.0, 2.7, 1.8):  # multiples of the spacing
+        filter_.UpdateTimeStep(time)
+        expected = (x >= time - 0.1) * (time if is_moving else x - time)
+        np.testing.assert_allclose(
+            values_of(filter_.GetOutput(), "values"), expected, atol=TOLERANCE
+        )
+
+
+@pytest.mark.parametrize("make", FILTERS)
+def test_cuts_move_in_time(make):
+    steps = [0.0, 1.0, 2.0, 3.0]
+
+    def inputs():
+        return still_sphere(), None, [Source(plane, steps)]
+
+    filter_ = connected(make, *inputs())
+    assert announced(filter_) == (tuple(steps), (0, 3))
+    found = []
+    for time in (0.0, 3.0, 1.0, 2.0):
+        filter_.UpdateTimeStep(time)
+        fresh = connected(make, *inputs())
+        fresh.UpdateTimeStep(time)
+        assert_same(filter_.GetOutput(), fresh.GetOutput())
+        found.append(
+            filter_.GetOutput().GetNumberOfPoints() if make is MLSDeform else moved(filter_)
+        )
+    assert len(set(found)) > 1
+
+
+def assert_same(found, expected):
+    """Points and numeric arrays are the same to the bit."""
+    found, expected = leaf(found), leaf(expected)
+    assert found.GetNumberOfPoints() == expected.GetNumberOfPoints()
+    assert found.GetBounds() == expected.GetBounds()
+    for i in range(expected.GetPointData().GetNumberOfArrays()):
+        array = expected.GetPointData().GetArray(i)
+        np.testing.assert_array_equal(
+            arrays.to_numpy(found.GetPointData().GetArray(array.GetName())), arrays.to_numpy(array)
+        )
+
+
+@pytest.mark.parametrize("make", FILTERS)
+@pytest.mark.parametrize("kind", ["mesh", "image", "blocks"])
+def test_a_filter_that_ran_before_is_as_a_fresh_one_at_any_time(make, kind, rng):
+    """Also where inputs have steps of their own, and take the last one before."""
+
+    def filled_blocks(output, time):
+        sphere(part := vtkPolyData(), time)
+        output.SetBlock(0, part)
+
+    def inputs():
+        fill, output_type = {
+            "mesh": (sphere, "vtkPolyData"),
+            "image": (image, "vtkImageData"),
+            "blocks": (filled_blocks, "vtkMultiBlockDataSet"),
+        }[kind]
+        data = Source(fill, [0.0, 2.0, 4.0], output_type=output_type)
+        cuts = [Source(plane, [1.5, 3.0]), Source(plane, (), [0.0, 3.5])]
+        return data, Source(translation, [0.0, 1.0, 2.0]), cuts[: rng.integers(0, 3)]
+
+    for _ in range(3):
+        made = inputs()
+        filter_ = connected(make, *made)
+        for time in [*rng.permutation([0.0, 0.5, 1.0, 1.5, 2.0, 3.0]), 1.0, 0.0]:
+            filter_.UpdateTimeStep(time)
+            fresh = connected(make, *made)
+            fresh.UpdateTimeStep(time)
+            assert_same(filter_.GetOutput(), fresh.GetOutput())
+
+
+def test_steps_of_all_inputs_are_announced_in_order():
+    filter_ = connected(
+        MLSDeform,
+        Source(sphere, [0.0, 2.0]),
+        Source(translation, [0.5, 1.0]),
+        [Source(plane, [2.0, 5.0]), Source(plane, (), [-1.0, 1.0])],
+    )
+    assert announced(filter_) == ((0, 0.5, 1, 2, 5), (-1, 5))
+    filter_.DisconnectCuts()
+    assert announced(filter_) == ((0, 0.5, 1, 2), (0, 2))
+    filter_.DisconnectControlPoints()
+    assert announced(filter_) == ((0, 2), (0, 2))
+    filter_.SetInputDataObject(0, still_sphere())
+    assert announced(filter_) == (None, None)
+
+
+def test_each_input_gets_the_requested_time():
+    sources = Source(sphere, (), [0.0, 9.0]), Source(translation, (), [0.0, 9.0])
+    cut = Source(plane, (), [0.0, 9.0])
+    filter_ = connected(MLSDeform, *sources, [cut])
+    assert announced(filter_) == (None, (0, 9))
+    for time in (2.5, 7.25):
+        filter_.UpdateTimeStep(time)
+        assert [source.times[-1] for source in (*sources, cut)] == [time] * 3
+    filter_.UpdateTimeStep(7.25)
+    assert [len(source.times) for source in (*sources, cut)] == [2] * 3
+
+
+def test_a_fitted_grid_grows_in_time():
+    still = make_image((9, 9, 9), origin=(0, 0, 0))
+    filter_ = connected(MLSDeform, still, Source(growth, [0.0, 5.0]))
+    filter_.SetOutputGrid("fitted")
+    filter_.SetKind("affine")
+    for time in (0.0, 5.0, 0.0):
+        filter_.UpdateTimeStep(time)
+        fresh = connected(MLSDeform, still, Source(growth, [0.0, 5.0]))
+        fresh.SetOutputGrid("fitted")
+        fresh.SetKind("affine")
+        fresh.UpdateTimeStep(time)
+        assert filter_.GetOutput().GetExtent() == fresh.GetOutput().GetExtent()
+        size = np.ptp(np.reshape(filter_.GetOutput().GetBounds(), (3, 2)), axis=1)
+        assert (size >= np.array([7.2, 8, 8.8]) * (1 + time / 10) - TOLERANCE).all()
+
+
+def test_the_field_covers_a_mesh_where_it_is_in_time():
+    filter_ = connected(MLSDisplacementField, Source(sphere, [0.0, 1.0]))
+    for time in (0.0, 1.0, 0.0):
+        filter_.UpdateTimeStep(time)
+        assert filter_.GetOutput().GetCenter()[1] == pytest.approx(10 * time, abs=TOLERANCE)
+
+
+def test_vtk_interpolates_in_time_between_outputs():
+    filter_ = connected(MLSDeform, still_sphere(), Source(translation, [0.0, 1.0, 3.0]))
+    cache, interpolator = vtkTemporalDataSetCache(), vtkTemporalInterpolator()
+    cache.SetInputConnection(filter_.GetOutputPort())
+    interpolator.SetInputConnection(cache.GetOutputPort())
+    still = arrays.to_numpy(still_sphere().GetPoints().GetData())
+    for time in (0.25, 2.0, 1.0, 0.5):
+        interpolator.UpdateTimeStep(time)
+        points = arrays.to_numpy(leaf(interpolator.GetOutputDataObject(0)).GetPoints().GetData())
+        np.testing.assert_allclose(points, still + [time, 0, 0], atol=TOLERANCE)
+
+
+def test_the_output_is_empty_at_a_time_that_an_input_does_not_have(messages):
+    class Failing(Source):
+        def RequestData(self, request, in_info, out_info):
+            if out_info.GetInformationObject(0).Get(KEYS.UPDATE_TIME_STEP()) == 1:
+                return 0
+            return super().RequestData(request, in_info, out_info)
+
+    filter_ = connected(MLSDeform, still_sphere(), Failing(translation, [0.0, 1.0, 2.0]))
+    counts = []
+    for time in (0.0, 1.0, 2.0):
+        filter_.UpdateTimeStep(time)
+        counts.append(filter_.GetOutput().GetNumberOfPoints())
+    messages.take()
+    assert counts == [50, 0, 50]
+
+
+def test_parts_of_an_image_at_each_time():
+    """A piece at a time does not take the extent of another time."""
+    still = make_image()
+    handles = Source(translation, [0.0, 1.8])
+    filter_ = connected(MLSDeform, still, handles)
+    arrays.add(still.GetPointData(), "values", np.arange(still.GetNumberOfPoints(), dtype=float))
+    for time, piece in itertools.product((0.0, 1.8), (0, 1)):
+        filter_.UpdateTimeStep(time, piece, 2, 0)
+        found = vtkImageData()
+        found.ShallowCopy(filter_.GetOutput())
+        fresh = connected(MLSDeform, still, handles)
+        fresh.UpdateTimeStep(time, piece, 2, 0)
+        assert found.GetExtent() == fresh.GetOutput().GetExtent()
+        assert_same(found, fresh.GetOutput())

@@ -1,0 +1,100 @@
+"""Control points and cuts of time series move what stands still, also in a view."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from paraview import servermanager, simple
+from scene import array
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+from vtk_mls.filters import MLSControlPoints
+
+TIMES = 0.0, 1.0, 3.0
+folder = Path(tempfile.mkdtemp())
+
+
+def write_series(name, sources):
+    """A .pvd file of polydata at TIMES."""
+    rows = []
+    for time, source in zip(TIMES, sources):
+        path = folder / f"{name}-{time:g}.vtp"
+        writer = vtkXMLPolyDataWriter()
+        writer.SetInputConnection(source.GetOutputPort())
+        writer.SetFileName(str(path))
+        writer.Write()
+        rows.append(f'<DataSet timestep="{time}" file="{path.name}"/>')
+    series = folder / f"{name}.pvd"
+    series.write_text(
+        f'<VTKFile type="Collection"><Collection>{"".join(rows)}</Collection></VTKFile>'
+    )
+    return simple.PVDReader(FileName=str(series))
+
+
+def handles(time):
+    """A control point that moves by `time` along x."""
+    source = MLSControlPoints()
+    source.SetRestPoints([(0, 0, 0)])
+    source.SetDeformedPoints([(time, 0, 0)])
+    return source
+
+
+def plane(time):
+    source = vtkPlaneSource()
+    source.SetOrigin(time / 10, -9, -9)
+    source.SetPoint1(time / 10, 9, -9)
+    source.SetPoint2(time / 10, -9, 9)
+    return source
+
+
+def shift(dataset):
+    """How far a dataset, or its first block, is moved along x."""
+    if dataset.IsA("vtkMultiBlockDataSet"):
+        dataset = dataset.GetBlock(0)
+    return array(dataset, "ForwardDisplacement")[..., 0].mean()
+
+
+moving = write_series("handles", map(handles, TIMES))
+sphere, wavelet = simple.Sphere(), simple.Wavelet(WholeExtent=[0, 4, 0, 4, 0, 4])
+deform = simple.MLSDeform(Input=sphere, ControlPoints=moving)
+blocks = simple.MLSDeform(Input=simple.GroupDatasets(Input=[sphere]), ControlPoints=moving)
+image = simple.MLSDeform(Input=wavelet, ControlPoints=moving)
+field = simple.MLSDisplacementField(Input=wavelet, ControlPoints=moving)
+image.MapTolerance = field.MapTolerance = 0
+before = array(servermanager.Fetch(wavelet), "RTData")
+for time in (0.0, 3.0, 1.0):
+    for proxy in (deform, blocks, image, field):
+        proxy.UpdatePipeline(time)
+    for proxy in (deform, blocks):
+        np.testing.assert_allclose(shift(servermanager.Fetch(proxy)), time, atol=1e-5)
+    found = array(servermanager.Fetch(field), "BackwardDisplacement")
+    np.testing.assert_allclose(found[..., 0], -time, atol=1e-5)
+    n = int(time)
+    found = array(servermanager.Fetch(image), "RTData")
+    np.testing.assert_allclose(found[..., n:], before[..., : 5 - n], rtol=1e-5)
+
+# Cuts.
+cut = simple.MLSDeform(
+    Input=sphere,
+    RestPoints=[-0.5, 0, 0, 0.5, 0, 0],
+    DeformedPoints=[-0.6, 0, 0, 0.6, 0, 0],
+    Cuts=write_series("planes", map(plane, TIMES)),
+)
+counts = []
+for time in TIMES:
+    cut.UpdatePipeline(time)
+    counts.append(servermanager.Fetch(cut).GetNumberOfPoints())
+assert len(set(counts)) > 1, counts
+
+# An animation.
+view = simple.GetActiveViewOrCreate("RenderView")
+simple.Show(deform, view)
+animation = simple.GetAnimationScene()
+animation.UpdateAnimationUsingDataTimeSteps()
+assert list(animation.TimeKeeper.TimestepValues) == list(TIMES)
+for time in (3.0, 0.0, 1.0):
+    animation.AnimationTime = time
+    simple.Render(view)
+    output = deform.GetClientSideObject().GetOutputDataObject(0)
+    np.testing.assert_allclose(shift(output), time, atol=1e-5)

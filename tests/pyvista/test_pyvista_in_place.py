@@ -1,0 +1,163 @@
+"""What numpy changes in place is in the next answer, also on devices that keep images."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+from conftest import DEVICES
+from vtk_fixtures import opengl  # noqa: F401
+
+from vtk_mls import Deformation, Grid, Plane, Surface, arrays
+from vtk_mls.engine import dispatch, engine
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+
+pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
+importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+
+pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+REST = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
+DEFORMED = REST + 0.3 * np.eye(4, 3)
+CHANGES = {
+    "add": lambda values: np.add(values, 100, out=values),
+    "assign": lambda values: values.__setitem__(slice(None), 7),
+    "fill": lambda values: values.fill(7),
+    "view": lambda values: np.asarray(values).__setitem__(slice(5, None), 7),
+}
+
+
+@pytest.fixture(autouse=True)
+def memory(monkeypatch):
+    """The memory of a device that does not work in the host's."""
+    memory = engine.on(dispatch.choose(DEVICES[0])).memory
+    memory._resident.clear()
+    monkeypatch.setattr(memory, "in_place", False)
+    yield memory
+    memory._resident.clear()
+
+
+def image():
+    made = pyvista.ImageData(dimensions=(10, 10, 10))
+    made["values"] = np.arange(1000.0)
+    made.cell_data["cells"] = np.arange(729.0)
+    return made
+
+
+def deformed(data, **options):
+    return data.mls.deform(REST, DEFORMED, device=DEVICES[0], **options)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("name", ["values", "cells"])
+@pytest.mark.parametrize("is_block", [False, True])
+def test_values_of_images(change, name, is_block):
+    data = image()
+    asked = pyvista.MultiBlock([data]) if is_block else data
+    deformed(asked)
+    CHANGES[change](data[name])
+    found, expected = deformed(asked), deformed(data.copy(deep=True))
+    np.testing.assert_array_equal((found[0] if is_block else found)[name], expected[name])
+
+
+def test_values_with_a_gradient():
+    data = image()
+    deformed(data, gradient_array="values")
+    data["values"].fill(7)
+    found = deformed(data, gradient_array="values")
+    np.testing.assert_array_equal(found["Gradient"], 0)
+
+
+def test_nothing_is_kept_on_the_device(memory):
+    deformed(image())
+    assert not memory._resident
+
+
+@pytest.mark.parametrize("cuts", [(), Plane((0.1, 0, 0), (1, 0, 0))], ids=["whole", "cut"])
+def test_points_and_cells_of_meshes(cuts):
+    mesh = pyvista.Sphere(radius=5).cast_to_unstructured_grid()
+    before = deformed(mesh, cuts=cuts)
+    np.add(mesh.points, 1, out=np.asarray(mesh.points))
+    corners = arrays.to_numpy(mesh.GetCells().GetConnectivityArray())
+    corners[:3] = corners[30:33]
+    found = deformed(mesh, cuts=cuts)
+    assert found == deformed(mesh.copy(deep=True), cuts=cuts)
+    assert found != before
+
+
+def test_control_points_and_cuts():
+    data, handles = image(), pyvista.PolyData(REST)
+    handles["Displacement"] = DEFORMED - REST
+    cut = pyvista.Plane(center=(4.2, 4, 4), direction=(1, 0, 0), i_size=30, j_size=30)
+
+    def ask(points, surface):
+        return data.mls.deform(points, cuts=surface, device=DEVICES[0])
+
+    before = ask(handles, cut)
+    np.multiply(handles["Displacement"], 2, out=np.asarray(handles["Displacement"]))
+    np.add(cut.points, 1, out=np.asarray(cut.points))
+    found = ask(handles, cut)
+    assert found == ask(handles.copy(deep=True), cut.copy(deep=True))
+    assert not np.array_equal(found["values"], before["values"])
+
+
+def test_a_deformation_has_copies_of_what_it_is_made_of():
+    rest, moved, weights = REST.copy(), DEFORMED.copy(), np.arange(1.0, 5)
+    corners = np.array([(4, -9, -9), (4, 20, -9), (4, 20, 20), (4, -9, 20)], float)
+    triangles = np.array([(0, 1, 2), (0, 2, 3)])
+    point, normal = np.array([4.0, 0, 0]), np.array([1.0, 0, 0])
+    origin, spacing = np.zeros(3), np.ones(3)
+    cuts = [Surface(corners, triangles), Plane(point, normal)]
+    grid = Grid((8, 8, 8), origin, spacing)
+    made = Deformation(rest, moved, weights=weights, cuts=cuts[:1], device=DEVICES[0])
+    other = Deformation(rest, moved, weights=weights, cuts=cuts[1:], device=DEVICES[0])
+    expected = [d.displacement_field(grid).displacement.copy() for d in (made, other)]
+    for array in (rest, moved, weights, corners, triangles, point, normal, origin, spacing):
+        array += 1
+    for d, field in zip((made, other), expected):
+        np.testing.assert_array_equal(d.displacement_field(grid).displacement, field)
+
+
+def test_arrays_without_a_version_are_read_at_each_question():
+    values, deformation = np.arange(1000.0).reshape(10, 10, 10), Deformation(REST, DEFORMED)
+    grid = Grid((10, 10, 10))
+    deformation.resample([values], grid)
+    values += 100
+    (found,) = deformation.resample([values], grid)
+    (expected,) = deformation.resample([values.copy()], grid)
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("make", [MLSDeform, MLSDisplacementField])
+def test_a_filter_of_a_pipeline_sees_what_is_modified(make):
+    """As all of VTK: who writes by numpy calls `Modified`."""
+    data, handles = image(), pyvista.PolyData(REST)
+    handles["Displacement"] = DEFORMED - REST
+    filter_ = make()
+    filter_.SetInputData(0, data)
+    filter_.SetInputData(1, handles)
+    filter_.Update()
+    name = "values" if make is MLSDeform else "BackwardDisplacement"
+    for array in (data["values"], handles["Displacement"]):
+        np.multiply(array, 2, out=np.asarray(array))
+        array.VTKObject.Modified()
+        filter_.Update()
+        fresh = make()
+        fresh.SetInputData(0, data.copy(deep=True))
+        fresh.SetInputData(1, handles.copy(deep=True))
+        fresh.Update()
+        found, expected = pyvista.wrap(filter_.GetOutput()), pyvista.wrap(fresh.GetOutput())
+        np.testing.assert_array_equal(found[name], expected[name])
+
+
+def test_an_editor_saves_values_as_they_are(tmp_path, opengl):
+    data, plotter = image(), pyvista.Plotter(off_screen=True)
+    edit = plotter.mls.edit(data, REST, DEFORMED, device=DEVICES[0])
+    saved = []
+    for folder in ("before", "after"):
+        edit.save(tmp_path / folder)
+        saved.append(pyvista.read(tmp_path / folder / "data-1-deformed.vti")["values"])
+        data["values"].fill(7)
+    plotter.close()
+    assert not np.array_equal(*saved)
+    assert set(np.unique(saved[1].round(3))) <= {0, 7}

@@ -1,0 +1,62 @@
+"""What PyVista knows of a dataset beside VTK: which arrays are bool or complex, and which active.
+
+VTK has them as uint8 and as pairs of floats. PyVista's own filters hand this on, by
+`copy_meta_from`.
+"""
+
+from __future__ import annotations
+
+import pyvista
+
+# PyVista's names of the attributes, and how to get them.
+_ATTRIBUTES = {"POINT": "GetPointData", "CELL": "GetCellData", "NONE": "GetFieldData"}
+_BOOL, _COMPLEX = "_association_bitarray_names", "_association_complex_names"
+
+
+def flags(data):
+    """`__this__` of the arrays of bool of a DataSet or MultiBlock: a set."""
+    return {
+        array.__this__
+        for dataset, _ in _pairs(data, data)
+        for key in _ATTRIBUTES
+        for name in getattr(dataset, _BOOL).get(key, ())
+        if (array := _array(dataset, key, name)) is not None
+    }
+
+
+def copy(data, result):
+    """Give what was made of a DataSet or MultiBlock its active arrays and types of arrays."""
+    for dataset, made in _pairs(data, result):
+        made.copy_meta_from(dataset, deep=True)
+    copy_types(data, result)
+
+
+def copy_types(data, result):
+    """Make arrays bool or complex that are so in `data`, and that VTK holds in the same way."""
+    for dataset, made in _pairs(data, result):
+        for kind in (_BOOL, _COMPLEX):
+            for key, names in getattr(dataset, kind).items():
+                known = {name for name in names if _is_alike(dataset, made, key, name)}
+                getattr(made, kind)[key] = known
+
+
+def _pairs(data, result):
+    """The datasets of `data` with those at the same place of `result`."""
+    if isinstance(data, pyvista.MultiBlock):
+        for block, made in zip(data, result):
+            yield from _pairs(block, made)
+    elif isinstance(data, pyvista.DataSet) and isinstance(result, pyvista.DataSet):
+        yield data, result
+
+
+def _is_alike(dataset, made, key, name):
+    """Whether an array has the type that it has in another dataset."""
+    old, new = _array(dataset, key, name), _array(made, key, name)
+    if old is None or new is None:
+        return False
+    has_same_type = old.GetDataType() == new.GetDataType()
+    return has_same_type and old.GetNumberOfComponents() == new.GetNumberOfComponents()
+
+
+def _array(dataset, key, name):
+    return getattr(dataset, _ATTRIBUTES[key])().GetArray(name)
