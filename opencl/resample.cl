@@ -58,11 +58,15 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
   sum += pivot;
 #endif
 #if HAS_INFINITY
-  // A difference may be infinite, or not a number, where the sum is not; so may be what has no weight.
-  if ((HAS_PIVOT || !is_whole) && !ALL(TO_INTEGER(isfinite(sum))))
+  // The product of no weight and an infinity is not a number; differences of finite values may be
+  // infinite. Copies, for the compiler keeps in memory what a loop has by its address.
+  if ((HAS_PIVOT || !is_whole) && !ALL(TO_INTEGER(isfinite(sum)))) {
+    const box_t taps = *box;
+    const offsets_t offsets = *at;
     for (int l = 0; l < LANES; ++l)
       if (!isfinite(LANE_SUM(sum, l)))
-        LANE_SUM(sum, l) = weighted_sum(box, at, is_whole, values, l);
+        LANE_SUM(sum, l) = weighted_sum(&taps, &offsets, is_whole, values, l);
+  }
 #endif
   return CAST(sum);
 #endif

@@ -19,7 +19,7 @@ def sample(array, index, method, background, source):
         border's value continues; beyond that is `background`.
     method : {"nearest", "linear", "cubic"}
         "cubic" is Catmull-Rom (Keys, a = -1/2).
-    background : float
+    background : float or int
         Value outside, cast like every other.
     source : Grid
         Where the values are. If it is a part, what it lacks is taken from its own border.
@@ -110,6 +110,14 @@ def _rounded_sum(pivot, offset):
     bits = np.where(bits + up < bits, np.uint64(2**64 - 1), bits + up)
     bits = np.where(down > bits, np.uint64(0), bits - down)
     return (bits ^ sign).view(dtype)
+
+
+def is_in_range(number, dtype):
+    """Whether `dtype` has a number, to its rounding."""
+    if dtype.kind in "iu":
+        limits = np.iinfo(dtype)
+        return bool(np.isfinite(number)) and limits.min <= round(number) <= limits.max
+    return not np.isfinite(number) or bool(np.isfinite(cast(number, dtype)))
 
 
 def cast(values, dtype):
