@@ -5,7 +5,6 @@ from itertools import product
 import numpy as np
 import pytest
 from conftest import DEVICES, random_rotation
-
 from scipy.ndimage import map_coordinates
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, HalfPlane, Sampling

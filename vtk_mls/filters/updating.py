@@ -32,7 +32,10 @@ def update(algorithm, progress=None):
     def warned(caller, event, text):
         warnings.append(text.partition(": ")[2])
 
-    tags = [algorithm.AddObserver("ErrorEvent", heard), algorithm.AddObserver("WarningEvent", warned)]
+    tags = [
+        algorithm.AddObserver("ErrorEvent", heard),
+        algorithm.AddObserver("WarningEvent", warned),
+    ]
     if progress:
 
         def moved(caller, event):
