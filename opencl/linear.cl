@@ -1,28 +1,22 @@
 // Trilinear interpolation: of each point a pair of values along x in each of four rows.
 
 // Passed by address: Oclgrind has no kernel where two floats are returned.
-typedef struct { sum_t first, second; } pair_t;
-
-inline sum_t gathered(__global const VALUE *values, offset_t from) {
-  sum_t sum;
-  UNROLL for (int l = 0; l < LANES; ++l) LANE_SUM(sum, l) = (SUM)values[LANE_OFFSET(from, l)];
-  return sum;
-}
+typedef struct { tap_t first, second; } pair_t;
 
 // Values and those behind them, by one load for each two.
 #define PAIR(l) vload2(0, values + LANE_OFFSET(from, l))
 #define FOUR_PAIRS(l) PAIR(l), PAIR(l + 1), PAIR(l + 2), PAIR(l + 3)
 HOT void load_neighbours(pair_t *pair, __global const VALUE *values, offset_t from) {
 #if LANES == 1
-  pair->first = (SUM)values[from];
-  pair->second = (SUM)values[from + 1];
+  pair->first = (TAP)values[from];
+  pair->second = (TAP)values[from + 1];
 #elif LANES == 16
   typedef GLUE(VALUE, 16) values_t;
   const values_t low = (values_t)(FOUR_PAIRS(0), FOUR_PAIRS(4));
   const values_t high = (values_t)(FOUR_PAIRS(8), FOUR_PAIRS(12));
   const values_t first = (values_t)(low.even, high.even), second = (values_t)(low.odd, high.odd);
-  pair->first = TO_SUM(first);
-  pair->second = TO_SUM(second);
+  pair->first = TO_TAP(first);
+  pair->second = TO_TAP(second);
 #else
 #if LANES == 2
   const GLUE(VALUE, 4) pairs = (GLUE(VALUE, 4))(PAIR(0), PAIR(1));
@@ -31,8 +25,8 @@ HOT void load_neighbours(pair_t *pair, __global const VALUE *values, offset_t fr
 #else
   const GLUE(VALUE, 16) pairs = (GLUE(VALUE, 16))(FOUR_PAIRS(0), FOUR_PAIRS(4));
 #endif
-  pair->first = TO_SUM(pairs.even);
-  pair->second = TO_SUM(pairs.odd);
+  pair->first = TO_TAP(pairs.even);
+  pair->second = TO_TAP(pairs.odd);
 #endif
 }
 
@@ -79,15 +73,16 @@ HOT vec interpolated_three(const box_t *box, const offsets_t *at, __global const
 #endif
 
 HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole,
-                       __global const VALUE *values) {
+                       __global const VALUE *values, const tap_t pivot) {
   sum_t sum = 0;
   UNROLL for (int k = 0; k < TAPS; ++k)
     UNROLL for (int j = 0; j < TAPS; ++j) {
       pair_t pair;
       load_pair(&pair, box, at, is_whole, values, j, k);
-      const sum_t first = TO_SUM(box->x.weight[0]) * pair.first;
-      const sum_t along_x = fma(TO_SUM(box->x.weight[1]), pair.second, first);
-      sum = fma(TO_SUM(box->y.weight[j] * box->z.weight[k]), along_x, sum);
+      const sum_t first = box->x.weight[0] * TERM(TO_SUM, TO_LONG, pair.first, pivot);
+      const sum_t second = TERM(TO_SUM, TO_LONG, pair.second, pivot);
+      const sum_t along_x = fma(box->x.weight[1], second, first);
+      sum = fma(box->y.weight[j] * box->z.weight[k], along_x, sum);
     }
   return sum;
 }

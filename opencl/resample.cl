@@ -4,9 +4,10 @@
 #include "types.cl"
 #include "sums.cl"
 #include "taps.cl"
+#include "values.cl"
 
-#if !defined(VALUE) || !defined(VALUES) || !defined(CAST) || !defined(ARRAY)
-#error "VALUE, VALUES, CAST or ARRAY is missing"
+#ifndef ARRAY
+#error "ARRAY is missing: members of the struct below"
 #endif
 
 #if TAPS == 2
@@ -19,7 +20,58 @@
 // `components`.
 typedef struct { ARRAY } array_t;
 
-#define LANE_VALUE(values, l) (((VALUE *)&(values))[l])
+#if TAPS > 1
+#if HAS_INFINITY
+// The sum of the taps with weight of lane l, one after the other.
+inline SUM weighted_sum(const box_t *box, const offsets_t *at, const int is_whole,
+                        __global const VALUE *values, int l) {
+  SUM sum = 0;
+  for (int k = 0; k < TAPS; ++k)
+    for (int j = 0; j < TAPS; ++j)
+      for (int i = 0; i < TAPS; ++i) {
+        const SUM weight = LANE_SUM(box->x.weight[i], l) * LANE_SUM(box->y.weight[j], l) *
+                           LANE_SUM(box->z.weight[k], l);
+        const OFFSET from =
+            is_whole ? LANE_OFFSET(at->corner, l) + k * box->step_z + j * box->step_y +
+                           i * box->step_x
+                     : LANE_OFFSET(at->z[k], l) + LANE_OFFSET(at->y[j], l) +
+                           LANE_OFFSET(at->x[i], l);
+        if (weight != 0) sum = fma(weight, (SUM)values[from], sum);
+      }
+  return sum;
+}
+#endif
+
+// The value of a box of taps, in the type of the array.
+HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
+                    __global const VALUE *values) {
+#if HAS_PIVOT
+  const tap_t pivot = gathered(values, at->nearest);
+#else
+  const tap_t pivot = 0;  // which no term asks for
+#endif
+  sum_t sum = interpolated(box, at, is_whole, values, pivot);
+#if IS_INTEGER64
+  return rounded_sum(pivot, sum);
+#else
+#if HAS_PIVOT
+  sum += pivot;
+#endif
+#if HAS_INFINITY
+  // The product of no weight and an infinity is not a number; differences of finite values may be
+  // infinite. Copies, for the compiler keeps in memory what a loop has by its address.
+  if ((HAS_PIVOT || !is_whole) && !ALL(TO_INTEGER(isfinite(sum)))) {
+    const box_t taps = *box;
+    const offsets_t offsets = *at;
+    for (int l = 0; l < LANES; ++l)
+      if (!isfinite(LANE_SUM(sum, l)))
+        LANE_SUM(sum, l) = weighted_sum(&taps, &offsets, is_whole, values, l);
+  }
+#endif
+  return CAST(sum);
+#endif
+}
+#endif
 
 inline void store_values(__global VALUE *to, VALUES found, int lanes, int components) {
   if (components == 1 && lanes == LANES) {
@@ -80,6 +132,11 @@ KERNEL void resample(const long count, __global const float *restrict index, con
   if (ALL(whole)) {  // as almost everywhere
     at_taps.corner = TO_OFFSET(box.z.first) * z.step + TO_OFFSET(box.y.first) * y.step +
                     TO_OFFSET(box.x.first) * x.step;
+#if HAS_PIVOT
+    at_taps.nearest = TO_OFFSET(nearest_to(&z, at.z)) * z.step +
+                      TO_OFFSET(nearest_to(&y, at.y)) * y.step +
+                      TO_OFFSET(nearest_to(&x, at.x)) * x.step;
+#endif
 #if COVARIANT && TAPS == 2 && LANES > 1
     // the last vector has no number behind it
     if (ALL(at_taps.corner < slice * array.there[2] - (slice + line + 6))) {
@@ -89,11 +146,11 @@ KERNEL void resample(const long count, __global const float *restrict index, con
     }
 #elif !COVARIANT
     if (components == 1) {  // a case of its own, which compilers make faster
-      KEEP(0, CAST(interpolated(&box, &at_taps, 1, values)));
+      KEEP(0, value_in(&box, &at_taps, 1, values));
       return;
     }
 #endif
-    for (int c = 0; c < components; ++c) KEEP(c, CAST(interpolated(&box, &at_taps, 1, values + c)));
+    for (int c = 0; c < components; ++c) KEEP(c, value_in(&box, &at_taps, 1, values + c));
     STORE_KEPT;
     return;
   }
@@ -104,6 +161,7 @@ KERNEL void resample(const long count, __global const float *restrict index, con
   const offset_t nearest = TO_OFFSET(nearest_z) * z.step + TO_OFFSET(nearest_y) * y.step +
                            TO_OFFSET(nearest_x) * x.step;
 #if TAPS > 1
+  at_taps.nearest = nearest;
   tap_offsets(at_taps.x, &box.x, &x, nearest_x);
   tap_offsets(at_taps.y, &box.y, &y, nearest_y);
   tap_offsets(at_taps.z, &box.z, &z, nearest_z);
@@ -112,7 +170,7 @@ KERNEL void resample(const long count, __global const float *restrict index, con
   for (int c = 0; c < components; ++c) {
     VALUES found;
 #if TAPS > 1
-    found = CAST(interpolated(&box, &at_taps, 0, values + c));
+    found = value_in(&box, &at_taps, 0, values + c);
 #endif
     UNROLL for (int l = 0; l < LANES; ++l) {
 #if TAPS > 1

@@ -37,19 +37,22 @@ inline integer nearest_to(const axis_t *axis, real x) {
 
 #if TAPS > 1
 // `first` is the first tap, counted from the first point that is there; the point is `behind` the
-// grid point before it.
-typedef struct { integer first; real behind, weight[TAPS]; } taps_t;
+// grid point before it. Weights are of the type of the sums.
+typedef struct { integer first; real behind; sum_t weight[TAPS]; } taps_t;
+
+// Which lanes have a weight.
+#define HAS_WEIGHT(weight) TO_INTEGER((weight) != 0)
 
 // Two taps for linear, four for Catmull-Rom.
 HOT void weigh(taps_t *taps) {
-  const real t = taps->behind;
+  const sum_t t = TO_SUM(taps->behind);
 #if TAPS == 2
   taps->weight[0] = 1 - t;
   taps->weight[1] = t;
 #else
-  taps->weight[0] = 0.5f * t * fma(t, 2 - t, (real)(-1));
-  taps->weight[1] = 0.5f * fma(t * t, fma((real)(3), t, (real)(-5)), (real)(2));
-  taps->weight[2] = 0.5f * t * fma(t, fma((real)(-3), t, (real)(4)), (real)(1));
+  taps->weight[0] = 0.5f * t * fma(t, 2 - t, (sum_t)(-1));
+  taps->weight[1] = 0.5f * fma(t * t, fma((sum_t)(3), t, (sum_t)(-5)), (sum_t)(2));
+  taps->weight[2] = 0.5f * t * fma(t, fma((sum_t)(-3), t, (sum_t)(4)), (sum_t)(1));
   taps->weight[3] = 0.5f * t * t * (t - 1);
 #endif
 }
@@ -63,7 +66,7 @@ HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
   taps->first = before - (axis->first + (TAPS - 1) / 2);
   weigh(taps);
   integer whole = (taps->first >= 0) & (taps->first <= axis->there - TAPS);
-  UNROLL for (int tap = 0; tap < TAPS; ++tap) whole &= taps->weight[tap] != 0;
+  UNROLL for (int tap = 0; tap < TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
   return whole;
 }
 
@@ -72,13 +75,14 @@ HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
 inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
   for (int tap = 0; tap < TAPS; ++tap) {
     const integer point = clamp(taps->first + tap, 0, axis->there - 1);
-    at[tap] = TO_OFFSET(select(point, nearest, taps->weight[tap] == 0)) * axis->step;
+    at[tap] = TO_OFFSET(select(nearest, point, HAS_WEIGHT(taps->weight[tap]))) * axis->step;
   }
 }
 
 // A box of taps around each point, and how far apart in memory they are.
 typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 
-// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z.
-typedef struct { offset_t corner, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
+// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z. And the point of
+// the grid that is nearest.
+typedef struct { offset_t corner, nearest, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
 #endif

@@ -613,6 +613,7 @@ class Deformation:
         sampling = Sampling.of(sampling)
         arrays = _on_grid(arrays, sampling.source)
         sampling.methods(len(arrays))
+        _check_background(sampling, arrays)
         distances = self._distances(void_distance, sampling.target)
         with whole(progress) as progress:
             return self._resampled(arrays, sampling, progress, distances)
@@ -774,6 +775,7 @@ class Deformation:
             )
         arrays = _on_grid(arrays, source)
         methods = sampling.methods(len(arrays) + 1)
+        _check_background(sampling, arrays)
         distances = self._distances(void_distance, sampling.target, is_needed=True)
         with whole(progress) as progress:
             differences, sampled, at_faces = progress.divided(1, 4, 2)
@@ -786,7 +788,7 @@ class Deformation:
                     self._engine,
                     self,
                     distances,
-                    (np.asarray(array, np.float32), slopes),
+                    (_as_floats(array), slopes),
                     replace(sampling, interpolation=methods[-1]),
                     at_faces,
                 )
@@ -835,6 +837,16 @@ class Deformation:
     @property
     def _engine(self):
         return engine_for(self.device)
+
+
+def _as_floats(array):
+    """An array as float32 if that holds all values of its type, else as float64."""
+    return arguments.plain(array).astype(np.promote_types(array.dtype, np.float32), copy=False)
+
+
+def _check_background(sampling, arrays):
+    """Warn of arrays that cannot hold the background."""
+    sampling.warn_of_background({f"array {i}": array.dtype for i, array in enumerate(arrays)})
 
 
 def _on_grid(arrays, grid):

@@ -19,7 +19,7 @@ def sample(array, index, method, background, source):
         border's value continues; beyond that is `background`.
     method : {"nearest", "linear", "cubic"}
         "cubic" is Catmull-Rom (Keys, a = -1/2).
-    background : float
+    background : float or int
         Value outside, cast like every other.
     source : Grid
         Where the values are. If it is a part, what it lacks is taken from its own border.
@@ -28,7 +28,7 @@ def sample(array, index, method, background, source):
     -------
     (m,) or (m, components) array of the same dtype
         Integers are rounded to the nearest and kept in their range. At a point of the grid it is
-        exactly that point's value.
+        exactly that point's value, and where all values around are the same, it is that value.
     """
     size = np.array(source.whole.dimensions)
     first = np.array(source.first)
@@ -43,19 +43,23 @@ def sample(array, index, method, background, source):
     else:
         base = np.floor(index).astype(np.int64)
         fraction = index - base
-        total = np.zeros(raw.shape)
+        total, offset = np.zeros(raw.shape), np.zeros(raw.shape)  # offset: relative to `raw`
         taps = [_taps(method, fraction[:, axis]) for axis in range(3)]
         for dz, wz in taps[2]:
             for dy, wy in taps[1]:
                 for dx, wx in taps[0]:
                     at = np.clip(base + (dx, dy, dz), first, last) - first
-                    tap = values[tuple(at.T[::-1])].astype(np.float64)
+                    tap = values[tuple(at.T[::-1])]
                     weight = (wx * wy * wz)[:, None]
                     # a tap without weight must not bring in its NaN or infinity
-                    total += np.where(weight == 0, 0, weight * np.where(weight == 0, 0, tap))
+                    has_weight = np.broadcast_to(weight != 0, raw.shape)
+                    np.add(total, weight * tap.astype(np.float64), out=total, where=has_weight)
+                    np.add(offset, weight * _difference(tap, raw), out=offset, where=has_weight)
         at_point = (fraction == 0).all(axis=1)
-        result = np.where(at_point[:, None], raw, cast(total, array.dtype))
-    result[~inside] = cast(np.float64(background), array.dtype)
+        result = np.where(at_point[:, None], raw, _rounded_sum(raw, offset))
+        if array.dtype.kind == "f":  # an infinite value or difference
+            result = np.where(np.isfinite(result), result, cast(total, array.dtype))
+    result[~inside] = cast(background, array.dtype)
     return result.reshape(len(index), *array.shape[3:])
 
 
@@ -81,8 +85,47 @@ def _taps(method, t):
     ]
 
 
+def _difference(a, b):
+    """a - b in float64, rounded once."""
+    if a.dtype.kind not in "iu" or a.itemsize < 8:
+        return a.astype(np.float64) - b
+    # up to 65 bits: the upper and lower halves have 33 each
+    upper = (a >> 32).astype(np.int64) - (b >> 32).astype(np.int64)
+    lower = (a & 0xFFFFFFFF).astype(np.int64) - (b & 0xFFFFFFFF).astype(np.int64)
+    return upper * 2.0**32 + lower
+
+
+def _rounded_sum(pivot, offset):
+    """`pivot` plus a float64 `offset`, in the type of `pivot`, as `cast` rounds."""
+    dtype = pivot.dtype
+    if dtype.kind not in "iu" or dtype.itemsize < 8:
+        return cast(pivot + offset, dtype)
+    # with its sign bit flipped a signed integer is ordered as an unsigned one, whose range holds
+    # every difference; even, for ties
+    sign = np.uint64(1 << 63 if dtype.kind == "i" else 0)
+    bits = pivot.view(np.uint64) ^ sign
+    odd = bits & np.uint64(1)
+    offset, bits = offset + odd, bits - odd
+    up, down = (cast(np.maximum(part, 0), bits.dtype) for part in (offset, -offset))
+    bits = np.where(bits + up < bits, np.uint64(2**64 - 1), bits + up)
+    bits = np.where(down > bits, np.uint64(0), bits - down)
+    return (bits ^ sign).view(dtype)
+
+
+def is_in_range(number, dtype):
+    """Whether `dtype` has a number, to its rounding."""
+    if dtype.kind in "iu":
+        limits = np.iinfo(dtype)
+        return bool(np.isfinite(number)) and limits.min <= round(number) <= limits.max
+    return not np.isfinite(number) or bool(np.isfinite(cast(number, dtype)))
+
+
 def cast(values, dtype):
     """`values` as `dtype`: integers rounded to the nearest and kept in their range."""
+    if isinstance(values, int) and dtype.kind in "iu":  # float64 does not hold every one of them
+        limits = np.iinfo(dtype)
+        return dtype.type(min(max(values, int(limits.min)), int(limits.max)))
+    values = np.asarray(values, np.float64)
     if dtype.kind not in "iu":
         return values.astype(dtype)
     limits = np.iinfo(dtype)

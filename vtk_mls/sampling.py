@@ -6,13 +6,17 @@ from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vtk_mls import arguments
+import numpy as np
+
+from vtk_mls import arguments, interpolation
+from vtk_mls.announcements import warn
 from vtk_mls.grid import Grid
 from vtk_mls.interpolation import INTERPOLATIONS
 from vtk_mls.reals import shown
 
 # What the void that a cut opens can hold: nothing, or material as if each side went on.
 VOID_VALUES = ("background", "continued")
+_MAX_LISTED = 4  # arrays in a warning
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class Sampling:
         "cubic" is Catmull-Rom (Keys, a = -1/2).
     background : float
         Value of points whose material came from outside of `source` (by more than half a spacing),
-        and of the void. Directions are 0 there.
+        and of the void. Directions are 0 there. An array whose type does not have it gets the
+        nearest value that the type has (integers 0 for NaN), with a warning.
     void_values : {"background", "continued"}
         What is in the void: `background`; or the values that the map of each side brings there, as
         if its material went on behind the face of the cut. Contours of these end sharp where they
@@ -70,16 +75,16 @@ class Sampling:
         arguments.grid("source", self.source)
         target = self.source if self.target is None else arguments.grid("target", self.target)
         one = isinstance(self.interpolation, str) or not isinstance(self.interpolation, Iterable)
-        interpolation = self.interpolation if one else tuple(self.interpolation)
+        methods = self.interpolation if one else tuple(self.interpolation)
         if not all(
             isinstance(method, str) and method in INTERPOLATIONS
-            for method in ([interpolation] if one else interpolation)
+            for method in ([methods] if one else methods)
         ):
             raise self._bad_interpolation()
         for name, value in {
             "target": target,
-            "interpolation": interpolation,
-            "background": arguments.number("background", self.background),
+            "interpolation": methods,
+            "background": _exact_number("background", self.background),
             "void_values": arguments.choice("void_values", self.void_values, VOID_VALUES),
             "versions": tuple(self.versions),
         }.items():
@@ -111,8 +116,28 @@ class Sampling:
         """What tells the contents of the array with a number from all others; None if unknown."""
         return self.versions[number] if number < len(self.versions) else None
 
+    def warn_of_background(self, dtypes):
+        """Warn of arrays, dtypes by their names, whose types do not have the background."""
+        found = [
+            f"{name} ({dtype}) gets {interpolation.cast(self.background, dtype)} instead"
+            for name, dtype in dtypes.items()
+            if not interpolation.is_in_range(self.background, dtype)
+        ]
+        if found:
+            listed = ", ".join([*found[:_MAX_LISTED], *["..."] * (len(found) > _MAX_LISTED)])
+            warn(
+                "`background` must be in the range of each array's type, "
+                f"got {shown(self.background)}: {listed}; choose another value or convert the array"
+            )
+
     def _bad_interpolation(self):
         return ValueError(
             f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each array, "
             f"got {shown(self.interpolation)}"
         )
+
+
+def _exact_number(name, value):
+    """A float; an integer as an int, for float64 does not hold all that arrays may."""
+    number = arguments.number(name, value)
+    return int(value) if isinstance(value, (int, np.integer)) else number

@@ -5,8 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 from conftest import DEVICES, random_rotation
+from scipy.ndimage import map_coordinates
 
-from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
+from vtk_mls import INTERPOLATIONS, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.interpolation import cast, sample
 
 DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
@@ -109,11 +110,200 @@ def test_background_begins_half_a_voxel_outside(device):
         assert got.ravel()[6] == pytest.approx(3)
 
 
-def test_background_is_kept_in_the_range_of_the_type(device):
+@pytest.mark.parametrize(
+    ("dtype", "background", "expected"),
+    [
+        ("uint8", -1000, 0),
+        ("int16", 1e9, 32767),
+        ("int32", np.nan, 0),
+        ("uint64", -1, 0),
+        ("int64", np.inf, 2**63 - 1),
+        ("float32", 1e300, np.inf),
+    ],
+)
+def test_a_background_that_a_type_does_not_have_is_said(
+    device, dtype, background, expected, caplog
+):
     d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
     grid = Grid((2, 2, 2))
-    (got,) = d.resample([np.zeros(grid.shape, np.uint8)], Sampling(grid, background=-1000))
-    assert (got == 0).all()
+    arrays = [np.ones(grid.shape), np.ones(grid.shape, dtype)]
+    caplog.clear()
+    wide, got = d.resample(arrays, Sampling(grid, background=background))
+    assert (got == expected).all()
+    np.testing.assert_array_equal(wide, np.full(grid.shape, float(background)))
+    (line,) = caplog.messages
+    shown = f"got {background!r}: array 1 ({dtype}) gets {got.flat[0]} instead"
+    assert shown in line
+    assert line.startswith("`background` must be in the range of each array's type")
+
+
+@pytest.mark.parametrize(
+    ("dtype", "background"),
+    [("uint8", 0), ("uint8", 255), ("uint8", 7.4), ("int64", 2**62 + 1), ("float32", np.nan)],
+)
+def test_a_background_that_a_type_has_is_not_said(device, dtype, background, caplog):
+    d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
+    grid = Grid((2, 2, 2))
+    caplog.clear()
+    (got,) = d.resample([np.ones(grid.shape, dtype)], Sampling(grid, background=background))
+    np.testing.assert_array_equal(got, np.full(grid.shape, background, dtype))
+    assert not caplog.messages
+
+
+def ends_of(dtype):
+    """Values at which sums lose digits or end."""
+    if np.dtype(dtype).kind == "f":
+        return [101325.0, 4_500_000.3, -1 / 3] + [1e300, np.finfo(float).max] * (dtype == "float64")
+    low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
+    values = 123456789, 2**40 + 1, 2**53 + 1, 2**62 + 1, -(2**53) - 1
+    return [low, low + 1, high // 2, high - 1, high, *(v for v in values if low <= v <= high)]
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.05}, {"cuts": True}], ids=str)
+def test_a_constant_stays_constant(device, dtype, interpolation, options, rng):
+    """Also at borders, and with the background of the void and of what is outside."""
+    grid = oriented_grid(rng)
+    middle = grid.at([np.array(grid.dimensions) / 2])[0]
+    if "cuts" in options:
+        options = {"cuts": HalfPlane(middle, (1, 0.2, 0), (0, 0.1, 1))}
+    d = Deformation(*handles_in(grid, rng), device=device, **options)
+    for value in ends_of(dtype):
+        given = [np.full(grid.shape + c, value, dtype) for c in ((), (3,))]
+        sampling = Sampling(grid, interpolation=interpolation, background=given[0].item(0))
+        for a, b in zip(given, d.resample(given, sampling)):
+            # float32 is summed in float32: 8 or 64 roundings
+            rounding = 8 * np.spacing(abs(a[0, 0, 0])) if dtype == "float32" else 0
+            np.testing.assert_allclose(b, a, rtol=0, atol=np.max(rounding))
+            assert b.dtype == a.dtype
+
+
+@pytest.mark.parametrize("dtype", ["int32", "uint32", "int64", "uint64", "float64"])
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+def test_sums_have_the_digits_of_float64(device, dtype, interpolation, rng):
+    """Against sums of long doubles, at places that float32 has, for values of all sizes."""
+    grid = Grid((8, 7, 9))
+    values = random_array(rng, dtype, grid.shape)
+    target = Grid((5, 4, 3), (0.6875, 0.375, 1.3125), (1.171875, 1.421875, 1.640625))
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    (got,) = d.resample([values], Sampling(grid, target, interpolation))
+    index = target.points()
+    size = float(values.max()) - float(values.min())
+    # of which the sum of the weights' sizes is at most 2
+    allowed = 8 * np.finfo(float).eps * size + (0.5 if dtype[0] in "iu" else 0)
+    exact = exact_sums(values, index, interpolation)
+    if dtype[0] in "iu":
+        low, high = (np.longdouble(int(end)) for end in (np.iinfo(dtype).min, np.iinfo(dtype).max))
+        exact = np.clip(exact, low, high)
+    assert np.abs(got.ravel().astype(np.longdouble) - exact).max() <= allowed
+    if interpolation == "linear" and dtype in ("int32", "float64"):
+        oracle = map_coordinates(values.astype(float), index[:, ::-1].T, order=1)
+        np.testing.assert_allclose(got.ravel(), oracle, rtol=0, atol=allowed)
+
+
+def exact_sums(values, index, interpolation):
+    base = np.floor(index).astype(int)
+    t = (index - base).astype(np.longdouble)
+    weights = {0: 1 - t, 1: t}
+    if interpolation == "cubic":
+        weights = {
+            -1: -t * (1 - t) ** 2 / 2,
+            0: (3 * t**3 - 5 * t**2 + 2) / 2,
+            1: (-3 * t**3 + 4 * t**2 + t) / 2,
+            2: t**2 * (t - 1) / 2,
+        }
+    total = np.zeros(len(index), np.longdouble)
+    for taps in product(weights, repeat=3):
+        at = np.clip(base + taps, 0, np.array(values.shape[::-1]) - 1)
+        weight = np.prod([weights[tap][:, axis] for axis, tap in enumerate(taps)], axis=0)
+        total += weight * values[tuple(at.T[::-1])].astype(np.longdouble)
+    return total
+
+
+def test_small_changes_of_large_values_come_through(device, rng):
+    """A pressure in pascal: its waves are as exact as the places where they are taken."""
+    grid = Grid((20, 20, 20))
+    d = Deformation(*handles_in(grid, rng), device=device)
+    wave = 1e-3 * np.sin(grid.points()[:, 0]).reshape(grid.shape)
+    (got,) = d.resample([101325 + wave], grid)
+    origin = Deformation(d.rest, d.deformed, device="reference").backward(grid.points())
+    inside = grid.covers(origin)
+    expected = map_coordinates(wave, origin[:, ::-1].T, order=1, mode="nearest")
+    # indices below 20 are rounded to 1e-6, and the map is as exact; numbers near 1e5 to 1e-11
+    error = np.abs(got.ravel() - 101325 - expected)[inside]
+    assert error.max() <= 1e-3 * 8e-6 + 1e-10
+    assert inside.mean() > 0.5
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_shows_where_it_has_weight(device, dtype, interpolation, value):
+    """Whatever the other axes do; where it has none, the others show."""
+    grid = Grid((9, 9, 9))
+    values = np.ones(grid.shape, dtype)
+    values[4, 4, 4] = value
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    steps = np.array(list(product((-3, 0, 0.25, 0.5), repeat=3)))
+    for step in steps:
+        target = Grid((1, 1, 1), 4 + step)
+        (got,) = d.resample([values], Sampling(grid, target, interpolation))
+        np.testing.assert_array_equal(got.item(), value if (step >= 0).all() else 1.0)
+
+
+def test_values_whose_difference_is_infinite(device):
+    grid, target = Grid((2, 1, 1)), Grid((1, 1, 1), (0.5, 0, 0))
+    most = np.finfo(float).max
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    for pair, expected in (((most, -most), 0), ((most, most), most)):
+        (got,) = d.resample([np.array(pair).reshape(grid.shape)], Sampling(grid, target))
+        assert got.item() == expected
+
+
+@pytest.mark.parametrize("dtype", DTYPES[:8])
+def test_halves_are_rounded_to_even(device, dtype):
+    """For odd and even values alike."""
+    grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), (0.5, 0, 0))
+    values = np.array([0, 1, 2, 3, 2]).astype(dtype).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    (got,) = d.resample([values], Sampling(grid, target))
+    assert got.ravel().tolist() == [0, 2, 2, 2]
+
+
+@pytest.mark.parametrize("dtype", ["int32", "uint32", "int64", "uint64"])
+def test_overshoot_ends_where_the_type_does(device, dtype):
+    low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
+    grid, target = Grid((6, 1, 1)), Grid((1, 1, 1), (2.5, 0, 0))
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    for inner, outer in ((high, low), (low, high)):
+        values = np.array([outer, outer, inner, inner, outer, outer], dtype).reshape(grid.shape)
+        (got,) = d.resample([values], Sampling(grid, target, "cubic"))
+        assert got.item() == inner
+
+
+@pytest.mark.parametrize("value", [123456789, 4_500_000.3, 2**62 + 1])
+def test_a_constant_has_no_gradient_at_a_cut(device, value):
+    """If the void has its value."""
+    grid = Grid((12, 12, 12))
+    rest = np.array([(3, 3, 3), (9, 9, 9), (3, 9, 5), (9, 3, 7.0)])
+    cut = HalfPlane((6, 6, 6), (0, 0, 1), (1, 0, 0))
+    d = Deformation(rest, rest + [[0, 0, -1], [0, 0, 1]] * 2, cuts=cut, device=device)
+    assert d.void_distance_field(grid).min() < 0
+    got = d.corrected_gradient(np.full(grid.shape, value), Sampling(grid, background=value))
+    np.testing.assert_allclose(got, 0, atol=4 * np.finfo(float).eps * value)
+
+
+def test_gradient_at_a_cut_of_a_view(device, rng):
+    """One component of an array."""
+    grid = Grid((6, 6, 6))
+    components = rng.normal(size=(*grid.shape, 2)).astype(np.float32)
+    cut = HalfPlane((3, 3, 3), (0, 0, 1), (1, 0, 0))
+    d = Deformation([[1, 1, 1], [4, 4, 4]], [[1, 1, 0], [4, 4, 5]], cuts=cut, device=device)
+    one = components[..., 0]
+    np.testing.assert_array_equal(
+        d.corrected_gradient(one, grid), d.corrected_gradient(one.copy(), grid)
+    )
 
 
 def test_each_array_has_its_own_interpolation(device):

@@ -30,7 +30,7 @@ from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling, arrays
 from vtk_mls.arrays import ImageGeometry
-from vtk_mls.filters import MLSDeform
+from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 PLACES = {
     "plain": {},
@@ -84,6 +84,25 @@ def assert_holds(output, values, cells):
 
 
 # Numbers
+
+
+@pytest.mark.parametrize("background", [-1000.0, np.nan])
+def test_a_background_that_a_type_does_not_have_is_said(deform, messages, background):
+    """Once, by the name of the array; the others have it."""
+    image = smooth_image()
+    labels = np.ones(image.GetNumberOfPoints(), np.uint8)
+    arrays.add(image.GetPointData(), "labels", labels)
+    deform.SetBackground(background)
+    far = MLSControlPoints()
+    far.SetRestPoints([(0, 0, 0)])
+    far.SetDeformedPoints([(1000, 0, 0)])
+    output = update(connect(deform, image, far))
+    messages.assert_one(f"`background` .* got {background}: array `labels` .uint8. gets 0 instead")
+    assert (values_of(output, "labels") == 0).all()
+    np.testing.assert_array_equal(values_of(output, "values"), background)
+    deform.SetBackground(0.0)
+    update(deform)
+    messages.assert_none()
 
 
 @pytest.mark.parametrize("place", PLACES)

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkPoints
+from vtkmodules.vtkCommonCore import (
+    VTK_DOUBLE,
+    VTK_FLOAT,
+    VTK_INT,
+    VTK_LONG_LONG,
+    VTK_UNSIGNED_LONG_LONG,
+    vtkPoints,
+)
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,
     vtkImageData,
@@ -28,6 +35,13 @@ from vtk_mls import (
 )
 from vtk_mls.reals import shown
 
+CONSTANT = "constant"  # the name of an array
+_CONSTANTS = (
+    (VTK_INT, np.int32, 2**31 - 1),
+    (VTK_LONG_LONG, np.int64, 2**62 + 1),
+    (VTK_UNSIGNED_LONG_LONG, np.uint64, 2**53 + 1),
+    (VTK_DOUBLE, np.float64, 4.5e6 + 0.3),
+)
 _CELL_TYPES = (3, 5, 7, 9, 10, 11, 12, 13, 14, 15, 16, 21, 22, 23, 24, 25, 26, 27, 28, 29)
 _CURVED_TYPES = (35, 37, 68, 69, 70, 71, 72, 73, 75, 76, 77, 78, 79, 80)
 _FLAT_CELLS = ((1, 1), (2, 7), (3, 2), (4, 5), (5, 3), (6, 6), (7, 5), (9, 4), (10, 4), (12, 8))
@@ -219,6 +233,12 @@ class Scene:
                     shape = (rows, 3) if name == "vectors" else (rows,)
                     dtype = [np.float32, np.float64, np.uint8][rng.integers(3)]
                     arrays.add(attributes, name, rng.uniform(0, 200, shape).astype(dtype))
+        if rng.random() < 0.3 and not short:
+            vtk_type, dtype, value = _CONSTANTS[rng.integers(len(_CONSTANTS))]
+            constant = np.full(data.GetNumberOfPoints(), value, dtype)
+            array = arrays.from_numpy(constant, vtk_type)
+            array.SetName(CONSTANT)
+            data.GetPointData().AddArray(array)
 
     def properties(self):
         """Setters of `MLSDeform` with values; now and then one that is wrong."""

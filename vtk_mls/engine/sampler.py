@@ -33,7 +33,7 @@ class Rule(NamedTuple):
     """How the values of an array are found."""
 
     method: str  # "nearest", "linear" or "cubic"
-    background: float
+    background: float | int
     # whether they are covariant vectors, which are 0 outside: None, or if they get length 1
     covariant: bool | None = None
     version: Hashable = None  # tells the contents of the array from all others, if it is not None
@@ -127,7 +127,6 @@ class Sampler:
         if self.rule.covariant is not None:
             constants += (("COVARIANT", 1),)
             background, covariant = 0, [np.int32(self.rule.covariant)]
-        background = interpolation.cast(np.float64(background), array.dtype)
         described = kernel_arguments.filled(
             kernel_arguments.ARRAY,
             size=self.source.whole.dimensions,
@@ -143,7 +142,7 @@ class Sampler:
                 np.int64(count),
                 piece.index,
                 described,
-                array.dtype.type(background),
+                array.dtype.type(interpolation.cast(background, array.dtype)),
                 *covariant,
                 piece.values,
                 out,

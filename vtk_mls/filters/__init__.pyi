@@ -257,7 +257,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """Value where the deformed image has no material.
 
         That is outside of the input and, unless values are continued there, in the void; in the
-        array vtkGhostType it is 0.
+        array vtkGhostType it is 0. An array whose type does not have the value gets the nearest
+        that it has (integers 0 for NaN), with a warning.
 
         A number; default: 0.0.
         """

@@ -53,6 +53,7 @@ class Algorithm(VTKPythonAlgorithmBase):
     _muffled = None
     _has_reported = False  # since VTK began with the blocks of a composite input
     _time = None  # that was requested when it last ran
+    _warnings_of_blocks = frozenset()  # since then
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def __init__(self, **keywords):
@@ -79,7 +80,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         if name == "RequestUpdateExtent":
             self._empty_what_is_out_of_date(outInfo)
             if _has_composite(inInfo):
-                self._has_reported = False
+                self._has_reported, self._warnings_of_blocks = False, set()
         if name != "RequestData":
             return answer(request, inInfo, outInfo)
         self._unmuffle()
@@ -178,6 +179,10 @@ class Algorithm(VTKPythonAlgorithmBase):
         self.UpdateProgress(told % 1)
 
     def _warn(self, sentence):
+        if self.is_among_blocks():
+            if sentence in self._warnings_of_blocks:
+                return
+            self._warnings_of_blocks.add(sentence)
         text = f"{type(self).__name__}: {sentence}"
         if self.HasObserver("WarningEvent"):
             self.InvokeEvent("WarningEvent", text)

@@ -112,7 +112,8 @@ BACKGROUND = Number(
     Sampling.background,
     "Value where the deformed image has no material.",
     more="""That is outside of the input and, unless values are continued there, in the void; in the
-    array vtkGhostType it is 0.""",
+    array vtkGhostType it is 0. An array whose type does not have the value gets the nearest that it
+    has (integers 0 for NaN), with a warning.""",
 )
 
 # Where the output's points are.

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from vtk_mls import arrays, recycled
+from vtk_mls import arrays, interpolation, recycled
 from vtk_mls.files import provenance
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
@@ -63,7 +63,7 @@ class Resampling:
     def _resample(self, old, new, sampling, progress):
         """Deform the arrays `old` into `new`, those with the same background in one pass."""
         values = arrays.image_values(old, sampling.source)
-        results, passes, tasks = [None] * len(values), {}, []
+        results, passes, tasks, dtypes = [None] * len(values), {}, [], {}
 
         with_gradient = sampling is self.sampling and self._scalars is not None
 
@@ -73,7 +73,7 @@ class Resampling:
             versions = [self._version(old.GetAbstractArray(number)) for number, _ in members]
             how = replace(sampling, interpolation=methods, background=background, versions=versions)
             void_distance = self._new_void_distance(sampling)
-            if with_gradient and background == sampling.background:
+            if with_gradient and np.array_equal(background, sampling.background, equal_nan=True):
                 done, self._gradient = self.deformation.resample_with_gradient(
                     chosen,
                     self._scalars,
@@ -105,7 +105,13 @@ class Resampling:
                 tasks.append(partial(transform, number, directions[array.GetName()]))
             else:
                 method, background = self._method(array)
+                if background is None:
+                    background, dtype = sampling.background, values[number].dtype
+                    dtypes[f"array `{array.GetName()}`"] = dtype
+                    if not interpolation.is_in_range(background, dtype):
+                        background = interpolation.cast(background, dtype).item()
                 passes.setdefault(background, []).append((number, method))
+        sampling.warn_of_background(dtypes)
         if with_gradient:
             passes.setdefault(sampling.background, [])
         tasks += [partial(fill, background, members) for background, members in passes.items()]
@@ -120,7 +126,7 @@ class Resampling:
         return array.__this__, array.GetMTime(), self.image.GetMTime()
 
     def _method(self, array):
-        """Interpolation and background of an array."""
+        """Interpolation and background of an array; None for that of the sampling."""
         if not arrays.is_numeric(array):
             return "nearest", -1
         if array.GetName() == arrays.GHOSTS:
@@ -128,8 +134,8 @@ class Resampling:
         if array.__this__ in self.wanted.flags:
             return "nearest", float(abs(self.sampling.background) > 0)
         if array.GetName() in self.labels:
-            return "nearest", self.sampling.background
-        return self.sampling.interpolation, self.sampling.background
+            return "nearest", None
+        return self.sampling.interpolation, None
 
     def _mark_void(self, progress):
         """Make what tells of the void: at points, then in cells."""
