@@ -5,9 +5,11 @@ from __future__ import annotations
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING
 
+from vtk_mls.announcements import warn
+
 
 def update(algorithm, progress=None):
-    """Update a filter.
+    """Update a filter. Its warnings are shown as those of the package are.
 
     Parameters
     ----------
@@ -20,13 +22,18 @@ def update(algorithm, progress=None):
     ValueError
         What the filter complains of, or the first of its blocks.
     """
-    errors = []
+    errors, warnings = [], []
 
     @calldata_type(VTK_STRING)
     def heard(caller, event, text):
         errors.append(text.partition(": ")[2])
 
+    @calldata_type(VTK_STRING)
+    def warned(caller, event, text):
+        warnings.append(text.partition(": ")[2])
+
     tags = [algorithm.AddObserver("ErrorEvent", heard)]
+    tags.append(algorithm.AddObserver("WarningEvent", warned))
     if progress:
 
         def moved(caller, event):
@@ -36,5 +43,7 @@ def update(algorithm, progress=None):
     updated = algorithm.GetExecutive().Update()
     for tag in tags:
         algorithm.RemoveObserver(tag)
+    for sentence in warnings:
+        warn(sentence)
     if errors or not updated:
         raise ValueError(errors[0] if errors else "the deformation failed")
