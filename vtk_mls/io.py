@@ -11,7 +11,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkDataSet,
+    vtkImageData,
+    vtkPointSet,
+    vtkPolyData,
+)
 
 from vtk_mls import arguments, arrays
 from vtk_mls.arrays import ImageGeometry
@@ -202,8 +208,8 @@ def read_control_points(
     Parameters
     ----------
     path, deformed_path, space
-        As of `control_point_files.read`, or a path of VTK polydata (.vtp, .vtk) with points p and
-        point vectors "Displacement" q - p; as `deformed_path` the points are q.
+        As of `control_point_files.read`, or a path of VTK's points (.vtp, .vtu, .vts, .vtk) with
+        points p and point vectors "Displacement" q - p; as `deformed_path` the points are q.
 
     Returns
     -------
@@ -245,9 +251,9 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
     if formats.POINTS in line.reads:
         with failures_named(path):
             return control_point_files.read_landmarks(path, space, is_alone)
-    polydata = _checked(lambda: line.read(path), path, vtkPolyData, "no control points")
+    point_set = _checked(lambda: line.read(path), path, vtkPointSet, "no control points")
     with failures_named(path):
-        return point_data.landmarks(path, polydata, is_alone).in_lps(space)
+        return point_data.landmarks(path, point_set, is_alone).in_lps(space)
 
 
 def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:
