@@ -22,7 +22,14 @@ from vtkmodules.vtkCommonDataModel import (
 from vtk_mls import arguments, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cuts import Surface
-from vtk_mls.files import control_point_files, formats, point_data, provenance, validity
+from vtk_mls.files import (
+    control_point_files,
+    formats,
+    mesh_files,
+    point_data,
+    provenance,
+    validity,
+)
 from vtk_mls.files.blocks import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
@@ -115,8 +122,8 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     path : path
         Of a format that docs/formats.md lists for this type of data; composite data with one
         dataset can be written as that. VTK's formats get everything (but .vtk no direction matrix),
-        other formats of images the active scalars or the only point array, .stl and .ply the
-        shape. A file that is there is replaced when the new one is complete.
+        other formats of images the active scalars or the only point array, .stl the shape, .ply the
+        shape with normals, texture coordinates and colors (3 or 4 unsigned char). A file that is there is replaced when the new one is complete.
 
     Raises
     ------
@@ -132,6 +139,16 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         dataset = parts[0]
     with replacing(path) as new, failures_named(new):
         line.write(dataset, new)
+
+
+def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
+    """Names of the point and cell arrays of a mesh that `write_dataset` leaves out of a file."""
+    parts = blocks(dataset)
+    polydata = parts[0] if len(parts) == 1 else dataset
+    names: list[str] = []
+    if isinstance(polydata, vtkPolyData):
+        names = mesh_files.left_out(polydata, Path(path))
+    return names
 
 
 def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:

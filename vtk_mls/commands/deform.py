@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, property_options
+from vtk_mls.commands import map_options, mesh_remarks, property_options
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -93,8 +93,9 @@ def _deform_one(steps, deform, options):
             )
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
+    inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
     update(deform, options)
-    output = deform.GetOutput()
+    inverted, output = inverted_cells.taken(), deform.GetOutput()
     with step("write", options.output):
         io.write_dataset(output, options.output)
     if is_image:
@@ -106,6 +107,7 @@ def _deform_one(steps, deform, options):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost(_failures(output))}"
+        summary += mesh_remarks.said_of(inverted) + mesh_remarks.left_out(output, options.output)
     print(f"{options.output}: {summary}{map_options.remark(deform)}")
     return 0
 
@@ -114,7 +116,7 @@ def _deform_all(steps, deform, options):
     """Deform all time steps, each when the one before is written."""
     from vtk_mls.commands import series
 
-    lost = 0
+    lost = inverted = 0
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with series.writing(options.output) as write:
@@ -122,11 +124,14 @@ def _deform_all(steps, deform, options):
             with step("read", options.input):
                 dataset = read_step()
             deform.SetInputData(0, dataset)
+            inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
             update(deform, options, number, len(steps))
+            inverted += inverted_cells.taken()
             lost += _failures(deform.GetOutput())
             with step("write", options.output):
                 write(time, deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
+    summary += mesh_remarks.said_of(inverted)
     print(f"{options.output}: {summary}{map_options.remark(deform)}")
     return 0
 
