@@ -461,6 +461,8 @@ def _without_cells(grid):
     loose = vtkUnstructuredGrid()
     set_positions(loose, _positions(grid)[rows], VTK_DOUBLE)
     arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
+    # vtkAppendFilter keeps the arrays that all have
+    arrays.set_rows(loose.GetCellData(), grid.GetCellData(), rows[:0])
     return loose
 
 

@@ -10,7 +10,7 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from vtk_mls import arrays
 from vtk_mls.filters import gradients, warping
-from vtk_mls.filters.cells import is_empty
+from vtk_mls.filters.cells import is_empty, without_empty
 from vtk_mls.filters.splitting import make_points_real, set_positions, split
 from vtk_mls.progress import SILENT
 
@@ -118,7 +118,7 @@ def state_of(cuts):
 def _extract_surface(mesh, surface):
     """Fill `surface` with that of a dataset as mappers see it; the points of it that are there."""
     numbered = mesh.NewInstance()
-    numbered.ShallowCopy(mesh)
+    numbered.ShallowCopy(without_empty(mesh))
     arrays.add(numbered.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
     extract = vtkDataSetSurfaceFilter()
     extract.SetInputData(numbered)
