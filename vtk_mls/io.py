@@ -123,7 +123,8 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         Of a format that docs/formats.md lists for this type of data; composite data with one
         dataset can be written as that. VTK's formats get everything (but .vtk no direction matrix),
         other formats of images the active scalars or the only point array, .stl the shape, .ply the
-        shape with normals, texture coordinates and colors (3 or 4 unsigned char). A file that is there is replaced when the new one is complete.
+        shape with normals, texture coordinates and colors (3 or 4 unsigned char). A file that is
+        there is replaced when the new one is complete.
 
     Raises
     ------

@@ -1,5 +1,6 @@
 """Cells that VTK's filters treat apart: boxes by type, empty ones; and points that are integers."""
 
+import os
 import subprocess
 import sys
 
@@ -219,8 +220,13 @@ def empty_of(mesh):
 @pytest.mark.parametrize("kind", [*POLYDATA, *EMPTY_TYPES])
 def test_empty_cells(kind):
     """In a process of its own: see `check_empty`, which this file runs when it is called."""
+    folders = os.pathsep.join(path for path in sys.path if path)
     ended = subprocess.run(
-        [sys.executable, __file__, str(kind)], capture_output=True, text=True, timeout=120
+        [sys.executable, __file__, str(kind)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "PYTHONPATH": folders},
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
 

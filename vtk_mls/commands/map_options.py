@@ -28,8 +28,8 @@ def add(parser, is_seen=False):
         metavar="FILE",
         help="the positions q that the control points have moved to, any of the files of points: "
         "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
-        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control points "
-        "with the same labels if each point has one of its own, else in their order",
+        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
+        "points with the same labels if each point has one of its own, else in their order",
     )
     add(
         "--handles-space",

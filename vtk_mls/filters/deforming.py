@@ -26,8 +26,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     """Base of the filters that have control points and cuts.
 
     Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
-    something is connected there: its points, in cells or not, are p, in the undeformed space, and a point vector array holds the displacement q - p. That is the array
-    "Displacement", unless `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
+    something is connected there: its points, in cells or not, are p, in the undeformed space, and a
+    point vector array holds the displacement q - p. That is the array "Displacement", unless
+    `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
     `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
     "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
     DeformedPoints and Weights; without any, nothing moves.

@@ -25,8 +25,8 @@ _CONTROL_POINTS = data_input(
     1,
     "vtkPointSet",
     """Control points (optional), used instead of the handles below, of any dataset with points,
-    such as an Extract Selection: their positions are p, where the material is at rest; a point vector array holds the displacement q - p to where they were
-    dragged.""",
+    such as an Extract Selection: their positions are p, where the material is at rest; a point
+    vector array holds the displacement q - p to where they were dragged.""",
     xml("Hints", xml("Optional")),
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),
