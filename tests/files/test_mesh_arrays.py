@@ -11,12 +11,17 @@ from vtk_fixtures import (
     update,
 )
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkPolyData,
+    vtkStructuredGrid,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLStructuredGridWriter
 
-from vtk_mls import arrays, cli, io
+from vtk_mls import Deformation, arrays, cli, io
 
 
 def scan():
@@ -168,3 +173,54 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     assert not output.GetPointData().HasArray("JacobianDeterminant")
     for name in ("InvertedCells", "UncheckedCells"):
         assert not output.GetFieldData().HasArray(name)
+
+
+@pytest.mark.parametrize("ending", [".vtu", ".vts", ".vtk"])
+def test_control_points_of_any_point_set(ending, folder, capsys):
+    """As those of .vtp."""
+    handles = vtkUnstructuredGrid() if ending != ".vts" else vtkStructuredGrid()
+    points = vtkPoints()
+    for place in REST:
+        points.InsertNextPoint(place)
+    handles.SetPoints(points)
+    add_array(handles.GetPointData(), "Displacement", DEFORMED - REST)
+    if ending == ".vts":
+        handles.SetDimensions(2, 2, 2)
+    io.write_dataset(handles, f"h{ending}")
+    read = io.read_control_points(f"h{ending}")
+    found = arrays.control_points(read, "Displacement")
+    np.testing.assert_allclose(found[0], REST, atol=1e-6)
+    np.testing.assert_allclose(found[1], DEFORMED, atol=1e-6)
+    io.write_dataset(scan(), "scan.vtp")
+    for name, output in ((f"h{ending}", "a.vtp"), ("h.csv", "b.vtp")):
+        assert cli.main(["deform", "scan.vtp", name, output]) == 0
+    moved = [io.read_dataset(name).GetPoints().GetData() for name in ("a.vtp", "b.vtp")]
+    np.testing.assert_allclose(*map(arrays.to_numpy, moved), atol=1e-5)
+
+
+def test_integer_points_of_files(folder, capsys):
+    text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 int\n"
+    (folder / "a.vtk").write_text(f"{text}1 1 1 7 1 1 1 7 1\nPOLYGONS 1 4\n3 0 1 2\n")
+    assert cli.main(["deform", "a.vtk", "h.csv", "o.vtp"]) == 0
+    assert "3 points, 1 cells" in capsys.readouterr().out
+    points = io.read_dataset("o.vtp").GetPoints()
+    expected = Deformation(REST, DEFORMED, device="reference").forward(REST[[0, 1, 2]])
+    np.testing.assert_allclose(arrays.to_numpy(points.GetData()), expected, atol=5e-5)
+
+
+@pytest.mark.parametrize("dtype", ["int16", "uint16"])
+def test_integer_points_in_another_frame(dtype, folder):
+    """Of 3D Slicer's RAS: unsigned numbers have no opposite."""
+    mesh, points = vtkPolyData(), vtkPoints()
+    points.SetDataType(TYPES["short" if dtype == "int16" else "unsigned short"])
+    points.InsertNextPoint(1, 2, 3)
+    mesh.SetPoints(points)
+    cells = vtkCellArray()
+    cells.InsertNextCell(1, [0])
+    mesh.SetVerts(cells)
+    arrays.add_texts(mesh.GetFieldData(), "SPACE", ["RAS"])
+    write(vtkXMLPolyDataWriter(), mesh, folder / "a.vtp")
+    found = io.read_dataset("a.vtp")
+    assert found.GetPoint(0) == (-1, -2, 3)
+    io.write_dataset(found, "b.vtp")
+    assert io.read_dataset("b.vtp").GetPoint(0) == (-1, -2, 3)
