@@ -11,12 +11,25 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkDataSet,
+    vtkImageData,
+    vtkPointSet,
+    vtkPolyData,
+)
 
 from vtk_mls import arguments, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cuts import Surface
-from vtk_mls.files import control_point_files, formats, point_data, provenance, validity
+from vtk_mls.files import (
+    control_point_files,
+    formats,
+    mesh_files,
+    point_data,
+    provenance,
+    validity,
+)
 from vtk_mls.files.blocks import COMPOSITE, blocks
 from vtk_mls.files.existing import existing_file
 from vtk_mls.files.landmarks import Landmarks, paired
@@ -110,8 +123,9 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     path : path
         Of a format that docs/formats.md lists for this type of data; composite data with one
         dataset can be written as that. VTK's formats get everything (but .vtk no direction matrix),
-        other formats of images the active scalars or the only point array, .stl and .ply the
-        shape. A file that is there is replaced when the new one is complete.
+        other formats of images the active scalars or the only point array, .stl the shape, .ply the
+        shape with normals, texture coordinates and colors (3 or 4 unsigned char). A file that is
+        there is replaced when the new one is complete.
 
     Raises
     ------
@@ -127,6 +141,16 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         dataset = parts[0]
     with replacing(path) as new, failures_named(new):
         line.write(dataset, new)
+
+
+def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
+    """Names of the point and cell arrays of a mesh that `write_dataset` leaves out of a file."""
+    parts = blocks(dataset)
+    polydata = parts[0] if len(parts) == 1 else dataset
+    names: list[str] = []
+    if isinstance(polydata, vtkPolyData):
+        names = mesh_files.left_out(polydata, Path(path))
+    return names
 
 
 def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
@@ -205,8 +229,8 @@ def read_control_points(
     Parameters
     ----------
     path, deformed_path, space
-        As of `control_point_files.read`, or a path of VTK polydata (.vtp, .vtk) with points p and
-        point vectors "Displacement" q - p; as `deformed_path` the points are q.
+        As of `control_point_files.read`, or a path of VTK's points (.vtp, .vtu, .vts, .vtk) with
+        points p and point vectors "Displacement" q - p; as `deformed_path` the points are q.
 
     Returns
     -------
@@ -248,9 +272,9 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
     if formats.POINTS in line.reads:
         with failures_named(path):
             return control_point_files.read_landmarks(path, space, is_alone)
-    polydata = _checked(lambda: line.read(path), path, vtkPolyData, "no control points")
+    point_set = _checked(lambda: line.read(path), path, vtkPointSet, "no control points")
     with failures_named(path):
-        return point_data.landmarks(path, polydata, is_alone).in_lps(space)
+        return point_data.landmarks(path, point_set, is_alone).in_lps(space)
 
 
 def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:

@@ -288,6 +288,7 @@ def test_blocks_of_one_execution_report_once(messages):
         assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
     scene.deforming.SetAlpha(1)
     assert update(scene.deforming).GetNumberOfPoints() == 180
+    messages.assert_one("what crosses a border between them is lost")
 
 
 def test_downstream_sees_the_failure(messages):

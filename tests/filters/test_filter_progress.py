@@ -134,10 +134,10 @@ def test_every_filter(name):
 
 @pytest.fixture
 def in_blocks():
-    """A filter on an image of three blocks."""
+    """A filter on three images far from each other."""
     blocks = vtkMultiBlockDataSet()
     for number in range(3):
-        blocks.SetBlock(number, make_image((4, 5, 6 + number)))
+        blocks.SetBlock(number, make_image((4, 5, 6 + number), origin=(50 * number, 0, 0)))
     return deforming(blocks, GenerateJacobian=True)
 
 

@@ -11,8 +11,11 @@ from tables import check_table
 from tolerance import check_tolerance
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
+    VTK_PIXEL,
+    VTK_VOXEL,
     vtkCompositeDataSet,
     vtkImageData,
+    vtkMultiBlockDataSet,
     vtkPointSet,
     vtkPolyData,
     vtkRectilinearGrid,
@@ -21,11 +24,16 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError, arrays, interpolation
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.filters.cells import is_empty
 from vtk_mls.filters.control_point_polydata import fill_polydata
 
 # How far G(v) may be from x where v was called found, next to the size of what is deformed: what
 # the search leaves, and what the device's float32 blurs.
 _MISS = {"polynomial": 3e-3, "affine": 1e-3}, 1e-4
+
+
+# Said of images in blocks.
+_SEAM = "what crosses a border between them is lost"
 
 
 def check(seed, device):
@@ -215,7 +223,8 @@ def _outcome(filter_, time=None):
     finally:
         vtkOutputWindow.SetInstance(usual)
     said = window.GetOutput()
-    lines = {line for line in said.splitlines() if line.strip()}
+    lines = {line for line in said.splitlines() if line.strip() and _SEAM not in line}
+    said = "\n".join(sorted(lines))
     # what VTK makes of blocks that fail is left to it, but for the sentence
     in_blocks = isinstance(filter_.GetInputDataObject(0, 0), vtkCompositeDataSet)
     if not done or (in_blocks and any(line.startswith("ERROR") for line in lines)):
@@ -245,6 +254,10 @@ def _check_mesh(data, output, what):
     if not is_curved:  # of curved cells that are divided only the corners remain
         assert output.GetNumberOfPoints() >= data.GetNumberOfPoints(), f"points are lost: {what}"
     assert output.GetNumberOfCells() >= data.GetNumberOfCells(), f"cells are lost: {what}"
+    assert is_empty(output).sum() == is_empty(data).sum(), f"empty cells are lost: {what}"
+    if isinstance(output, vtkUnstructuredGrid) and output.GetNumberOfCells():
+        boxes = np.isin(arrays.cell_types(output), (VTK_PIXEL, VTK_VOXEL))
+        assert not boxes.any(), f"boxes along the axes have moved: {what}"
     if isinstance(output, (vtkPolyData, vtkUnstructuredGrid)):
         for cells in _cell_arrays(output):
             ids = arrays.to_numpy(cells.GetConnectivityArray())
@@ -274,6 +287,8 @@ def _state(data):
     if data is None:
         return None
     if isinstance(data, vtkCompositeDataSet):
+        if not isinstance(data, vtkMultiBlockDataSet):  # AMR
+            return [data.GetClassName(), data.GetNumberOfPoints()]
         blocks = [data.GetBlock(i) for i in range(data.GetNumberOfBlocks())]
         return [data.GetClassName(), *map(_state, blocks)]
     state = [data.GetClassName(), data.GetNumberOfPoints(), data.GetNumberOfCells()]

@@ -8,10 +8,15 @@ from vtkmodules.vtkCommonCore import (
     VTK_FLOAT,
     VTK_INT,
     VTK_LONG_LONG,
+    VTK_SHORT,
     VTK_UNSIGNED_LONG_LONG,
     vtkPoints,
 )
 from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
+    VTK_PIXEL,
+    VTK_QUAD,
+    VTK_VOXEL,
     vtkCellArray,
     vtkImageData,
     vtkMultiBlockDataSet,
@@ -21,6 +26,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
+from vtkmodules.vtkFiltersAMR import vtkAMRGaussianPulseSource
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import (
@@ -44,6 +50,7 @@ _CONSTANTS = (
 )
 _CELL_TYPES = (3, 5, 7, 9, 10, 11, 12, 13, 14, 15, 16, 21, 22, 23, 24, 25, 26, 27, 28, 29)
 _CURVED_TYPES = (35, 37, 68, 69, 70, 71, 72, 73, 75, 76, 77, 78, 79, 80)
+_EMPTY_TYPES = (0, 2, 4, 5, 6, 7, 10)  # of cells without points
 _FLAT_CELLS = ((1, 1), (2, 7), (3, 2), (4, 5), (5, 3), (6, 6), (7, 5), (9, 4), (10, 4), (12, 8))
 
 
@@ -115,12 +122,15 @@ class Scene:
             self.cells,
             self.cells,
             self.flat_cells,
+            self.boxes,
             self.polydata,
             self.structured,
             self.rectilinear,
             self.point_set,
         ]
         if may_be_composite and rng.random() < 0.08:
+            if rng.random() < 0.2:
+                return self.amr()
             blocks = vtkMultiBlockDataSet()
             for number in range(rng.integers(0, 4)):
                 some = None if rng.random() < 0.2 else self.dataset(False)
@@ -132,6 +142,8 @@ class Scene:
             bad = rng.choice([np.nan, np.inf, 1e30, -1e12, 1e3])
             spoilt[rng.integers(len(spoilt)), rng.integers(3)] = bad
             self._set_places(data, spoilt)
+        elif isinstance(data, vtkPointSet) and data.GetNumberOfPoints() and rng.random() < 0.1:
+            self._set_integers(data)
         self._add_arrays(data)
         return data
 
@@ -172,7 +184,33 @@ class Scene:
         for kind, count in chosen:
             mesh.InsertNextCell(kind, count, list(range(first, first + count)))
             first += count
+            if rng.random() < 0.1:
+                mesh.InsertNextCell(int(rng.choice(_EMPTY_TYPES)), 0, [])
         return mesh
+
+    def boxes(self):
+        """Voxels and pixels side by side, now and then among hexahedra and quads."""
+        rng, mesh = self.rng, vtkUnstructuredGrid()
+        count = int(rng.integers(1, 6))
+        nodes = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in range(count + 1)])
+        self._set_places(mesh, self.low + self.size * nodes / [count, 1, 1])
+        for i in range(count):
+            row, layer = count + 1, 2 * (count + 1)
+            corners = [i + a + b * row + c * layer for c in (0, 1) for b in (0, 1) for a in (0, 1)]
+            free = [corners[k] for k in (0, 1, 3, 2, 4, 5, 7, 6)]
+            kind = rng.choice(
+                [VTK_VOXEL, VTK_PIXEL, VTK_HEXAHEDRON, VTK_QUAD], p=[0.5, 0.3, 0.1, 0.1]
+            )
+            ids = corners if kind in (VTK_VOXEL, VTK_PIXEL) else free
+            ids = ids if kind in (VTK_VOXEL, VTK_HEXAHEDRON) else ids[:4]
+            mesh.InsertNextCell(int(kind), len(ids), ids)
+        return mesh
+
+    def amr(self):
+        """Images of two levels, which are refused."""
+        source = vtkAMRGaussianPulseSource()
+        source.Update()
+        return source.GetOutputDataObject(0)
 
     def polydata(self):
         rng, mesh = self.rng, vtkPolyData()
@@ -184,6 +222,7 @@ class Scene:
                 cells = vtkCellArray()
                 for _ in range(rng.integers(1, 5)):
                     size = int(rng.integers(least, 7))
+                    size = 0 if rng.random() < 0.05 else size
                     cells.InsertNextCell(size, rng.permutation(count)[:size].tolist())
                 add(cells)
         return mesh
@@ -217,6 +256,17 @@ class Scene:
         with np.errstate(all="ignore"):
             x = np.ascontiguousarray(x, np.float32 if single else np.float64)
         points.SetData(arrays.from_numpy(x, points.GetDataType()))
+        mesh.SetPoints(points)
+
+    def _set_integers(self, mesh):
+        """Round the places of a mesh to integers of a type."""
+        kind = int(self.rng.choice([VTK_SHORT, VTK_INT, VTK_LONG_LONG]))
+        x = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
+        points = vtkPoints()
+        points.SetDataType(kind)
+        lowest, highest = points.GetData().GetDataTypeMin(), points.GetData().GetDataTypeMax()
+        for place in np.clip(np.rint(x), lowest / 2, highest / 2):
+            points.InsertNextPoint(*place)
         mesh.SetPoints(points)
 
     def _add_arrays(self, data):

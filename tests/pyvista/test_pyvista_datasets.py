@@ -149,3 +149,77 @@ def test_entry_points_name_what_there_is():
 def test_filters_of_pyvista_go_on():
     found = DATASETS["image"]().mls.deform(REST, DEFORMED).contour([150])
     assert arrays.to_numpy(found.GetPoints().GetData()).shape == (found.n_points, 3)
+
+
+def selected(kind):
+    """Points of a sphere with their displacements, as PyVista's own filters give them."""
+    sphere = pyvista.Sphere(radius=6)
+    sphere["height"] = sphere.points[:, 2]
+    top = sphere.points[:, 2] > 2
+    extracted = sphere.extract_points(top, include_cells=False)
+    makers = {
+        "extracted": lambda: extracted,
+        "threshold": lambda: sphere.threshold(2.0, scalars="height"),
+        "point set": lambda: extracted.cast_to_poly_points().cast_to_pointset(),
+        "structured": lambda: pyvista.StructuredGrid(*sphere.points[:24].reshape(3, 2, 4, 3).T[:3]),
+    }
+    handles = makers[kind]()
+    handles["Displacement"] = 0.1 * handles.points
+    return handles
+
+
+@pytest.mark.parametrize("kind", ["extracted", "threshold", "point set", "structured"])
+def test_control_points_of_a_selection(kind):
+    """As the positions themselves, alone, with `deformed`, and for the field."""
+    handles, mesh = selected(kind), DATASETS["surface"]()
+    moved = handles.points + handles["Displacement"]
+    expected = mesh.mls.deform(np.array(handles.points, float), np.array(moved, float)).points
+    for given in ((handles,), (handles, moved), (handles, pyvista.PolyData(moved))):
+        found = mesh.mls.deform(*given).points
+        np.testing.assert_allclose(found, expected, atol=1e-5)
+    field = mesh.mls.field(handles, sample_dimensions=(3, 3, 3))
+    assert np.abs(field["BackwardDisplacement"]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("handles", "error", "sentence"),
+    [
+        (pyvista.Sphere, ValueError, "`rest` has no numeric point array `Displacement`; it has"),
+        (pyvista.ImageData, TypeError, "`rest` must be positions or a dataset with points of its"),
+        (pyvista.MultiBlock, TypeError, "`rest` must be positions or a dataset with points of its"),
+    ],
+)
+def test_what_is_missing_is_named(handles, error, sentence):
+    with pytest.raises(error, match=sentence):
+        DATASETS["surface"]().mls.deform(handles())
+
+
+def test_integer_points_are_deformed():
+    x = np.arange(-5, 6, 5)
+    grid = pyvista.StructuredGrid(*np.meshgrid(x, x, x, indexing="ij"), force_float=False)
+    assert grid.points.dtype.kind == "i"
+    places = grid.points.astype(float)
+    found = grid.mls.deform(REST, DEFORMED)
+    expected = pyvista.PolyData(places).mls.deform(REST, DEFORMED)
+    np.testing.assert_array_equal(found.points, expected.points)
+    assert found.points.dtype == np.float64
+
+
+def test_voxels_of_a_threshold_turn():
+    image = pyvista.ImageData(dimensions=(6, 6, 6))
+    image.cell_data["number"] = np.arange(125)
+    part = image.threshold(10, scalars="number")
+    turned = REST[:, [1, 2, 0]] @ [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]
+    found = part.mls.deform(REST, turned)
+    assert set(found.celltypes) == {12}
+    np.testing.assert_allclose(found.compute_cell_sizes()["Volume"], 1, rtol=1e-4)
+    np.testing.assert_array_equal(found["number"], part["number"])
+
+
+def test_images_that_touch_are_warned_about(caplog):
+    parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, 0)) for i in (0, 1)]
+    pyvista.MultiBlock(parts).mls.deform(REST, DEFORMED)
+    assert caplog.text.count("what crosses a border between them is lost") == 1
+    caplog.clear()
+    parts[0].mls.deform(REST, DEFORMED)
+    assert not caplog.text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, property_options, remarks
+from vtk_mls.commands import map_options, mesh_remarks, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -95,8 +95,9 @@ def _deform_one(steps, deform, options):
             )
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
+    inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
     update(deform, options)
-    output = deform.GetOutput()
+    inverted, output = inverted_cells.taken(), deform.GetOutput()
     said, are_empty = _said(deform), [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
@@ -109,6 +110,7 @@ def _deform_one(steps, deform, options):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost(_failures(output))}"
+        summary += mesh_remarks.said_of(inverted) + mesh_remarks.left_out(output, options.output)
     _report(summary + said, are_empty, options)
     return 0
 
@@ -117,7 +119,7 @@ def _deform_all(steps, deform, options):
     """Deform all time steps, each when the one before is written."""
     from vtk_mls.commands import series
 
-    lost, are_empty, said = 0, [], ""
+    lost, inverted, are_empty, said = 0, 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with series.writing(options.output) as write:
@@ -125,14 +127,18 @@ def _deform_all(steps, deform, options):
             with step("read", options.input):
                 dataset = read_step()
             deform.SetInputData(0, dataset)
+            inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
             update(deform, options, number, len(steps))
+            inverted += inverted_cells.taken()
             lost += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
             if number + 1 == len(steps):  # the map is the same for all
                 said = _said(deform)
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    _report(f"{len(steps)} time steps, {options.kind}{_lost(lost)}{said}", are_empty, options)
+    summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
+    summary += mesh_remarks.said_of(inverted) + said
+    _report(summary, are_empty, options)
     return 0
 
 

@@ -12,8 +12,8 @@ from vtk_mls.options import DEFORMATION_OPTIONS, values_of
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
     "header that names the columns (as docs/formats.md says), or the landmarks of BigWarp (p "
-    "moving, q target); .vtp .vtk with point vectors Displacement; or, with --deformed, positions "
-    "p alone"
+    "moving, q target); .vtp .vtu .vts .vtk with point vectors Displacement; or, with --deformed, "
+    "positions p alone"
 )
 
 
@@ -36,8 +36,8 @@ def add(parser, is_seen=False):
         metavar="FILE",
         help="the positions q that the control points have moved to, any of the files of points: "
         "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
-        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtk. They go to the control points "
-        "with the same labels if each point has one of its own, else in their order",
+        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
+        "points with the same labels if each point has one of its own, else in their order",
     )
     add(
         "--handles-space",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import contextmanager
 
 from vtk_mls.commands.supervision import step
 
@@ -11,14 +12,20 @@ _BAR = 40  # characters
 
 def read(reader, path):
     """What a reader of files makes of one."""
+    with _warnings_kept(), step("read", path):
+        return reader(path)
+
+
+@contextmanager
+def _warnings_kept():
+    """Say at the end what there is to say meanwhile, while stderr is silent."""
     from vtk_mls.announcements import heard_by, warn
 
     warnings = []
-    with step("read", path), heard_by(None, warnings.append):  # while stderr is silent
-        found = reader(path)
+    with heard_by(None, warnings.append):
+        yield
     for each in warnings:
         warn(each)
-    return found
 
 
 def update(algorithm, options, done=0, total=1):
@@ -36,7 +43,7 @@ def update(algorithm, options, done=0, total=1):
     ValueError
         What the filter complains of, with the names of the files.
     """
-    with step("deform", options.input):
+    with _warnings_kept(), step("deform", options.input):
         try:
             _update(algorithm, shows_progress(options), done, total)
         except ValueError as error:  # the command has files, not inputs

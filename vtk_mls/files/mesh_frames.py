@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 
-from vtkmodules.vtkCommonCore import vtkPoints
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet
 
 from vtk_mls import arrays
@@ -100,5 +101,8 @@ def _mirrored(mesh, space):
 
 
 def _times(array, signs):
+    """Points (n, 3) times signs; unsigned ones have no opposite, and become float64."""
     values = arrays.to_numpy(array)
+    if values.dtype.kind == "u":
+        return arrays.from_numpy(values * signs.astype(np.float64), VTK_DOUBLE)
     return arrays.from_numpy((values * signs).astype(values.dtype), array.GetDataType())

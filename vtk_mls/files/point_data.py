@@ -1,4 +1,4 @@
-"""Control points as polydata."""
+"""Control points as point sets of VTK."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from vtk_mls.files.landmarks import Landmarks
 _DISPLACEMENT, _WEIGHT, _LABEL = "Displacement", "Weight", "Label"
 
 
-def landmarks(path: Path, polydata: vtkPointSet, is_alone: bool) -> Landmarks:
-    """The points of polydata, in its frame; they must have partners if it `is_alone`."""
-    data, partners = polydata.GetPointData(), None
+def landmarks(path: Path, point_set: vtkPointSet, is_alone: bool) -> Landmarks:
+    """Its points, in its frame; they must have partners if it `is_alone`."""
+    data, partners = point_set.GetPointData(), None
     weight = _WEIGHT if data.HasArray(_WEIGHT) else None
     if is_alone or data.HasArray(_DISPLACEMENT):
-        points, partners, weights = arrays.control_points(polydata, _DISPLACEMENT, weight)
+        points, partners, weights = arrays.control_points(point_set, _DISPLACEMENT, weight)
         arguments.points("deformed", partners)
     else:
-        points = arrays.to_numpy(polydata.GetPoints().GetData()).astype(float)
+        points = arrays.to_numpy(point_set.GetPoints().GetData()).astype(float)
         weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
     arguments.points("rest", points)
-    is_lps = bool(provenance.kept(polydata, provenance.FILE_SPACE))
-    frame = "LPS" if is_lps else "".join(provenance.kept(polydata, provenance.SPACE))
+    is_lps = bool(provenance.kept(point_set, provenance.FILE_SPACE))
+    frame = "LPS" if is_lps else "".join(provenance.kept(point_set, provenance.SPACE))
     labels = arrays.texts(data, _LABEL)
     return Landmarks(path, points, frame, labels, partners=partners, weights=weights)

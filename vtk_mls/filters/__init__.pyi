@@ -384,9 +384,10 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
         folded, and the field array FoldedVoxels with the number of such points.
 
-        The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells, with
-        the number of cells whose volume has changed its sign. If the output is made in pieces,
-        they are numbers of each piece.
+        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
+        cells that the deformation has turned inside out, and UncheckedCells, the number of
+        those of which that is not known. If the output is made in pieces, they are numbers of
+        each piece, without ghost cells.
 
         True or False; default: False.
         """
@@ -596,9 +597,10 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
         folded, and the field array FoldedVoxels with the number of such points.
 
-        The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells, with
-        the number of cells whose volume has changed its sign. If the output is made in pieces,
-        they are numbers of each piece.
+        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
+        cells that the deformation has turned inside out, and UncheckedCells, the number of
+        those of which that is not known. If the output is made in pieces, they are numbers of
+        each piece, without ghost cells.
 
         True or False; default: False.
         """

@@ -171,7 +171,16 @@ TABLE = (
         FIELD,
         (MESH,),
         _COUNT,
-        "How many cells of a vtkUnstructuredGrid are inside out.",
+        "How many cells the deformation has turned inside out.",
+        "With GenerateJacobianDeterminant",
+    ),
+    Array(
+        "UncheckedCells",
+        FIELD,
+        (MESH,),
+        _COUNT,
+        "How many cells may be inside out or not: lines, vertices, curved cells, cells without "
+        "a size.",
         "With GenerateJacobianDeterminant",
     ),
     Array("Displacement", POINTS, (CONTROL_POINTS,), "3 float64, world coordinates", "q - p."),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
 from vtk_mls import arrays
 
@@ -37,3 +37,14 @@ def fill_polydata(polydata, rest, deformed, weights, labels=()):
         arrays.add(polydata.GetPointData(), WEIGHT, weights)
     if any(labels):
         arrays.add_texts(polydata.GetPointData(), LABEL, labels)
+
+
+def as_polydata(point_set):
+    """The points of a vtkPointSet, with their arrays, as vtkPolyData; polydata as it is."""
+    if isinstance(point_set, vtkPolyData):
+        return point_set
+    polydata = vtkPolyData()
+    polydata.SetPoints(point_set.GetPoints())
+    polydata.GetPointData().ShallowCopy(point_set.GetPointData())
+    polydata.GetFieldData().ShallowCopy(point_set.GetFieldData())
+    return polydata

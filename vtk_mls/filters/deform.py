@@ -22,13 +22,20 @@ from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
 from vtk_mls.filters.resampling import Resampling
 
+_SEAM = (
+    "`Input` has images in several blocks, each of which is deformed by itself: what crosses a "
+    "border between them is lost; make one image of them first (in ParaView by Resample To Image)"
+)
+
 
 @with_properties(property_tables.DEFORM)
 class MLSDeform(DeformingFilter):
     """Deforms an image or a mesh by control points.
 
     Input port 0 takes the dataset, port 1 (optional) control points, port 2 (optional, repeatable)
-    cuts: see `DeformingFilter`. Composite data are deformed block by block. Field data are passed.
+    cuts: see `DeformingFilter`. Composite data are deformed block by block: what crosses a border
+    between blocks that are images is lost, which a warning says. AMR data are refused. Field data
+    are passed.
     docs/properties.md lists the properties; `help` of a setter says what each is.
 
     Images are resampled with the backward map G (Eq. 2 of the paper): the value at v is the input's
@@ -38,7 +45,8 @@ class MLSDeform(DeformingFilter):
 
     Points of meshes are moved by the exact inverse of G, so that a mesh and an image deformed by
     the same control points stay registered. The output has the type of the input, except that a
-    vtkRectilinearGrid becomes a vtkStructuredGrid. All arrays are kept, and "ForwardDisplacement"
+    vtkRectilinearGrid becomes a vtkStructuredGrid; voxels become hexahedra, pixels quads, and
+    points of integers float64. All arrays are kept, and "ForwardDisplacement"
     is the displacement of each point. Where G has no inverse (the map folds, what is there was
     pushed through a cut, or a coordinate is NaN) the point array "NoInverse" is 1, the point moves
     to the nearest position that the search found, and the field array "FailedInverses" counts.
@@ -79,6 +87,8 @@ class MLSDeform(DeformingFilter):
         # not vtkDataSet, which ParaView's GUI would try to make
         super().__init__(output_type="vtkDataObject")
         self._splits = warping.Splits()
+        self._boxes = []  # of the blocks that are images, since VTK began with the blocks
+        self._has_warned = False
         self._fitted = Memo()
 
     def RequestDataObject(self, request, inInfo, outInfo):
@@ -112,6 +122,8 @@ class MLSDeform(DeformingFilter):
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         super().RequestUpdateExtent(request, inInfo, outInfo)
+        if not self.is_among_blocks():
+            self._boxes, self._has_warned = [], False
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._ask_for_image(inInfo, outInfo)
         else:  # a mesh is deformed piece by piece, as it comes
@@ -166,6 +178,8 @@ class MLSDeform(DeformingFilter):
         deformation = self._requested_deformation(inInfo)
         whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
         self._check_reach(deformation, whole_source.grid.corners())
+        if self.is_among_blocks():
+            self._check_border(deformation, whole_source.grid)
         whole = self.output_geometry(whole_source, lambda: deformation)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.apply_to(output)
@@ -175,6 +189,24 @@ class MLSDeform(DeformingFilter):
         tasks = Resampling(self, deformation, image, output, sampling).tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+
+    def _check_border(self, deformation, grid):
+        """Warn if material of this block may have to come from another one, once for all blocks.
+
+        Blocks in the same place are no neighbors: they are several images of the same material.
+        """
+        corners, moved = grid.corners(), deformation.deformed - deformation.rest
+        reach = np.linalg.norm(moved, axis=1).max()
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if self._boxes and reach > 0 and not self._has_warned:
+            lows, highs = np.swapaxes(self._boxes, 0, 1)
+            margin = reach + grid.spacing.max()
+            is_near = ((lows <= high + margin) & (low - margin <= highs)).all(axis=1)
+            is_same = ((lows == low) & (highs == high)).all(axis=1)
+            if (is_near & ~is_same).any():
+                self._has_warned = True
+                self._warn(_SEAM)
+        self._boxes.append((low, high))
 
     def _sampling(self, source, target):
         """How images are sampled on the grid `source` for the points of another."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vtkUniformGridAMR
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Deformation, arrays, options
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, times, void_arrays
 from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
+from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
@@ -24,9 +24,10 @@ _ON_CUT = 1e-6  # times the extent of the control points
 class DeformingFilter(OwnControlPoints, Algorithm):
     """Base of the filters that have control points and cuts.
 
-    Control points are polydata on input port 1, if something is connected there: points are p, in
-    the undeformed space, and a point vector array holds the displacement q - p. That is the array
-    "Displacement", unless `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
+    Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
+    something is connected there: its points, in cells or not, are p, in the undeformed space, and a
+    point vector array holds the displacement q - p. That is the array "Displacement", unless
+    `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
     `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
     "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
     DeformedPoints and Weights; without any, nothing moves.
@@ -50,17 +51,35 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         super().__init__(
             nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
+        self._refusal = ""  # why the input cannot be taken, though VTK would take it apart
         self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
         self._kept_cuts = Memo()
         self._kept_deformation = Memo()
 
     def FillInputPortInformation(self, port, info):
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData" if port else self.InputType)
+        kind = (self.InputType, "vtkPointSet", "vtkPolyData")[port]
+        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), kind)
         if port > 0:
             info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
         if port == 2:
             info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
         return 1
+
+    def _answer(self, name, request, inInfo, outInfo):
+        answer = super()._answer(name, request, inInfo, outInfo)
+        if name in ("RequestInformation", "RequestUpdateExtent") and not self.is_among_blocks():
+            self._refusal = _refusal(inInfo)
+            if self._refusal and name == "RequestInformation":
+                self._refuse(outInfo)
+                return 0
+        return answer
+
+    def _refuse(self, out_info):
+        """Fail before VTK takes the input apart."""
+        self._discard(out_info)
+        for number in range(out_info.GetNumberOfInformationObjects()):
+            ask_for_all(out_info.GetInformationObject(number))  # for the next Update to begin
+        self._report(self._refusal)
 
     def SetInputData(self, *port_and_data):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
@@ -112,7 +131,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             return
 
         def update():
-            return [self._update_input(*each, state[-1]) for each in connections]
+            data = {each: self._update_input(*each, state[-1]) for each in connections}
+            return [as_polydata(each) if port == 1 else each for (port, _), each in data.items()]
 
         try:
             data = dict(zip(connections, parallel.polydata_on_all(update)))
@@ -151,6 +171,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
+        if self._refusal:
+            raise ValueError(self._refusal)
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
     def _deformation(self, control_points, surfaces):
@@ -287,6 +309,24 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             active = polydata.GetPointData().GetAbstractAttribute(kind)
             return active.GetName() if active else None
         return None
+
+
+def _refusal(in_info):
+    """A sentence about inputs that no filter can take though VTK would hand them on in parts."""
+    data = inputs(in_info, 0)
+    if data and isinstance(data[0], vtkUniformGridAMR):
+        return (
+            f"`Input` must be an image or a mesh, got AMR data ({data[0].GetClassName()}), whose "
+            "levels would not fit each other any more; resample it to one image first "
+            "(vtkResampleToImage, in ParaView Resample To Image)"
+        )
+    for handles in inputs(in_info, 1):
+        if isinstance(handles, vtkCompositeDataSet):
+            return (
+                f"`ControlPoints` must be one point set, got a {handles.GetClassName()}; merge its "
+                "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
+            )
+    return ""
 
 
 def _is_on(cut, positions):

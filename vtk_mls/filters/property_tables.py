@@ -229,9 +229,10 @@ JACOBIAN = (
         False,
         """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
         folded, and the field array FoldedVoxels with the number of such points.""",
-        more="""The void does not count. Of a vtkUnstructuredGrid the field array is InvertedCells,
-        with the number of cells whose volume has changed its sign. If the output is made in pieces,
-        they are numbers of each piece.""",
+        more="""The void does not count. Of a mesh the field arrays are InvertedCells, the number of
+        cells that the deformation has turned inside out, and UncheckedCells, the number of those
+        of which that is not known. If the output is made in pieces, they are numbers of each
+        piece, without ghost cells.""",
     ),
 )
 

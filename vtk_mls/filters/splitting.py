@@ -52,6 +52,7 @@ from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBased
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls import arrays
+from vtk_mls.filters.cells import append_empty, is_empty, without_empty
 from vtk_mls.filters.orientation import TETRAHEDRA
 from vtk_mls.progress import SILENT
 
@@ -97,12 +98,14 @@ def split(mesh, cuts, progress=SILENT):
     named = mesh.NewInstance()
     named.ShallowCopy(mesh)
     arrays.name_normals(named)
-    mesh, grid = named, _unstructured(named)
+    mesh, grid = named, _unstructured(without_empty(named))
     extent = _extent(_positions(grid))
     for name in (_FOOT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
     dividing, joining = progress.divided(4, 1)
+    if grid.GetNumberOfCells() == 0:
+        cuts = ()
     for cut, part in zip(cuts, dividing.divided(*[1] * len(cuts))):
         grid = _divided(grid, cut, extent, part)
     joining.report(0)
@@ -111,6 +114,7 @@ def split(mesh, cuts, progress=SILENT):
     foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
     for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _POSITION):
         grid.GetPointData().RemoveArray(name)
+    append_empty(grid, mesh)
     has_points = isinstance(mesh, vtkPointSet)
     kept = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
     set_positions(grid, _positions(grid), kept)
@@ -124,7 +128,11 @@ def crossed(mesh, cuts):
 
     Of cells with many corners only those count that follow each other; of points none.
     """
-    grid = _unstructured(mesh)
+    filled = ~is_empty(mesh)
+    result = np.zeros(len(filled), bool)
+    if not filled.any():
+        return result
+    grid = _unstructured(without_empty(mesh))
     positions, (corners, starts) = _positions(grid), _corners(grid)
     sizes, types = np.diff(starts), arrays.cell_types(grid)
     found = np.zeros(len(sizes), bool)
@@ -140,16 +148,24 @@ def crossed(mesh, cuts):
         for cell in np.flatnonzero(candidates & ~few):
             x = positions[corners[starts[cell] : starts[cell + 1]]]
             found[cell] |= (cut.void_distance(x[:-1], x[1:]) < 0).any()
-    return found
+    result[filled] = found
+    return result
 
 
 def set_positions(dataset, positions, vtk_type):
-    """Set the points of a vtkPointSet to (n, 3) numbers, as VTK_FLOAT or VTK_DOUBLE."""
+    """Set the points of a vtkPointSet to (n, 3) numbers: VTK_FLOAT, or VTK_DOUBLE if it is not."""
     points = vtkPoints()
+    is_single = vtk_type == VTK_FLOAT
+    vtk_type, dtype = (VTK_FLOAT, np.float32) if is_single else (VTK_DOUBLE, np.float64)
     points.SetDataType(vtk_type)
-    dtype = np.float32 if vtk_type == VTK_FLOAT else np.float64
     points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
     dataset.SetPoints(points)
+
+
+def make_points_real(dataset):
+    """Make the points of a vtkPointSet float64 if they are integers."""
+    if dataset.GetPoints().GetDataType() not in (VTK_FLOAT, VTK_DOUBLE):
+        set_positions(dataset, _positions(dataset), VTK_DOUBLE)
 
 
 def _unstructured(mesh):
@@ -445,6 +461,8 @@ def _without_cells(grid):
     loose = vtkUnstructuredGrid()
     set_positions(loose, _positions(grid)[rows], VTK_DOUBLE)
     arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
+    # vtkAppendFilter keeps the arrays that all have
+    arrays.set_rows(loose.GetCellData(), grid.GetCellData(), rows[:0])
     return loose
 
 

@@ -20,8 +20,9 @@ from vtkmodules.vtkFiltersCore import vtkCellCenters
 from vtk_mls import arrays
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.orientation import inverted
-from vtk_mls.filters.splitting import crossed, set_positions, split
+from vtk_mls.filters.cells import FACES, is_empty, make_boxes_free, without_empty
+from vtk_mls.filters.orientation import count_inverted
+from vtk_mls.filters.splitting import crossed, make_points_real, set_positions, split
 from vtk_mls.vector_fields import contravariant, covariant
 
 # Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
@@ -32,11 +33,6 @@ _CHUNK = 1 << 20
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
-FACES = (  # of polyhedra, without the copies that the older methods make since VTK 9.4
-    (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
-    if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
-    else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
-)
 # How to get what the geometry of a mesh consists of.
 _PARTS = {
     vtkPointSet: (vtkPointSet.GetPoints,),
@@ -130,6 +126,10 @@ class Warp:
     def _warp(self, progress):
         """All that is done to the output once it has its cells."""
         arrays.name_normals(self.output)
+        make_points_real(self.output)
+        if isinstance(self.output, vtkUnstructuredGrid):
+            make_boxes_free(self.output)
+        self.ghosts = self.output.GetCellData().GetArray(arrays.GHOSTS)  # without torn cells
         self.before = arrays.to_numpy(self.output.GetPoints().GetData())
         tasks = [self._move]
         if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
@@ -175,12 +175,21 @@ class Warp:
         if self.wanted.GetGenerateJacobianDeterminant():
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
-            if isinstance(self.output, vtkUnstructuredGrid):
-                self._count("InvertedCells", inverted(self.output, self.before, self._points()))
+            self._count_inverted(jacobian)
+
+    def _count_inverted(self, jacobian):
+        """Count the cells that are inside out, and those of which that is not known."""
+        ghosts = None if self.ghosts is None else arrays.to_numpy(self.ghosts)
+        positions = self.before, self._points()
+        inverted, unchecked = count_inverted(self.output, *positions, jacobian, ghosts)
+        self._count("InvertedCells", inverted)
+        self._count("UncheckedCells", unchecked)
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""
         at = jacobians(self.deformation, *positions(), progress)
+        if attributes is self.output.GetCellData():
+            at = with_identity(at, is_empty(self.output))
         transform(attributes, directions, at, self.wanted.GetNormalizeGradient())
 
     def _off_cuts(self, points):
@@ -273,12 +282,26 @@ def _stamp(thing):
 
 
 def centres(mesh):
-    """Centres of the cells (n, 3)."""
+    """Centres of the cells (n, 3); NaN for cells without points."""
+    filled = without_empty(mesh)
     centers = vtkCellCenters()
-    centers.SetInputData(mesh)
+    centers.SetInputData(filled)
     centers.VertexCellsOff()
     centers.Update()
-    return arrays.to_numpy(centers.GetOutput().GetPoints().GetData())
+    points = centers.GetOutput().GetPoints()
+    found = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
+    if filled is mesh:
+        return found
+    everything = np.full((mesh.GetNumberOfCells(), 3), np.nan)
+    everything[~is_empty(mesh)] = found
+    return everything
+
+
+def with_identity(parts, rows):
+    """Slices and Jacobians as of `jacobians`, with the identity at `rows` (n,) bool."""
+    for part, jacobian in parts:
+        jacobian[rows[part]] = np.eye(3)
+        yield part, jacobian
 
 
 def jacobians(deformation, points, origins, progress):

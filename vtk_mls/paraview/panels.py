@@ -23,10 +23,10 @@ from vtk_mls.paraview.xml import (
 _CONTROL_POINTS = data_input(
     "ControlPoints",
     1,
-    "vtkPolyData",
-    """Control points (optional), used instead of the handles below: their positions are p, where
-    the material is at rest; a point vector array holds the displacement q - p to where they were
-    dragged.""",
+    "vtkPointSet",
+    """Control points (optional), used instead of the handles below, of any dataset with points,
+    such as an Extract Selection: their positions are p, where the material is at rest; a point
+    vector array holds the displacement q - p to where they were dragged.""",
     xml("Hints", xml("Optional")),
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),

@@ -31,10 +31,11 @@ class Deforming:
 
         Parameters
         ----------
-        rest : (n, 3) array_like or PolyData, world coordinates
-            p: control points in the undeformed space. A PolyData with point vectors "Displacement",
-            q - p, such as `vtk_mls.pyvista.read` makes of files, needs no `deformed`.
-        deformed : (n, 3) array_like or PolyData, world coordinates, optional
+        rest : (n, 3) array_like or dataset with points, world coordinates
+            p: control points in the undeformed space. A dataset with point vectors "Displacement",
+            q - p, needs no `deformed`: a PolyData that `vtk_mls.pyvista.read` makes of a file, or
+            points that were extracted from a mesh (UnstructuredGrid, PointSet, ...).
+        deformed : (n, 3) array_like or dataset with points, world coordinates, optional
             q: where they were dragged to.
         weights : (n,) array_like, optional
             A positive factor for each.

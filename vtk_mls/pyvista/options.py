@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 from textwrap import fill, indent
 
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPointSet, vtkPolyData
 
 from vtk_mls import arguments, arrays
 from vtk_mls.filters import property_tables
@@ -77,9 +78,9 @@ def control_points(rest, deformed=None, weights=None):
 
     Parameters
     ----------
-    rest : (n, 3) array_like or vtkPolyData, world coordinates
-        p; polydata alone have q - p, too.
-    deformed : (n, 3) array_like or vtkPolyData, world coordinates, optional
+    rest : (n, 3) array_like or vtkPointSet, world coordinates
+        p; a point set alone has q - p, too.
+    deformed : (n, 3) array_like or vtkPointSet, world coordinates, optional
         q.
     weights : (n,) array_like, optional
 
@@ -88,10 +89,16 @@ def control_points(rest, deformed=None, weights=None):
     TypeError, ValueError
         Naming the argument.
     """
-    if deformed is None and isinstance(rest, vtkPolyData):
+    if deformed is None and isinstance(rest, vtkPointSet):
         if weights is not None:
             raise TypeError("`weights` of control points in a dataset are its array `Weight`")
         return rest
+    for name, value in (("rest", rest), ("deformed", deformed)):
+        if isinstance(value, vtkDataObject) and not isinstance(value, vtkPointSet):
+            raise TypeError(
+                f"`{name}` must be positions or a dataset with points of its own, such as PolyData "
+                f"or UnstructuredGrid, got {type(value).__name__}"
+            )
     if deformed is None:
         raise TypeError(
             "`deformed` is missing: give the positions to which control points are dragged, or a "
@@ -114,8 +121,9 @@ def each_cut(cuts):
 
 def _positions(name, value):
     """Points (n, 3) float64."""
-    if isinstance(value, vtkPolyData):
-        value = arrays.to_numpy(value.GetPoints().GetData())
+    if isinstance(value, vtkPointSet):
+        points = value.GetPoints()
+        value = np.empty((0, 3)) if points is None else arrays.to_numpy(points.GetData())
     return arguments.control_points(name, value)
 
 

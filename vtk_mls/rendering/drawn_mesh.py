@@ -10,7 +10,8 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from vtk_mls import arrays
 from vtk_mls.filters import gradients, warping
-from vtk_mls.filters.splitting import set_positions, split
+from vtk_mls.filters.cells import is_empty, without_empty
+from vtk_mls.filters.splitting import make_points_real, set_positions, split
 from vtk_mls.progress import SILENT
 
 _POINT = "_Point"
@@ -45,8 +46,10 @@ class DrawnMesh:
             foot, side = (each[rows] if len(each) > 0 else each for each in (foot, side))
         arrays.name_normals(self.surface)
         points = self.surface.GetPoints()
-        is_empty = points is None or points.GetNumberOfPoints() == 0
-        self.positions = np.empty((0, 3)) if is_empty else arrays.to_numpy(points.GetData())
+        self.positions = np.empty((0, 3))
+        if points is not None and points.GetNumberOfPoints() > 0:
+            make_points_real(self.surface)
+            self.positions = arrays.to_numpy(self.surface.GetPoints().GetData())
         self._on_cut = np.flatnonzero(side.any(axis=1))
         self._foot, self._side = foot[self._on_cut], side[self._on_cut]
 
@@ -72,6 +75,7 @@ class DrawnMesh:
         if of_cells:
             centres, before = (warping.centres(each) for each in (output, self.surface))
             parts = jacobians(deformation, centres, before, before)
+            parts = warping.with_identity(parts, is_empty(output))
             warping.transform(data[1], of_cells, parts, unit=True)
         return output
 
@@ -114,7 +118,7 @@ def state_of(cuts):
 def _extract_surface(mesh, surface):
     """Fill `surface` with that of a dataset as mappers see it; the points of it that are there."""
     numbered = mesh.NewInstance()
-    numbered.ShallowCopy(mesh)
+    numbered.ShallowCopy(without_empty(mesh))
     arrays.add(numbered.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
     extract = vtkDataSetSurfaceFilter()
     extract.SetInputData(numbered)

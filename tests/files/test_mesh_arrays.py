@@ -1,0 +1,226 @@
+"""Colors in .ply, what the command says of other arrays, and of cells that are inside out."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import (
+    DEFORMED,
+    REST,
+    TYPES,
+    add_array,
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonDataModel import (
+    vtkCellArray,
+    vtkPolyData,
+    vtkStructuredGrid,
+    vtkUnstructuredGrid,
+)
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOPLY import vtkPLYReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLStructuredGridWriter
+
+from vtk_mls import Deformation, arrays, cli, io
+
+
+def scan():
+    source = vtkSphereSource()
+    source.SetCenter(4, 4, 3)
+    source.SetRadius(2)
+    mesh = vtkPolyData()
+    mesh.ShallowCopy(update(source))
+    return mesh
+
+
+def colors(rng, count, components):
+    return rng.integers(0, 256, (count, components))
+
+
+def written(mesh, tmp_path):
+    """What VTK reads of a file that was made of a mesh."""
+    io.write_dataset(mesh, tmp_path / "a.ply")
+    reader = vtkPLYReader()
+    reader.SetFileName(str(tmp_path / "a.ply"))
+    return update(reader)
+
+
+def values(attributes, name):
+    return arrays.to_numpy(attributes.GetArray(name))
+
+
+@pytest.mark.parametrize("name", ["RGB", "RGBA", "colour of the scanner"])
+@pytest.mark.parametrize("components", [3, 4])
+@pytest.mark.parametrize("of", ["Point", "Cell"])
+def test_colors_stay(of, components, name, tmp_path, rng):
+    mesh = scan()
+    rows = colors(rng, getattr(mesh, f"GetNumberOf{of}s")(), components)
+    add_array(getattr(mesh, f"Get{of}Data")(), name, rows, VTK_UNSIGNED_CHAR)
+    data = getattr(written(mesh, tmp_path), f"Get{of}Data")()
+    np.testing.assert_array_equal(values(data, "RGB" if components == 3 else "RGBA"), rows)
+
+
+def test_colors_of_points_and_of_cells(tmp_path, rng):
+    """Of different depth; vertices stand before the polygons."""
+    mesh, vertices = scan(), vtkCellArray()
+    for i in range(3):
+        vertices.InsertNextCell(1, [i])
+    mesh.SetVerts(vertices)
+    of_points = colors(rng, mesh.GetNumberOfPoints(), 3)
+    of_cells = colors(rng, mesh.GetNumberOfCells(), 4)
+    add_array(mesh.GetPointData(), "paint", of_points, VTK_UNSIGNED_CHAR)
+    add_array(mesh.GetCellData(), "ink", of_cells, VTK_UNSIGNED_CHAR)
+    output = written(mesh, tmp_path)
+    found = values(output.GetPointData(), "RGBA")
+    np.testing.assert_array_equal(found[:, :3], of_points)
+    assert (found[:, 3] == 255).all()
+    np.testing.assert_array_equal(values(output.GetCellData(), "RGBA"), of_cells[3:])
+    assert output.GetPointData().GetNormals() is not None
+
+
+def test_of_several_colors_the_active_ones_count(tmp_path, rng):
+    mesh = scan()
+    rows = [colors(rng, mesh.GetNumberOfPoints(), 3) for _ in range(3)]
+    for name, some in zip(("first", "RGB", "last"), rows):
+        add_array(mesh.GetPointData(), name, some, VTK_UNSIGNED_CHAR)
+    data = written(mesh, tmp_path).GetPointData()
+    np.testing.assert_array_equal(values(data, "RGB"), rows[1])
+    mesh.GetPointData().SetActiveScalars("last")
+    data = written(mesh, tmp_path).GetPointData()
+    np.testing.assert_array_equal(values(data, "RGB"), rows[2])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = [",".join(map(str, (*p, *q))) for p, q in zip(REST, DEFORMED)]
+    (tmp_path / "h.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
+    return tmp_path
+
+
+def write(writer, mesh, path):
+    writer.SetInputData(mesh)
+    writer.SetFileName(str(path))
+    assert writer.Write()
+
+
+@pytest.mark.parametrize(
+    ("output", "sentence"),
+    [
+        ("o.ply", "; without `temperature`, `part`, which .ply cannot hold\n"),
+        ("o.stl", "; without `Normals`, `RGB`, `temperature`, `part`, which .stl cannot hold\n"),
+        ("o.vtp", ""),
+    ],
+)
+def test_what_a_file_cannot_hold_is_said(output, sentence, folder, capsys, rng):
+    mesh = scan()
+    rows = colors(rng, mesh.GetNumberOfPoints(), 3)
+    add_array(mesh.GetPointData(), "RGB", rows, VTK_UNSIGNED_CHAR)
+    add_array(mesh.GetPointData(), "temperature", np.arange(mesh.GetNumberOfPoints()))
+    add_array(mesh.GetCellData(), "part", np.arange(mesh.GetNumberOfCells()), TYPES["int"])
+    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
+    assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
+    said = capsys.readouterr().out
+    assert said.endswith(sentence or "rigid\n")
+    if output == "o.ply":
+        data = io.read_dataset("o.ply").GetPointData()
+        np.testing.assert_array_equal(values(data, "RGB"), rows)
+
+
+@pytest.mark.parametrize("output", ["o.ply", "o.stl"])
+def test_nothing_is_said_where_nothing_is_lost(output, folder, capsys):
+    mesh = scan()
+    mesh.GetPointData().Initialize()
+    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
+    assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
+    assert "without" not in capsys.readouterr().out
+
+
+def plate():
+    """20 x 20 quads in the plane z = 3."""
+    mesh, points, t = vtkStructuredGrid(), vtkPoints(), np.linspace(1, 7, 21)
+    for y in t:
+        for x in t:
+            points.InsertNextPoint(x, y, 3)
+    mesh.SetDimensions(21, 21, 1)
+    mesh.SetPoints(points)
+    return mesh
+
+
+PINCHED = [(1, 1, 3), (7, 1, 3), (7, 7, 3), (1, 7, 3), (3.4, 4, 3), (4.6, 4, 3)]
+
+
+@pytest.mark.parametrize("push", [0.0, 1.8])
+def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
+    write(vtkXMLStructuredGridWriter(), plate(), folder / "plate.vts")
+    moved = np.array(PINCHED, float)
+    moved[4:, 0] += (push, -push)
+    lines = [",".join(map(str, (*p, *q))) for p, q in zip(PINCHED, moved)]
+    (folder / "p.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
+    assert cli.main(["deform", "plate.vts", "p.csv", "o.vts"]) == 0
+    said = capsys.readouterr().out
+    output = io.read_dataset("o.vts")
+    x = arrays.to_numpy(output.GetPoints().GetData()).reshape(21, 21, 3)
+    corners = [x[:-1, :-1], x[:-1, 1:], x[1:, 1:], x[1:, :-1]]
+    around = zip(corners, corners[1:] + corners[:1])
+    areas = sum(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0] for a, b in around) / 2
+    count = (areas <= 0).sum()
+    assert (count > 0) == (push > 0)
+    assert ("inside out" in said) == (push > 0)
+    if push:
+        assert f"; {count} cells inside out" in said
+    # the file is as it was before anybody counted
+    assert not output.GetPointData().HasArray("JacobianDeterminant")
+    for name in ("InvertedCells", "UncheckedCells"):
+        assert not output.GetFieldData().HasArray(name)
+
+
+@pytest.mark.parametrize("ending", [".vtu", ".vts", ".vtk"])
+def test_control_points_of_any_point_set(ending, folder, capsys):
+    """As those of .vtp."""
+    handles = vtkUnstructuredGrid() if ending != ".vts" else vtkStructuredGrid()
+    points = vtkPoints()
+    for place in REST:
+        points.InsertNextPoint(place)
+    handles.SetPoints(points)
+    add_array(handles.GetPointData(), "Displacement", DEFORMED - REST)
+    if ending == ".vts":
+        handles.SetDimensions(2, 2, 2)
+    io.write_dataset(handles, f"h{ending}")
+    read = io.read_control_points(f"h{ending}")
+    found = arrays.control_points(read, "Displacement")
+    np.testing.assert_allclose(found[0], REST, atol=1e-6)
+    np.testing.assert_allclose(found[1], DEFORMED, atol=1e-6)
+    io.write_dataset(scan(), "scan.vtp")
+    for name, output in ((f"h{ending}", "a.vtp"), ("h.csv", "b.vtp")):
+        assert cli.main(["deform", "scan.vtp", name, output]) == 0
+    moved = [io.read_dataset(name).GetPoints().GetData() for name in ("a.vtp", "b.vtp")]
+    np.testing.assert_allclose(*map(arrays.to_numpy, moved), atol=1e-5)
+
+
+def test_integer_points_of_files(folder, capsys):
+    text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 int\n"
+    (folder / "a.vtk").write_text(f"{text}1 1 1 7 1 1 1 7 1\nPOLYGONS 1 4\n3 0 1 2\n")
+    assert cli.main(["deform", "a.vtk", "h.csv", "o.vtp"]) == 0
+    assert "3 points, 1 cells" in capsys.readouterr().out
+    points = io.read_dataset("o.vtp").GetPoints()
+    expected = Deformation(REST, DEFORMED, device="reference").forward(REST[[0, 1, 2]])
+    np.testing.assert_allclose(arrays.to_numpy(points.GetData()), expected, atol=5e-5)
+
+
+@pytest.mark.parametrize("dtype", ["int16", "uint16"])
+def test_integer_points_in_another_frame(dtype, folder):
+    """Of 3D Slicer's RAS: unsigned numbers have no opposite."""
+    mesh, points = vtkPolyData(), vtkPoints()
+    points.SetDataType(TYPES["short" if dtype == "int16" else "unsigned short"])
+    points.InsertNextPoint(1, 2, 3)
+    mesh.SetPoints(points)
+    cells = vtkCellArray()
+    cells.InsertNextCell(1, [0])
+    mesh.SetVerts(cells)
+    arrays.add_texts(mesh.GetFieldData(), "SPACE", ["RAS"])
+    write(vtkXMLPolyDataWriter(), mesh, folder / "a.vtp")
+    found = io.read_dataset("a.vtp")
+    assert found.GetPoint(0) == (-1, -2, 3)
+    io.write_dataset(found, "b.vtp")
+    assert io.read_dataset("b.vtp").GetPoint(0) == (-1, -2, 3)

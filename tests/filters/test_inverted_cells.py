@@ -1,0 +1,356 @@
+"""`InvertedCells` and `UncheckedCells`, against signed areas, volumes and VTK's scaled Jacobian."""
+
+import numpy as np
+import pytest
+from mesh_fixtures import (
+    QUADRATIC,
+    array_of,
+    cells,
+    count,
+    deforming,
+    explicit_structured,
+    places_of,
+    polyhedra,
+    rectilinear,
+    set_places,
+    sphere,
+    structured,
+)
+from vtk_fixtures import (
+    REST,
+    add_array,
+    control_points,
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
+from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAGONAL_PRISM,
+    VTK_HEXAHEDRON,
+    VTK_PENTAGONAL_PRISM,
+    VTK_POLYGON,
+    VTK_PYRAMID,
+    VTK_QUAD,
+    VTK_TETRA,
+    VTK_TRIANGLE,
+    VTK_TRIANGLE_STRIP,
+    VTK_VOXEL,
+    VTK_WEDGE,
+    vtkCellArray,
+    vtkDataSetAttributes,
+    vtkPolyData,
+    vtkStructuredGrid,
+    vtkUnstructuredGrid,
+)
+from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
+
+from vtk_mls import arrays
+from vtk_mls.filters.orientation import count_inverted
+
+SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
+SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]
+# Two control points in the middle that are pushed past each other, between eight that rest.
+PINCHED = np.r_[REST, [(3.4, 4, 3), (4.6, 4, 3)]]
+
+
+def pinch(push):
+    moved = PINCHED.copy()
+    moved[-2:, 0] += (push, -push)
+    return control_points(PINCHED, moved)
+
+
+def judged(mesh, handles, **options):
+    output = update(deforming(mesh, handles, GenerateJacobianDeterminant=True, **options))
+    return output, count(output, "InvertedCells"), count(output, "UncheckedCells")
+
+
+def corners_of(grid):
+    ids = arrays.to_numpy(grid.GetCells().GetConnectivityArray())
+    return ids.reshape(grid.GetNumberOfCells(), -1)
+
+
+def prisms(kind):
+    """Some prisms beside each other."""
+    sides = 5 if kind == VTK_PENTAGONAL_PRISM else 6
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = np.stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), np.zeros(sides)], axis=1)
+    one = np.concatenate([ring, ring + (0, 0, 0.8)])
+    centers = np.array([(x, y, z) for z in (1, 2, 3, 4) for y in range(2, 7) for x in range(2, 7)])
+    grid = vtkUnstructuredGrid()
+    set_places(grid, (centers[:, None] + one).reshape(-1, 3))
+    for number in range(len(centers)):
+        ids = range(number * 2 * sides, (number + 1) * 2 * sides)
+        grid.InsertNextCell(kind, 2 * sides, list(ids))
+    return grid
+
+
+def solid(kind):
+    return prisms(kind) if kind in (VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM) else cells(kind, 6)
+
+
+def scaled_jacobians(grid):
+    quality = vtkMeshQuality()
+    quality.SetInputData(grid)
+    quality.SetHexQualityMeasureToScaledJacobian()
+    quality.SetTetQualityMeasureToScaledJacobian()
+    quality.SetQuadQualityMeasureToArea()
+    quality.SetTriangleQualityMeasureToArea()
+    quality.Update()
+    return array_of(quality.GetOutput(), "Quality", "Cell")
+
+
+@pytest.mark.parametrize("push", [0.3, 2.5, 4.0])
+@pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON])
+def test_cells_are_bad_where_vtk_says_so(kind, push):
+    output, inverted, unchecked = judged(cells(kind, 14), pinch(push))
+    # cells of vtkCellTypeSource may be inside out at rest
+    rest = np.sign(scaled_jacobians(cells(kind, 14)))
+    assert inverted == (scaled_jacobians(output) * rest <= 0).sum()
+    assert unchecked == 0
+    assert (inverted > 0) == (push > 1)
+
+
+def test_the_same_hexahedra_in_any_guise():
+    expected = [judged(cells(VTK_HEXAHEDRON, 14), pinch(push))[1:] for push in (2.5, 4)]
+    assert expected[0][0] > 0
+    for mesh in (cells(VTK_VOXEL, 14), polyhedra(14), as_structured(15)):
+        assert [judged(mesh, pinch(push))[1:] for push in (2.5, 4)] == expected, mesh.GetClassName()
+
+
+def as_structured(side):
+    grid = vtkStructuredGrid()
+    grid.SetDimensions(side, side, side)
+    set_places(grid, lattice(side))
+    return grid
+
+
+def lattice(side):
+    """Points of `cells` in the order of a structured grid."""
+    x = places_of(cells(VTK_HEXAHEDRON, side - 1))
+    return x[np.lexsort((x[:, 0].round(9), x[:, 1].round(9), x[:, 2].round(9)))]
+
+
+@pytest.mark.parametrize(
+    "make", [*(lambda kind=kind: solid(kind) for kind in SOLID), structured, rectilinear]
+)
+def test_mirrored_and_turned(make):
+    mesh = make()
+    total = mesh.GetNumberOfCells()
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (total, 0)
+    angle = np.radians(170)
+    turn = np.array(
+        [(np.cos(angle), 0, np.sin(angle)), (0, 1, 0), (-np.sin(angle), 0, np.cos(angle))]
+    )
+    assert judged(mesh, control_points(REST, REST @ turn.T), Kind="rigid")[1:] == (0, 0)
+
+
+def test_explicit_structured_grids():
+    mesh = explicit_structured()
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (mesh.GetNumberOfCells(), 0)
+
+
+@pytest.mark.parametrize("kind", SOLID)
+def test_one_bad_corner(kind, rng):
+    """Each corner of a cell, pushed through the cell."""
+    mesh = solid(kind)
+    grid = vtkUnstructuredGrid()
+    points = places_of(mesh)[corners_of(mesh)[0]]
+    set_places(grid, points)
+    grid.InsertNextCell(kind, len(points), list(range(len(points))))
+    jacobian = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+    assert count_inverted(grid, points, points, jacobian) == (0, 0)
+    for corner in range(len(points)):
+        moved = points.copy()
+        moved[corner] += 2.2 * (points.mean(axis=0) - points[corner])
+        assert count_inverted(grid, points, moved, jacobian) == (1, 0)
+        # and from bad to bad nothing is turned
+        assert count_inverted(grid, moved, moved, jacobian)[0] == 0
+
+
+def test_random_hexahedra(rng):
+    mesh = cells(VTK_HEXAHEDRON, 12)
+    x = places_of(mesh)
+    moved = x + rng.normal(0, 0.15, x.shape)
+    jacobian = np.broadcast_to(np.eye(3, dtype=np.float32), (len(x), 3, 3))
+    found = count_inverted(mesh, x, moved, jacobian)
+    set_places(mesh, moved)
+    expected = (scaled_jacobians(mesh) <= 0).sum()
+    assert found == (expected, 0)
+    assert 20 < expected < mesh.GetNumberOfCells() - 20
+
+
+# Surfaces
+
+
+def plate(kind, side=20):
+    """A plate in the plane z = 3, of one type of cells; strips and polygons as vtkPolyData."""
+    t = np.linspace(1, 7, side + 1)
+    x = np.array([(a, b, 3.0) for b in t for a in t])
+    quads = [
+        [i + (side + 1) * j + k for k in (0, 1, side + 2, side + 1)]
+        for j in range(side)
+        for i in range(side)
+    ]
+    triangles = [[q[k] for k in three] for q in quads for three in ((0, 1, 2), (0, 2, 3))]
+    strips = [[q[k] for k in (0, 1, 3, 2)] for q in quads]
+    members = {VTK_QUAD: quads, VTK_TRIANGLE: triangles, VTK_TRIANGLE_STRIP: strips}
+    members[VTK_POLYGON] = quads
+    if kind in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
+        mesh, some = vtkPolyData(), vtkCellArray()
+        for ids in members[kind]:
+            some.InsertNextCell(len(ids), ids)
+        (mesh.SetPolys if kind == VTK_POLYGON else mesh.SetStrips)(some)
+    else:
+        mesh = vtkUnstructuredGrid()
+    set_places(mesh, x)
+    if isinstance(mesh, vtkUnstructuredGrid):
+        for ids in members[kind]:
+            mesh.InsertNextCell(kind, len(ids), ids)
+    return mesh, np.array(members[kind])
+
+
+def areas(points, corners):
+    """Signed areas in a plane of constant z."""
+    p = points[corners].astype(float)
+    after = np.roll(p, -1, axis=1)
+    return (p[..., 0] * after[..., 1] - p[..., 1] * after[..., 0]).sum(axis=1) / 2
+
+
+FLAT = [VTK_QUAD, VTK_TRIANGLE, VTK_POLYGON, VTK_TRIANGLE_STRIP]
+FLAT_PINCHED = np.array([(1, 1, 3), (7, 1, 3), (7, 7, 3), (1, 7, 3), (3.4, 4, 3), (4.6, 4, 3.0)])
+TURNS = [np.eye(3)]
+for _axis, _degrees in ((0, 90), (0, 180), (1, 137), (2, 180)):
+    _c, _s = np.cos(np.radians(_degrees)), np.sin(np.radians(_degrees))
+    TURNS.append(np.roll([(_c, -_s, 0), (_s, _c, 0), (0, 0, 1)], _axis + 1, (0, 1)))
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("kind", FLAT)
+def test_flat_cells_by_their_signed_areas(kind, turn):
+    """The plate lies anywhere, and turns by any angle while it is folded."""
+    mesh, corners = plate(kind)
+    moved = FLAT_PINCHED.copy()
+    moved[4:, 0] += (1.8, -1.8)
+    output, inverted, unchecked = judged(mesh, control_points(FLAT_PINCHED, moved @ turn.T))
+    flat = places_of(output) @ turn
+    if kind == VTK_TRIANGLE_STRIP:
+        signs = np.stack([areas(flat, corners[:, k]) for k in ([0, 1, 2], [1, 3, 2])])
+        expected = (signs.min(axis=0) <= 0).sum()
+    else:
+        expected = (areas(flat, corners) <= 0).sum()
+    assert inverted == expected > 0
+    assert unchecked == 0
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("make", [sphere, lambda: plate(VTK_QUAD)[0]])
+def test_surfaces_may_turn(make, turn):
+    mesh = make()
+    handles = control_points(REST, (REST - 4) @ turn.T + 5)
+    assert judged(mesh, handles, Kind="rigid")[1:] == (0, 0)
+
+
+def test_a_sphere_inside_out():
+    mesh = sphere()
+    handles = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, handles, Kind="affine")[1:] == (mesh.GetNumberOfCells(), 0)
+
+
+def test_flat_structured_grids():
+    for dimensions in ((21, 21, 1), (21, 1, 21), (1, 21, 21)):
+        mesh = vtkStructuredGrid()
+        mesh.SetDimensions(*dimensions)
+        set_places(mesh, places_of(plate(VTK_QUAD)[0]))
+        moved = FLAT_PINCHED.copy()
+        moved[4:, 0] += (1.8, -1.8)
+        handles = control_points(FLAT_PINCHED, moved)
+        expected = judged(plate(VTK_QUAD)[0], handles)[1:]
+        assert judged(mesh, handles)[1:] == expected
+
+
+def test_concave_polygons_are_not_inside_out():
+    mesh, some = vtkPolyData(), vtkCellArray()
+    set_places(mesh, [(1, 1, 3), (7, 1, 3), (7, 7, 3), (6, 2, 3)])
+    some.InsertNextCell(4, range(4))
+    mesh.SetPolys(some)
+    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, 0)
+    assert judged(mesh, control_points(REST, REST * [1, -1, 1]), Kind="affine")[1:] == (1, 0)
+
+
+# Cells of which it is not known, and those that do not count
+
+
+@pytest.mark.parametrize("kind", QUADRATIC)
+def test_curved_cells_are_known_by_their_corners_only(kind):
+    mesh = cells(kind)
+    total = mesh.GetNumberOfCells()
+    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, total)
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (total, 0)
+
+
+def test_lines_vertices_and_cells_without_size_are_unchecked():
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, [(1, 1, 1), (3, 1, 1), (5, 1, 1), (1, 4, 1), (1, 1, 5), (np.nan, 0, 0)])
+    for kind, ids in (
+        (1, [0]),
+        (3, [0, 1]),
+        (4, [0, 1, 2]),
+        (0, []),
+        (VTK_TRIANGLE, [0, 1, 2]),  # on a line
+        (VTK_TETRA, [0, 1, 2, 3]),  # in a plane
+        (VTK_TRIANGLE, [0, 1, 5]),  # nowhere
+        (VTK_TETRA, [0, 1, 3, 5]),
+    ):
+        mesh.InsertNextCell(kind, len(ids), ids)
+    unknown = mesh.GetNumberOfCells()
+    mesh.InsertNextCell(VTK_TETRA, 4, [0, 1, 3, 4])
+    mesh.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 3])
+    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, unknown)
+    mirrored = control_points(REST, REST * [-1, 1, 1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (2, unknown)
+
+
+def test_a_hexahedron_that_is_a_wedge():
+    """As many programs write wedges: its doubled corners have no size, the others count."""
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, [(1, 1, 1), (4, 1, 1), (4, 4, 1), (1, 1, 5), (4, 1, 5), (4, 4, 5)])
+    mesh.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 2, 2, 3, 4, 5, 5])
+    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, 0)
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (1, 0)
+
+
+@pytest.mark.parametrize("make", [lambda: cells(VTK_HEXAHEDRON), structured])
+@pytest.mark.parametrize("flag", ["DUPLICATECELL", "HIDDENCELL"])
+def test_cells_of_others_and_hidden_ones_do_not_count(make, flag):
+    mesh = make()
+    ghosts = np.zeros(mesh.GetNumberOfCells(), np.uint8)
+    ghosts[::3] = getattr(vtkDataSetAttributes, flag)
+    add_array(mesh.GetCellData(), arrays.GHOSTS, ghosts, VTK_UNSIGNED_CHAR)
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    assert judged(mesh, mirrored, Kind="affine")[1:] == ((ghosts == 0).sum(), 0)
+
+
+@pytest.mark.parametrize("shift", [0, 5e6])
+@pytest.mark.parametrize("size", [1e-6, 1, 1e6])
+def test_wherever_the_mesh_is_and_whatever_its_unit(shift, size):
+    """The same cells in other units, and in a world that begins far away."""
+    mesh, handles = cells(VTK_HEXAHEDRON, 14), pinch(2.5)
+    expected = judged(mesh, handles)[1:]
+    place = shift * size
+    set_places(mesh, places_of(mesh) * size + place)
+    moved = PINCHED.copy()
+    moved[-2:, 0] += (2.5, -2.5)
+    handles = control_points(PINCHED * size + place, moved * size + place)
+    inverted, unchecked = judged(mesh, handles)[1:]
+    assert unchecked == 0
+    assert abs(inverted - expected[0]) <= (2 if shift else 0)  # coordinates of 1e-9 are rounded
+
+
+def test_only_when_it_is_asked_for():
+    output = update(deforming(cells(VTK_HEXAHEDRON), GenerateJacobian=True))
+    for name in ("InvertedCells", "UncheckedCells"):
+        assert not output.GetFieldData().HasArray(name)
