@@ -267,25 +267,26 @@ class RegionMap:
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
         device = self.launcher.device
         centre = self.control_points.centre + offset
-        if points.dtype == np.float64 and not device.has_float64:
+        if not device.has_float64:
             points, centre = (points - centre).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)
         if len(points) == 0:
             return local
-        double = points.dtype == np.float64
+        real = np.float64 if device.has_float64 else np.float32
         frame = kernel_arguments.record(
             {
-                "density": points.dtype.type(1 / self.control_points.scale),
+                "density": real(1 / self.control_points.scale),
                 "centre": np.float32(centre),
                 "centre_rest": np.float32(centre - np.float32(centre)),
             }
         )
         constants = [
             ("LANES", device.lanes),
-            ("COORDINATE", "double" if double else "float"),
+            ("COORDINATE", "double" if points.dtype == np.float64 else "float"),
+            ("REAL", "double" if device.has_float64 else "float"),
             ("LOCAL_FRAME", kernel_arguments.members(frame.dtype)),
         ]
-        if double:
+        if device.has_float64:
             constants.append(("USE_FP64", 1))
         read, written = self.memory.read, self.memory.written
         with read(np.ascontiguousarray(points)) as x, written(local) as out:
