@@ -74,11 +74,6 @@ def doubled(box, level):
     return center + 2.0**level * (box - center)
 
 
-def joined(*boxes):
-    """The box (2, 3) round all `boxes`."""
-    return np.array([np.min([b[0] for b in boxes], 0), np.max([b[1] for b in boxes], 0)])
-
-
 def padded(box, share):
     """`box` with a margin of a `share` of its largest side."""
     return box + share * np.ptp(box, axis=0).max() * np.array([[-1], [1]])

@@ -255,10 +255,9 @@ class Engine:
         origins, numbers = np.empty_like(points), np.empty(len(points), np.int8)
         void_distance = np.full(len(points), np.inf)
         maps = list(enumerate(self._maps(deformation)))
-        nodes = [map_.nodes_over(points) for _, map_ in maps]
 
         def take(number, map_, rows, is_rival):
-            found, distance = map_.origins(points[rows], nodes=nodes[number])
+            found, distance = map_.origins(points[rows])
             if is_rival:
                 rows, found, distance = (
                     a[distance > void_distance[rows]] for a in (rows, found, distance)

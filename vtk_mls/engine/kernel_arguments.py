@@ -34,8 +34,6 @@ GRID = _struct(
 SOURCE = _struct(
     [("from_target", *_TRANSFORM), ("from_displacement", *_TRANSFORM), ("continued", "i4")]
 )
-# A grid of first guesses at points: nodes along the axes, the first one, nodes per local unit.
-GUESS = _struct([("dimensions", "i4", 3), ("low", "f4", 3), ("density", "f4", 3)])
 # The lattice of first guesses for the inverse: center of its boxes, 1 / half the size of the first.
 LATTICE = _struct([("center", "f4", 3), ("density", "f4", 3)])
 # A sample of the map: v, and G(v) less the mean displacement.
@@ -180,7 +178,6 @@ STRUCTS = (
     ("WORLD", members(WORLD)),
     ("GRID", members(GRID)),
     ("SOURCE", members(SOURCE)),
-    ("GUESS", members(GUESS)),
     *LATTICE_CONSTANTS,
     ("SAMPLE", members(SAMPLE)),
     ("NODES", members(NODES)),

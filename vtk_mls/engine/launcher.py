@@ -164,26 +164,19 @@ class RegionMap:
         """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
         return self.at_local_points(name, planes, self.local_points(points))
 
-    def at_local_points(self, name, planes, points, arguments=()):
+    def at_local_points(self, name, planes, points):
         """The same at `points` (3, m) of the local frame."""
         result = np.empty((planes, points.shape[1]), np.float32)
-        self.launch_at(name, points, arguments, outputs=[result])
+        self.launch_at(name, points, outputs=[result])
         return result
 
-    def nodes_over(self, points):
-        """First guesses for searches at `points` (m, 3); None where they are not worth it."""
-        return self._nodes and self._nodes.over(points)
-
-    def origins(self, points, starts=None, nodes=None):
+    def origins(self, points, starts=None):
         """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None.
 
-        Searches for the origins begin at `starts` (m, 3), if they are given, or as `nodes_over`
-        them says.
+        Searches for the origins begin at `starts` (m, 3), if they are given.
         """
         control_points = self.control_points
-        if nodes is not None:
-            planes = self._from_nodes(points, nodes)
-        elif starts is None or not self.deformation.obstacles:
+        if starts is None or not self.deformation.obstacles:
             planes = self.at_points("point_displacement", self.displacements, points)
         else:
             planes = self._at_pairs("point_search", self.displacements, points, starts)
@@ -192,16 +185,6 @@ class RegionMap:
         if self.deformation.in_rest_frame:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
-
-    def _from_nodes(self, points, nodes):
-        """What `point_displacement` writes at `points` (m, 3), mostly without searches."""
-        local = self.local_points(points)
-        planes = self.at_local_points("point_origin", 4, local, nodes)
-        lost = np.flatnonzero(np.isnan(planes[3]))
-        planes[:, lost] = self.at_local_points(
-            "point_displacement", 4, np.ascontiguousarray(local[:, lost])
-        )
-        return planes
 
     def jacobian(self, points, origins=None):
         """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
