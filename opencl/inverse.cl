@@ -5,9 +5,10 @@
 // v - x.
 
 #include "map.cl"
+#include "lattice.cl"
 
-#if !defined(SAMPLE) || !defined(GUESS)
-#error "SAMPLE or GUESS is missing: members of the structs below"
+#ifndef SAMPLE
+#error "SAMPLE is missing: members of the struct below"
 #endif
 
 #define TRIALS 32
@@ -53,19 +54,21 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 
 // Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
 // that comes hardly closer is halved, and the next one is at most twice as long: where there is no
-// inverse the search is soon over. It may pass cuts: what counts is where it ends (is_cut_off).
+// inverse the search is soon over. It may pass cuts: what counts is where it ends (is_cut_off). A lane
+// whose search is over keeps what it has, however long those beside it go on.
 inline real newton(const map_t *map, vec x, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
+  integer open = (real)(0) == 0;
   for (int i = 0; i < TRIALS; ++i) {
     fit_t fit;
     vec r = residual(map, x, trial, &fit);
     real distance = length3(r);
-    integer better = distance < left * fma(-DECREASE, share, (real)(1));
+    integer better = open & (distance < left * fma(-DECREASE, share, (real)(1)));
     *displacement = vec_select(*displacement, trial, better);
     left = select(left, distance, better);
     share = select(share * 0.5f, least(2 * share, (real)(1)), better);
-    integer open = (left > close) & (share > SMALLEST_SHARE);
+    open &= (left > close) & (share > SMALLEST_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {
       mat jacobian = material_jacobian(map, &fit);
@@ -132,39 +135,28 @@ inline vec displacement_to_nearest(const map_t *map, vec x, int count,
   return displacement;
 }
 
-// First guesses, displacements at the nodes (nz, ny, nx) of a regular grid: its `dimensions`, 2 at
-// least, `low`, the first node, and `density`, nodes per local unit.
-typedef struct { GUESS } guess_t;
-
-// Index of the cell below, along one axis, and the share of it.
-inline integer cell_along(real index, int nodes, real *share) {
-  index = least(most(index, (real)(0)), (real)(nodes - 1));
-  integer cell = TO_INTEGER(least(index, (real)(nodes - 2)));
-  *share = index - TO_REAL(cell);
-  return cell;
-}
-
-// The displacement at x, trilinear, and dv/dx.
-inline void guess_at(const guess_t *guess, __global const float4 *nodes, vec x, vec *displacement,
-                     mat *response) {
-  const float *low = guess->low, *density = guess->density;
-  const int nx = guess->dimensions[0], ny = guess->dimensions[1];
-  real a, b, c;
-  integer i = cell_along((x.x - low[0]) * density[0], nx, &a);
-  integer j = cell_along((x.y - low[1]) * density[1], ny, &b);
-  integer k = cell_along((x.z - low[2]) * density[2], guess->dimensions[2], &c);
-  integer first = i + nx * (j + ny * k);
+// The displacement at x, trilinear in displacements at the `nodes` of the lattice, and dv/dx; whether
+// x is in a cell. Nodes are counted as cells are.
+inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, vec x,
+                        vec *displacement, mat *response) {
+  vec share;
+  real shrink;
+  integer node_number, inside = lattice_cell(lattice, x, &share, &shrink, &node_number) < LATTICE_SIZE;
   for (int l = 0; l < LANES; ++l) {
-    __global const float4 *node = nodes + LANE_INT(first, l);
-    float u = LANE(a, l), v = LANE(b, l), w = LANE(c, l);
-    float4 n00 = node[0], n10 = node[nx], d00 = node[1] - n00, d10 = node[nx + 1] - n10;
-    node += nx * ny;
-    float4 n01 = node[0], n11 = node[nx], d01 = node[1] - n01, d11 = node[nx + 1] - n11;
+    __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_number, l) : 0);
+    float u = LANE(share.x, l), v = LANE(share.y, l), w = LANE(share.z, l);
+    float density = 0.5f * LATTICE_CELLS * LANE(shrink, l);
+    float4 n00 = node[0], n10 = node[NODES_ALONG], d00 = node[1] - n00,
+           d10 = node[NODES_ALONG + 1] - n10;
+    node += NODES_ALONG * NODES_ALONG;
+    float4 n01 = node[0], n11 = node[NODES_ALONG], d01 = node[1] - n01,
+           d11 = node[NODES_ALONG + 1] - n11;
     n00 += u * d00, n10 += u * d10, n01 += u * d01, n11 += u * d11;
     float4 d0 = d00 + v * (d10 - d00), d1 = d01 + v * (d11 - d01);
     float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
-    float4 dx = density[0] * (d0 + w * (d1 - d0)), dy = density[1] * (e0 + w * (e1 - e0)),
-           dz = density[2] * (n1 - n0), n = n0 + w * (n1 - n0);
+    float4 dx = density * lattice->density[0] * (d0 + w * (d1 - d0)),
+           dy = density * lattice->density[1] * (e0 + w * (e1 - e0)),
+           dz = density * lattice->density[2] * (n1 - n0), n = n0 + w * (n1 - n0);
     LANE(displacement->x, l) = n.x;
     LANE(displacement->y, l) = n.y;
     LANE(displacement->z, l) = n.z;
@@ -178,4 +170,5 @@ inline void guess_at(const guess_t *guess, __global const float4 *nodes, vec x, 
     LANE(response->a[7], l) = dy.z;
     LANE(response->a[8], l) = 1 + dz.z;
   }
+  return inside;
 }

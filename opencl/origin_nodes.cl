@@ -1,17 +1,13 @@
 // First guesses for searches over a grid: the place x of the material at nodes, every NODE_STEP-th
 // point of the whole grid along each axis, and how it changes there. Most searches end where they
-// begin. A guess depends on the index of its point alone: parts are computed like the whole. Points
-// on no grid have nodes over most of them.
+// begin. A guess depends on the index of its point alone: parts are computed like the whole.
 
-#if !defined(NODES) || !defined(NODE_STEP) || !defined(GUESS)
-#error "NODES, GUESS or NODE_STEP is missing: members of structs below, points from node to node"
+#if !defined(NODES) || !defined(NODE_STEP)
+#error "NODES or NODE_STEP is missing: members of the struct below, points from node to node"
 #endif
 
 // The index of the `first` node, and the nodes `nx`, `ny`.
 typedef struct { NODES } nodes_t;
-
-// Nodes over points on no grid: their `dimensions`, `low`, the first, `density` per local unit.
-typedef struct { GUESS } node_grid_t;
 
 // x, and its change from node to node along i, j, k. In x.w the norm of dG/dx, below 0 behind a cut;
 // in by_i.w that of the cell above, below 0 where its corners give no guess (node_cell.cl).
@@ -72,42 +68,6 @@ inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const n
              rest * (low.x.z + a * low.by_i.z) + a * (high.x.z - rest * high.by_i.z)};
     start.x = vec_select(start.x, x, here);
     start.slope = select(start.slope, (real)(slope), here);
-  }
-  return on_expected_side(map, start, expected);
-}
-
-// The cells of points v on no grid, and where in them they are; -1 where nodes are not around.
-inline integer cell_among(const node_grid_t *grid, vec v, vec *share) {
-  const float *low = grid->low, *density = grid->density;
-  const int *size = grid->dimensions;
-  vec at = {(v.x - low[0]) * density[0], (v.y - low[1]) * density[1], (v.z - low[2]) * density[2]};
-  vec cell = {floor(at.x), floor(at.y), floor(at.z)};
-  *share = vec_sub(at, cell);
-  integer inside = (cell.x >= 0) & (cell.y >= 0) & (cell.z >= 0) & (cell.x < (real)(size[0] - 1)) &
-                   (cell.y < (real)(size[1] - 1)) & (cell.z < (real)(size[2] - 1));
-  integer row = TO_INTEGER(cell.y) + size[1] * TO_INTEGER(cell.z);
-  return select((integer)(-1), TO_INTEGER(cell.x) + size[0] * row, inside);
-}
-
-// The same for points v on no grid, each in a cell of its own.
-inline start_t start_among(const map_t *map, const node_grid_t *grid,
-                           __global const node_t *table, vec v) {
-  const nodes_t nodes = {{0, 0, 0}, grid->dimensions[0], grid->dimensions[1]};
-  const start_t expected = affine_start(map, v);
-  start_t start = expected;
-  vec share;
-  integer cell = cell_among(grid, v, &share);
-  for (int l = 0; l < LANES; ++l) {
-    if (LANE_INT(cell, l) < 0) continue;
-    __global const node_t *corner = table + LANE_INT(cell, l);
-    float a = LANE(share.x, l), b = LANE(share.y, l), c = LANE(share.z, l), rest = 1 - a;
-    cell_end_t low = cell_end(&nodes, corner, b, c), high = cell_end(&nodes, corner + 1, b, c);
-    float4 x = rest * (low.x + a * low.by_i) + a * (high.x - rest * high.by_i);
-    if (corner->by_i.w < 0) continue;
-    LANE(start.x.x, l) = x.x;
-    LANE(start.x.y, l) = x.y;
-    LANE(start.x.z, l) = x.z;
-    LANE(start.slope, l) = corner->by_i.w;
   }
   return on_expected_side(map, start, expected);
 }

@@ -1,10 +1,11 @@
 #include "inverse.cl"
 
-// For points x less the mean displacement v - x, world units, interleaved, from a grid of first
-// guesses; and what is left of G(v) = x next to the size of x.
+// For points x less the mean displacement v - x, world units, interleaved, from first guesses at
+// the nodes of the lattice; and what is left of G(v) = x next to the size of x, FLT_MAX beyond the
+// lattice.
 KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
                           __global const float *restrict points,
-                          __global const float4 *restrict nodes, const guess_t guess,
+                          const lattice_t lattice, __global const float4 *restrict nodes,
                           const world_t world, __global float *restrict result,
                           __global float *restrict left) {
   const map_t map = MAP;
@@ -12,9 +13,9 @@ KERNEL void point_forward(MAP_PARAMETERS, const long points_count,
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first), displacement;
   mat response;
-  guess_at(&guess, nodes, x, &displacement, &response);
+  integer outside = !guess_at(&lattice, nodes, x, &displacement, &response);
   real rest = broyden(&map, x, &displacement, &response);
-  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
+  rest = select(rest, (real)(FLT_MAX), outside | is_cut_off(&map, x, displacement));
   displacement = vec_madd((real)(0), x, displacement);  // NaN stays NaN
   int lanes = (int)min((long)LANES, points_count - first);
   for (int l = 0; l < lanes; ++l) {

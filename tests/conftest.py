@@ -34,6 +34,7 @@ KINDS_AND_DEGREES = [each for each in TOLERANCE if each != ("polynomial", 1)]
 LOCAL_POINTS = (
     ("LANES", 1),
     ("COORDINATE", "float"),
+    ("REAL", "float"),
     ("LOCAL_FRAME", "float density; float centre[3]; float centre_rest[3];"),
 )
 

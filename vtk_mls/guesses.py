@@ -12,6 +12,7 @@ FARTHEST = 1e10
 # A sample of so many points; the quantiles between which most of it lies; a point is far that is
 # outside of their box by more than so many times its size.
 _SOME, _MOST, _MARGIN = 1 << 12, (0.05, 0.95), 4
+_PADDING = 0.1  # of the box round control points, next to its largest side
 _LARGEST = np.finfo(float).max / 8  # of coordinates whose differences are finite
 _PAIRS = 1 << 22  # of points and control points that are looked at together
 
@@ -51,9 +52,26 @@ def usual_bounds(points, box):
     return padded(bounds(some[near]), 0.1) if near.any() else box
 
 
-def joined(*boxes):
-    """The box (2, 3) round all `boxes`."""
-    return np.array([np.min([b[0] for b in boxes], 0), np.max([b[1] for b in boxes], 0)])
+def usual_box(control_points):
+    """The box (2, 3), local units, around the deformed control points, which levels double.
+
+    Which points are asked about has no part in it.
+    """
+    box = bounds(control_points.local(control_points.deformed))
+    return padded(box, _PADDING) if np.ptp(box, axis=0).any() else box + [[-1], [1]]
+
+
+def levels(box, points):
+    """How often a `box` (2, 3) must be doubled, around its center, to hold `points` (m, 3)."""
+    offset = np.abs(points - box.mean(axis=0)) / (np.ptp(box, axis=0) / 2)
+    share, power = np.frexp(offset.max(axis=1))  # share in [0.5, 1)
+    return np.maximum(power - (share == 0.5), 0)
+
+
+def doubled(box, level):
+    """A `box` (2, 3) that is doubled `level` times around its center."""
+    center = box.mean(axis=0)
+    return center + 2.0**level * (box - center)
 
 
 def padded(box, share):

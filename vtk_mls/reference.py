@@ -26,8 +26,7 @@ NAME = "reference (numpy, float64)"
 _TRIALS, _SMALLEST_SHARE = 64, 0.01
 _EXACT, _FOUND = 1e-12, 1e-5
 _SAMPLES = 1 << 12  # of the map, from which Newton's method starts again where it fails
-_STARTS = 4  # so many of them, one after the other, ...
-_WORTH = 0.05  # ... while they solve for at least this share of the remaining points
+_STARTS = 4  # so many of them, one after the other
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
@@ -64,7 +63,6 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
 
 def forward(deformation, points, progress=SILENT):
     displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
-    box = guesses.usual_bounds(points, guesses.bounds(points))
     for part in progress.over(_parts(len(points), deformation)):
         for region in deformation.regions:
             here = np.abs(region.control_points.local(points[part])).max(axis=1) <= guesses.FARTHEST
@@ -72,18 +70,18 @@ def forward(deformation, points, progress=SILENT):
             rows = part.start + np.flatnonzero(here)
             if len(rows) > 0:
                 x = points[rows].astype(np.float64)
-                v, residual = _inverse(deformation, region, x, box)
+                v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
     return displacement, found
 
 
-def _inverse(deformation, region, x, box):
+def _inverse(deformation, region, x):
     """v with G(v) = x for x (m, 3); the residuals |G(v) - x| (m,), in world units.
 
     Newton's method starts from the map with p and q exchanged, and if that fails, where the cuts
-    belong to the material from other `motions`, then from the samples of the map in the `box`
-    (2, 3) whose images are nearest to x.
+    belong to the material from other `motions`, then from the samples of the map whose images are
+    nearest to x. Nothing that is done for a point depends on the other points.
     """
     control_points = region.control_points
     close = _FOUND * _size_of(control_points, x)
@@ -102,14 +100,16 @@ def _inverse(deformation, region, x, box):
     if deformation.in_rest_frame and len(rows := lost()) > 0:
         for motion in guesses.motions(control_points.rest, control_points.deformed, x[rows]):
             restart(rows, x[rows] + motion)
-    tried, samples = np.full(len(x), -1.0), None
-    for _ in range(_STARTS):
-        if len(rows := lost()) == 0:
-            break
-        samples = samples or _samples(deformation, region, box)
-        start, tried[rows] = _nearest_sample(deformation, samples, x[rows], tried[rows])
-        if restart(rows, start).mean() < _WORTH:
-            break
+    rows, box = lost(), guesses.usual_box(control_points)
+    levels = guesses.levels(box, control_points.local(x[rows] - control_points.mean_displacement))
+    for level in np.unique(levels):
+        samples = _samples(deformation, region, guesses.doubled(box, level))
+        remaining = rows[levels == level]
+        tried = np.full(len(remaining), -1.0)
+        for _ in range(_STARTS):
+            start, tried = _nearest_sample(deformation, samples, x[remaining], tried)
+            is_lost = ~restart(remaining, start)
+            remaining, tried = remaining[is_lost], tried[is_lost]
     return v, residual
 
 
@@ -120,25 +120,26 @@ def _newton(deformation, region, x, trial):
     is where the search ends.
     """
     view = _seen_from(deformation, x)
-    v = trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
+    trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
+    v = trial.copy()
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
     close = _EXACT * _size_of(region.control_points, x)
+    moving = np.arange(len(x))
     for _ in range(_TRIALS):
-        fit = _Fit(deformation, region.control_points, trial, view)
-        error = x - trial - fit.displacement()
+        fit = _Fit(deformation, region.control_points, trial[moving], _rows_of(view, moving))
+        error = x[moving] - trial[moving] - fit.displacement()
         distance = np.linalg.norm(error, axis=1)
-        closer = distance < residual
-        v = np.where(closer[:, None], trial, v)
-        residual = np.where(closer, distance, residual)
-        share = np.where(closer, 1, share / 2)
-        moving = (residual > close) & (share > _SMALLEST_SHARE)
-        if not moving.any():
+        closer = distance < residual[moving]
+        v[moving[closer]], residual[moving[closer]] = trial[moving[closer]], distance[closer]
+        share[moving] = np.where(closer, 1, share[moving] / 2)
+        goes_on = (residual[moving] > close[moving]) & (share[moving] > _SMALLEST_SHARE)
+        if not goes_on.any():
             break
-        renewed = closer & moving
-        jacobian = np.where(renewed[:, None, None], fit.material_jacobian(), np.eye(3))
-        newton = (np.linalg.pinv(finite(jacobian)) @ error[:, :, None])[:, :, 0]
-        step = np.where(renewed[:, None], newton, step)
-        trial = v + share[:, None] * step
+        jacobian = finite(fit.material_jacobian()[goes_on & closer])
+        newton = (np.linalg.pinv(jacobian) @ error[goes_on & closer][:, :, None])[:, :, 0]
+        step[moving[goes_on & closer]] = newton
+        moving = moving[goes_on]
+        trial[moving] = v[moving] + share[moving, None] * step[moving]
     cut_off = _is_blocked(deformation, x, v)
     planes = [] if deformation.in_rest_frame else deformation.planes
     for plane, side in zip(planes, region.sides):
@@ -151,6 +152,11 @@ def _seen_from(deformation, x):
     if not deformation.in_rest_frame:
         return None
     return View(x, np.zeros((len(x), len(deformation.obstacles)), bool))
+
+
+def _rows_of(view, rows):
+    """The `rows` of a View, or None for None."""
+    return view and View(view.x[rows], view.passed[rows])
 
 
 def _is_parted(deformation, x, other):
@@ -172,10 +178,10 @@ def _is_blocked(deformation, x, v):
 
 
 def _samples(deformation, region, box):
-    """Points v (m, 3) over the control points and the `box` with det(J) > 0; G(v) (m, 3)."""
+    """Points v (m, 3) over a `box` (2, 3), local units, with det(J) > 0; G(v) (m, 3)."""
     control_points = region.control_points
-    box = guesses.joined(box, guesses.bounds(control_points.deformed))
-    v = guesses.cubic_grid(guesses.padded(box, 0.1), _SAMPLES).points()
+    local = guesses.cubic_grid(box, _SAMPLES).points()
+    v = control_points.centre + control_points.scale * local
     v = v[region.holds(deformation.moved_planes, v)]
     displacement, void_distance, jacobian = _in_region(deformation, region, v, with_jacobian=True)
     upright = np.linalg.det(jacobian) > 0

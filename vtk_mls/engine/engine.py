@@ -122,14 +122,10 @@ class Engine:
     def forward(self, deformation, points, progress=SILENT):
         displacement = np.empty((len(points), 3), np.float32)
         found = np.zeros(len(points), bool)
-        guessing, searching = progress.divided(1, 9)
-        guessing.report(0)
-        regions = deformation.regions
         searches = [
-            InverseSearch(self.launcher, deformation, region, points, part)
-            for region, part in zip(regions, guessing.divided(*[1] * len(regions)))
+            InverseSearch(self.launcher, deformation, region) for region in deformation.regions
         ]
-        for part in searching.over(self.launcher.search_slabs(len(points), deformation)):
+        for part in progress.over(self.launcher.search_slabs(len(points), deformation)):
             for search in searches:
                 rows = _held(deformation.planes, search.map.region, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
@@ -259,10 +255,9 @@ class Engine:
         origins, numbers = np.empty_like(points), np.empty(len(points), np.int8)
         void_distance = np.full(len(points), np.inf)
         maps = list(enumerate(self._maps(deformation)))
-        nodes = [map_.nodes_over(points) for _, map_ in maps]
 
         def take(number, map_, rows, is_rival):
-            found, distance = map_.origins(points[rows], nodes=nodes[number])
+            found, distance = map_.origins(points[rows])
             if is_rival:
                 rows, found, distance = (
                     a[distance > void_distance[rows]] for a in (rows, found, distance)

@@ -34,12 +34,14 @@ GRID = _struct(
 SOURCE = _struct(
     [("from_target", *_TRANSFORM), ("from_displacement", *_TRANSFORM), ("continued", "i4")]
 )
-# A grid of first guesses at points: nodes along the axes, the first one, nodes per local unit.
-GUESS = _struct([("dimensions", "i4", 3), ("low", "f4", 3), ("density", "f4", 3)])
+# The lattice of first guesses for the inverse: center of its boxes, 1 / half the size of the first.
+LATTICE = _struct([("center", "f4", 3), ("density", "f4", 3)])
 # A sample of the map: v, and G(v) less the mean displacement.
 SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
 # Nodes that give searches on a grid theirs: index of the first, nodes along x and y.
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
+# Cells of that lattice along each axis, and its levels, each twice as large as the one before.
+LATTICE_CELLS, LATTICE_LEVELS = 20, 8
 # From node to node so many points of the grid; 16 floats at each node.
 NODE_STEP, NODE_BYTES = 4, 64
 # Cells of a grid between nodes: those of a launch, the nodes around them, and a part of a list; a
@@ -164,13 +166,19 @@ def transform(matrix, offset):
     return np.concatenate([np.asarray(matrix).T.ravel(), offset])
 
 
+# Build constants of kernels that find cells of the lattice.
+LATTICE_CONSTANTS = (
+    ("LATTICE", members(LATTICE)),
+    ("LATTICE_CELLS", LATTICE_CELLS),
+    ("LATTICE_LEVELS", LATTICE_LEVELS),
+)
 # Build constants of all kernels of the map.
 STRUCTS = (
     ("CONTROL_POINT", members(CONTROL_POINT)),
     ("WORLD", members(WORLD)),
     ("GRID", members(GRID)),
     ("SOURCE", members(SOURCE)),
-    ("GUESS", members(GUESS)),
+    *LATTICE_CONSTANTS,
     ("SAMPLE", members(SAMPLE)),
     ("NODES", members(NODES)),
     ("NODE_STEP", NODE_STEP),

@@ -155,26 +155,19 @@ class RegionMap:
         """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
         return self.at_local_points(name, planes, self.local_points(points))
 
-    def at_local_points(self, name, planes, points, arguments=()):
+    def at_local_points(self, name, planes, points):
         """The same at `points` (3, m) of the local frame."""
         result = np.empty((planes, points.shape[1]), np.float32)
-        self.launch_at(name, points, arguments, outputs=[result])
+        self.launch_at(name, points, outputs=[result])
         return result
 
-    def nodes_over(self, points):
-        """First guesses for searches at `points` (m, 3); None where they are not worth it."""
-        return self._nodes and self._nodes.over(points)
-
-    def origins(self, points, starts=None, nodes=None):
+    def origins(self, points, starts=None):
         """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None.
 
-        Searches for the origins begin at `starts` (m, 3), if they are given, or as `nodes_over`
-        them says.
+        Searches for the origins begin at `starts` (m, 3), if they are given.
         """
         control_points = self.control_points
-        if nodes is not None:
-            planes = self._from_nodes(points, nodes)
-        elif starts is None or not self.deformation.obstacles:
+        if starts is None or not self.deformation.obstacles:
             planes = self.at_points("point_displacement", self.displacements, points)
         else:
             planes = self._at_pairs("point_search", self.displacements, points, starts)
@@ -183,16 +176,6 @@ class RegionMap:
         if self.deformation.in_rest_frame:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
-
-    def _from_nodes(self, points, nodes):
-        """What `point_displacement` writes at `points` (m, 3), mostly without searches."""
-        local = self.local_points(points)
-        planes = self.at_local_points("point_origin", 4, local, nodes)
-        lost = np.flatnonzero(np.isnan(planes[3]))
-        planes[:, lost] = self.at_local_points(
-            "point_displacement", 4, np.ascontiguousarray(local[:, lost])
-        )
-        return planes
 
     def jacobian(self, points, origins=None):
         """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
@@ -249,25 +232,26 @@ class RegionMap:
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
         device = self.launcher.device
         centre = self.control_points.centre + offset
-        if points.dtype == np.float64 and not device.has_float64:
+        if not device.has_float64:
             points, centre = (points - centre).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)
         if len(points) == 0:
             return local
-        double = points.dtype == np.float64
+        real = np.float64 if device.has_float64 else np.float32
         frame = kernel_arguments.record(
             {
-                "density": points.dtype.type(1 / self.control_points.scale),
+                "density": real(1 / self.control_points.scale),
                 "centre": np.float32(centre),
                 "centre_rest": np.float32(centre - np.float32(centre)),
             }
         )
         constants = [
             ("LANES", device.lanes),
-            ("COORDINATE", "double" if double else "float"),
+            ("COORDINATE", "double" if points.dtype == np.float64 else "float"),
+            ("REAL", "double" if device.has_float64 else "float"),
             ("LOCAL_FRAME", kernel_arguments.members(frame.dtype)),
         ]
-        if double:
+        if device.has_float64:
             constants.append(("USE_FP64", 1))
         read, written = self.memory.read, self.memory.written
         with read(np.ascontiguousarray(points)) as x, written(local) as out:

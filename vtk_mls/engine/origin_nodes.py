@@ -1,21 +1,16 @@
-"""First guesses for searches over grids and many points, from few nodes: origin_nodes.cl."""
+"""First guesses for searches over grids, from few nodes: origin_nodes.cl."""
 
 from __future__ import annotations
 
 import numpy as np
 import pyopencl as cl
 
-from vtk_mls import guesses
 from vtk_mls.engine import kernel_arguments
 from vtk_mls.engine.kernel_arguments import NODE_BYTES, NODE_STEP
 from vtk_mls.grid import Grid
-from vtk_mls.linear_algebra import transformed
 
 # Nodes that are found at once, in whole layers: what follows needs the last layer again.
 _NODES = 1 << 18
-# On no grid so many points are worth nodes, and so many of them: more do not stay in a CPU's cache.
-_MANY, _NODES_OVER = 1 << 17, 1 << 13
-_AFFINE = 1e-6  # local units: a residual of the affine map that is none
 
 
 class OriginNodes:
@@ -54,24 +49,6 @@ class OriginNodes:
         record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
         self._arguments = [record, self._table(_every(grid.whole, first, last))]
 
-    def over(self, points):
-        """Kernel arguments: nodes over `points` (m, 3) of the world; None if they are not worth it.
-
-        They are not for few points, nor where searches end at once anyway.
-        """
-        if len(points) < _MANY or _is_affine(self.map.control_points):
-            return None
-        box = guesses.usual_bounds(points, guesses.bounds(points))
-        nodes = guesses.cubic_grid(box, _NODES_OVER)
-        control_points = self.map.control_points
-        record = kernel_arguments.filled(
-            kernel_arguments.GUESS,
-            dimensions=nodes.dimensions,
-            low=control_points.local(nodes.origin),
-            density=control_points.scale / nodes.spacing,
-        )
-        return [record, self._table(nodes)]
-
     def _table(self, nodes):
         """A buffer with what is found at the `nodes`, a grid."""
         launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
@@ -82,13 +59,6 @@ class OriginNodes:
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)
         return table
-
-
-def _is_affine(control_points):
-    """Whether an affine map, from which searches begin, fits all control points."""
-    matrix, offset = control_points.affine
-    residual = transformed(matrix, control_points.deformed) + offset - control_points.rest
-    return np.abs(residual).max(initial=0) <= _AFFINE * control_points.scale
 
 
 def _every(whole, first, last):

@@ -1,0 +1,127 @@
+"""Equal points have equal answers, to the bit, whatever else is asked in the same call."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import DEVICES, EXTENT, deformation, random_handles
+from pairwise import paired
+
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.engine import device as opencl
+from vtk_mls.engine import dispatch, engine
+
+CUTS = {
+    "none": (),
+    "half-plane": (HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),),
+    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
+    "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
+}
+KINDS = [("rigid", 1), ("similarity", 1), ("affine", 1), ("polynomial", 2), ("polynomial", 3)]
+# Control points moved past each other, so that some points have no inverse.
+SHIFT = 14
+
+
+def forward(d, points):
+    """Displacements and whether they were found (m, 4)."""
+    field = d.forward_field(points)
+    return np.column_stack([field.displacement, field.found])
+
+
+QUESTIONS = {
+    "forward": forward,
+    "backward": lambda d, points: d.backward(points),
+    "void distance": lambda d, points: d.void_distance(points),
+    "jacobian": lambda d, points: d.jacobian(points),
+}
+
+
+def scattered(rng, count):
+    """Points (count, 3) in and around the control points, some of them far away."""
+    points = rng.uniform(-0.2 * EXTENT, 1.2 * EXTENT, (count, 3)).astype(np.float32)
+    points[:4] *= np.float32([[3], [30], [1e4], [1e7]])
+    return points
+
+
+def calls(points, rng):
+    """Arrays of points, and for each of them the row of `points` that it is equal to."""
+    rows = np.arange(len(points))
+    shuffled, repeated = rng.permutation(rows), rng.integers(0, len(rows), 3 * len(rows))
+    for some in (shuffled, repeated, rows[3:20], rows[:1], rows[::-1][:33], *rows[5:9, None]):
+        yield points[some], some
+    yield points.astype(np.float64), rows
+    yield np.asfortranarray(points), rows
+
+
+def assert_equal_bits(got, expected):
+    assert got.dtype == expected.dtype
+    np.testing.assert_array_equal(got, expected)
+
+
+@paired(
+    question=QUESTIONS,
+    cuts=CUTS,
+    cut_frame=["rest", "deformed"],
+    kind_and_degree=KINDS,
+    alpha=[1, 1.3, 2],
+    device=["reference", *DEVICES],
+)
+def test_whatever_lies_beside_them(question, cuts, cut_frame, kind_and_degree, alpha, device, rng):
+    """Other orders, single points, repeated ones, and the same numbers in another type."""
+    options = {"alpha": alpha, "cuts": CUTS[cuts], "cut_frame": cut_frame}
+    d = deformation(*random_handles(rng, 40, SHIFT), kind_and_degree, device, **options)
+    points, ask = scattered(rng, 40 if device == "reference" else 500), QUESTIONS[question]
+    whole = ask(d, points)
+    for some, rows in calls(points, rng):
+        assert_equal_bits(ask(d, some), whole[rows])
+
+
+@pytest.mark.parametrize("key", DEVICES)
+class TestOnDevices:
+    @paired(question=QUESTIONS, cuts=CUTS, kind_and_degree=KINDS)
+    def test_few_and_many(self, question, cuts, kind_and_degree, key, rng):
+        d = deformation(*random_handles(rng, 40, SHIFT), kind_and_degree, key, cuts=CUTS[cuts])
+        points, ask = scattered(rng, 150_000), QUESTIONS[question]
+        whole = ask(d, points)
+        rows = rng.permutation(len(points))[:300]
+        assert_equal_bits(ask(d, points[rows]), whole[rows])
+
+    def test_one_point_for_each_work_item(self, key, rng, monkeypatch):
+        """As GPUs do."""
+        monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
+        options = {"cuts": CUTS["half-plane"], "cut_frame": "deformed"}
+        d = deformation(*random_handles(rng, 40, SHIFT), ("rigid", 1), key, **options)
+        points = scattered(rng, 500)
+        whole = forward(d, points)
+        for some, rows in calls(points, rng):
+            assert_equal_bits(forward(d, some), whole[rows])
+
+    @pytest.mark.parametrize("cuts", CUTS)
+    def test_little_memory(self, cuts, key, rng, monkeypatch):
+        d = deformation(*random_handles(rng, 40, SHIFT), ("rigid", 1), key, cuts=CUTS[cuts])
+        points = scattered(rng, 20_000)
+        whole = forward(d, points)
+        monkeypatch.setattr(engine.on(dispatch.choose(key)).memory, "limit", 4 * 64 * 1024)
+        assert_equal_bits(forward(d, points), whole)
+
+
+ANOTHER = """
+import sys
+import numpy as np
+from vtk_mls import Deformation
+rest, deformed, points = np.load(sys.argv[1]).values()
+d = Deformation(rest, deformed, alpha=1.3, device=sys.argv[2])
+np.save(sys.argv[3], d.forward(points))
+"""
+
+
+@pytest.mark.parametrize("device", ["reference", *DEVICES])
+def test_another_process(device, rng, tmp_path):
+    rest, deformed = random_handles(rng, 12, SHIFT)
+    points = scattered(rng, 60)
+    d = deformation(rest, deformed, ("rigid", 1), device, alpha=1.3)
+    np.savez(tmp_path / "scene.npz", rest, deformed, points[20:40])
+    arguments = [str(tmp_path / "scene.npz"), device, str(tmp_path / "found.npy")]
+    subprocess.run([sys.executable, "-c", ANOTHER, *arguments], check=True, timeout=300)
+    assert_equal_bits(np.load(tmp_path / "found.npy"), d.forward(points)[20:40])
