@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import handle_rows, live, pending_filter, undo
+from vtk_mls.paraview import handle_rows, late_render, live, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.many_handles import ManyHandles
 from vtk_mls.paraview.server_manager import find, is_pending, proxies
@@ -21,6 +21,7 @@ from vtk_mls.paraview.surface_drag import SurfaceDrag
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _NUMBERS = "NumberHandles"
+_CUT = "CutType"
 _AT_ONCE = 1.0  # seconds: what a click on *+* or *-* takes at most
 
 
@@ -57,6 +58,13 @@ class HandleWidget:
         if self._live:
             for name in {live.SWITCH, *pending_filter.EDITED} - {*handle_rows.LISTS}:
                 proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
+        if proxy.GetProperty(_CUT):
+            proxy.GetProperty(_CUT).AddObserver(_EDITED, self._cut_chosen)
+
+    def _cut_chosen(self, changed, event):
+        """ParaView 5.11 shows the plane, and may not draw it."""
+        views = proxies(changed.GetParent().GetSessionProxyManager(), "views")
+        late_render.ask([view.GetGlobalID() for view in views])
 
     def _map_edited(self, changed, event):
         self._edited(self._is_held)

@@ -12,6 +12,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtk_mls.paraview import messages, undo
 from vtk_mls.paraview.display_look import show_as_input
 from vtk_mls.paraview.handle_widget import HandleWidget
+from vtk_mls.paraview.panel_widgets import PanelWidgets
 from vtk_mls.paraview.server_manager import elements, proxies, proxies_of
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
@@ -56,6 +57,7 @@ def _watch(number):
     session = vtkProcessModule.GetProcessModule().GetSession(number)
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
+    panel_widgets = PanelWidgets(manager, _WITH_HANDLES)
     views, displays = set(), set()  # ids
 
     def edited(is_held):
@@ -65,6 +67,7 @@ def _watch(number):
     def widgets_changed(shown, event):
         sources = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
         for widget in proxies_of(shown):
+            panel_widgets.follow(widget)
             for number, handles in pipelines.items():
                 if number in sources and _shows(widget, sources[number]):
                     handles.take(widget)
@@ -99,6 +102,7 @@ def _watch(number):
     def end():
         for tag in tags:
             manager.RemoveObserver(tag)
+        panel_widgets.end()
 
     _watched[number] = end
     changed(manager, None)

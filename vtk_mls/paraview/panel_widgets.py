@@ -1,0 +1,64 @@
+"""The widgets of a filter's panel come back when the filter is selected again.
+
+When another source is selected, ParaView hides a panel's widgets twice: once with the panel, once by
+the panel's decorators. What it restores is their visibility at the second time, so they stay away
+for good. Here the visibility is set back at once where the source was left and the user did not
+hide the widget himself; nothing is drawn by that, for the widget is disabled meanwhile.
+"""
+
+from __future__ import annotations
+
+from vtk_mls.paraview.thin_plane import draw_thin
+
+
+class PanelWidgets:
+    """The widgets that ParaView's views show for the selected source.
+
+    Parameters
+    ----------
+    manager : vtkSMSessionProxyManager
+    sources : sequence of str
+        XML names of the proxies whose widgets come back.
+    """
+
+    def __init__(self, manager, sources):
+        self._manager, self._sources = manager, sources
+        self._owners = {}  # ids of sources, by the ids of the shapes they show; None: others
+        self._is_restoring = False
+
+    def follow(self, widget):
+        """Follow the visibility of a widget, a proxy of a vtk3DWidgetRepresentation."""
+        visibility = widget.GetProperty("Visibility")
+        shape = visibility.GetParent()  # what the widget lets its user see
+        if shape.GetGlobalID() not in self._owners:
+            self._owners[shape.GetGlobalID()] = None
+            visibility.AddObserver("ModifiedEvent", self._visibility_changed)
+            self._visibility_changed(visibility, None)
+
+    def end(self):
+        """Leave all widgets alone: the session ends."""
+        self._owners.clear()
+
+    def _visibility_changed(self, visibility, event):
+        shape = visibility.GetParent()
+        number = shape.GetGlobalID()
+        if self._is_restoring or number not in self._owners:
+            return
+        selected = self._selected()
+        if visibility.GetElement(0):
+            self._owners[number] = selected
+            if selected is not None and "ImplicitPlane" in shape.GetXMLName():
+                draw_thin(shape.GetClientSideObject())
+        elif self._owners[number] not in (None, selected):
+            self._is_restoring = True
+            visibility.SetElement(0, 1)
+            self._is_restoring = False
+
+    def _selected(self):
+        """Id of the selected source; None if its widgets need no help."""
+        selection = self._manager.GetSelectionModel("ActiveSources")
+        source = selection and selection.GetCurrentProxy()
+        if source and source.IsA("vtkSMOutputPort"):
+            source = source.GetSourceProxy()
+        is_ours = source and source.GetXMLName() in self._sources
+        return source.GetGlobalID() if is_ours else None
