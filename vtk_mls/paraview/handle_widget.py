@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import handle_rows, late_render, live, pending_filter, undo
+from vtk_mls.paraview import first_handles, handle_rows, late_render, live, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.many_handles import ManyHandles
 from vtk_mls.paraview.server_manager import find, is_pending, proxies
@@ -28,7 +28,7 @@ _AT_ONCE = 1.0  # seconds: what a click on *+* or *-* takes at most
 class HandleWidget:
     """What is to know of a proxy's handles between two events."""
 
-    def __init__(self, proxy, edited):
+    def __init__(self, proxy, edited, selected=None):
         self._busy = self._is_held = False
         # when handles were last added to or removed from which list, and what was before
         self._recounted = None
@@ -36,6 +36,7 @@ class HandleWidget:
         self._marks = Marks()
         self._edited = edited  # tells all pipelines, for handles may be another's control points
         self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
+        first_handles.lay(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = handle_rows.pending(proxy.GetProperty("DeformedPoints"))

@@ -11,14 +11,20 @@ from __future__ import annotations
 from contextlib import suppress
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
 from vtk_mls.paraview import late_render
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
 from vtk_mls.paraview.pending_filter import PendingFilter, moves
-from vtk_mls.paraview.server_manager import find, proxies, proxies_of
+from vtk_mls.paraview.server_manager import (
+    blocks_of,
+    find,
+    input_of,
+    is_remote,
+    proxies,
+    proxies_of,
+)
 
 SWITCH = "Live"
 _KINDS = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
@@ -36,7 +42,7 @@ class Live:
         self._number = proxy.GetGlobalID()
         self._pending, self._is_stale, self._is_held = PendingFilter(), False, False
         self._drawn, self._hooks = {}, {}
-        if _is_remote(proxy):
+        if is_remote(proxy):
             _switch_off(proxy)
 
     def edited(self, is_held):
@@ -51,7 +57,7 @@ class Live:
         if proxy is None or not _is_wanted(proxy):
             self.end()
             return
-        if _is_remote(proxy):
+        if is_remote(proxy):
             self._give_up(proxy, "the data are on another machine")
             return
         self._is_stale, self._is_held = True, is_held
@@ -115,7 +121,7 @@ class Live:
         if self._pending.deformation is None or view is None:
             return
         renderer = view.GetClientSideObject().GetRenderer()
-        wanted, blocks = {}, _blocks(_input_of(proxy))
+        wanted, blocks = {}, blocks_of(input_of(proxy))
         for display in _shown(proxy, view):
             if all(_kind(display, block) for block in blocks):
                 for index, block in enumerate(blocks):
@@ -139,11 +145,6 @@ def _is_wanted(proxy):
     return bool(proxy.GetProperty(SWITCH).GetUncheckedElement(0)) and moves(proxy)
 
 
-def _is_remote(proxy):
-    """Whether data and what draws them are not in this process."""
-    return proxy.GetSession().IsA("vtkSMSessionClient")
-
-
 def _switch_off(proxy):
     proxy.GetProperty(SWITCH).SetElement(0, 0)
 
@@ -161,22 +162,3 @@ def _shown(proxy, view):
             if of[0].GetGlobalID() == proxy.GetGlobalID() or of == input_:
                 found[of != input_].append(display)
     return found[True] or found[False]
-
-
-def _input_of(proxy):
-    """The filter's input, as it was last updated."""
-    source = proxy.GetProperty("Input")
-    client = source.GetProxy(0).GetClientSideObject()
-    return client.GetOutputDataObject(source.GetOutputPortForConnection(0))
-
-
-def _blocks(data):
-    """The datasets of which data consist."""
-    if not isinstance(data, vtkCompositeDataSet):
-        return [data]
-    blocks, iterator = [], data.NewIterator()
-    iterator.InitTraversal()
-    while not iterator.IsDoneWithTraversal():
-        blocks.append(iterator.GetCurrentDataObject())
-        iterator.GoToNextItem()
-    return blocks

@@ -1,13 +1,14 @@
 """The widgets of a filter's panel come back when the filter is selected again.
 
-When another source is selected, ParaView hides a panel's widgets twice: once with the panel, once by
-the panel's decorators. What it restores is their visibility at the second time, so they stay away
-for good. Here the visibility is set back at once where the source was left and the user did not
-hide the widget himself; nothing is drawn by that, for the widget is disabled meanwhile.
+When another source is selected, ParaView hides a panel's widgets twice: as the source is left, and
+with the panel. It restores what it has seen at the second time, so they would stay away for good.
+Here the visibility is set back at once, unless the user has hidden the widget himself; nothing is
+drawn by that, for the widget is disabled meanwhile.
 """
 
 from __future__ import annotations
 
+from vtk_mls.paraview.server_manager import selected_source
 from vtk_mls.paraview.thin_plane import draw_thin
 
 
@@ -56,8 +57,7 @@ class PanelWidgets:
 
     def _selected(self):
         """Id of the selected source; None if its widgets need no help."""
-        selection = self._manager.GetSelectionModel("ActiveSources")
-        source = selection and selection.GetCurrentProxy()
+        source = selected_source(self._manager)
         if source and source.IsA("vtkSMOutputPort"):
             source = source.GetSourceProxy()
         is_ours = source and source.GetXMLName() in self._sources

@@ -13,7 +13,7 @@ from vtk_mls.paraview import messages, undo
 from vtk_mls.paraview.display_look import show_as_input
 from vtk_mls.paraview.handle_widget import HandleWidget
 from vtk_mls.paraview.panel_widgets import PanelWidgets
-from vtk_mls.paraview.server_manager import elements, proxies, proxies_of
+from vtk_mls.paraview.server_manager import elements, proxies, proxies_of, selected_source
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
 _is_watching = False
@@ -87,7 +87,8 @@ def _watch(number):
             pipelines.pop(number).end()
         for number in here.keys() - pipelines.keys():
             if here[number].GetXMLName() in _WITH_HANDLES:
-                pipelines[number] = HandleWidget(here[number], edited)
+                selected = selected_source(manager)
+                pipelines[number] = HandleWidget(here[number], edited, selected)
         for view in proxies(manager, "views"):
             shown = view.GetProperty("HiddenRepresentations")
             if shown and view.GetGlobalID() not in views:
