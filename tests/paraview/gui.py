@@ -223,8 +223,9 @@ class Gui:
         middle = WIDTH * 2 // 3, HEIGHT // 2
         for shift in (5, 0):  # an event needs a motion
             self._xdotool("mousemove", "--sync", middle[0] + shift, middle[1])
-        self.until("0 < interactor.GetEventPosition()[0] < interactor.GetSize()[0]")
-        seen = self.value("list(interactor.GetEventPosition())")
+        mouse = "view.GetInteractor()"
+        self.until(f"0 < {mouse}.GetEventPosition()[0] < {mouse}.GetSize()[0]")
+        seen = self.value(f"list({mouse}.GetEventPosition())")
         x, y = self.run(f"""
 from vtkmodules.vtkRenderingCore import vtkCoordinate
 coordinate = vtkCoordinate()

@@ -63,7 +63,7 @@ def off_the_mouse():  # pixels
     coordinate.SetCoordinateSystemToWorld()
     coordinate.SetValue(*held())
     seen = coordinate.GetComputedDisplayValue(view.GetRenderer())
-    return float(np.abs(np.array(seen) - interactor.GetEventPosition()).max())
+    return float(np.abs(np.array(seen) - view.GetInteractor().GetEventPosition()).max())
 """
 
 

@@ -85,7 +85,7 @@ class Marks:
     def end(self):
         """Go from all views for good."""
         for view in self._views:
-            view.hide()
+            view.end()
         self._views = []
 
 
@@ -163,13 +163,13 @@ def forget_line(widget):
     ----------
     widget : proxy of a vtk3DWidgetRepresentation
     """
-
-    def shown(drawn, event):  # only then it tells its actors
-        actors = vtkPropCollection()
-        drawn.GetRepresentation().GetActors(actors)
-        actors.GetItemAsObject(0).SetMapper(None)
-
     drawn = widget.GetClientSideObject().GetWidget()
-    drawn.AddObserver("EnableEvent", shown)
+    drawn.AddObserver("EnableEvent", _remove_line)  # only then it tells its actors
     if drawn.GetEnabled():
-        shown(drawn, None)
+        _remove_line(drawn, None)
+
+
+def _remove_line(drawn, event):
+    actors = vtkPropCollection()
+    drawn.GetRepresentation().GetActors(actors)
+    actors.GetItemAsObject(0).SetMapper(None)

@@ -15,6 +15,7 @@ import numpy as np
 from vtk_mls.paraview import first_handles, handle_rows, late_render, live, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.many_handles import ManyHandles
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.server_manager import find, is_pending, proxies
 from vtk_mls.paraview.surface_drag import SurfaceDrag
 
@@ -33,7 +34,8 @@ class HandleWidget:
         # when handles were last added to or removed from which list, and what was before
         self._recounted = None
         self._number, self._widgets = proxy.GetGlobalID(), set()
-        self._marks = Marks()
+        self._marks, self._observers = Marks(), Observers()
+        self._surface_drags = []  # of the widgets
         self._edited = edited  # tells all pipelines, for handles may be another's control points
         self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
         first_handles.lay(proxy, selected)
@@ -48,19 +50,19 @@ class HandleWidget:
         }
         self._many = ManyHandles(proxy, dragged)
         for name, answer in dragged.items():
-            proxy.GetProperty(name).AddObserver(_EDITED, answer)
+            self._observers.add(proxy.GetProperty(name), _EDITED, answer)
         for name, answer in (
             ("Weights", lambda weights, proxy: None),
             (_NUMBERS, self._numbers_edited),
             *((name, self._laid) for name in handle_rows.LAYING),
         ):
             if proxy.GetProperty(name):
-                proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
+                self._observers.add(proxy.GetProperty(name), _EDITED, self._answer(answer))
         if self._live:
             for name in {live.SWITCH, *pending_filter.EDITED} - {*handle_rows.LISTS}:
-                proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
+                self._observers.add(proxy.GetProperty(name), _EDITED, self._map_edited)
         if proxy.GetProperty(_CUT):
-            proxy.GetProperty(_CUT).AddObserver(_EDITED, self._cut_chosen)
+            self._observers.add(proxy.GetProperty(_CUT), _EDITED, self._cut_chosen)
 
     def _cut_chosen(self, changed, event):
         """ParaView 5.11 shows the plane, and may not draw it."""
@@ -98,7 +100,7 @@ class HandleWidget:
         self._widgets.add(widget.GetGlobalID())
         forget_line(widget)
         if not widget.GetSession().IsA("vtkSMSessionClient"):  # the server draws
-            SurfaceDrag(widget, self._marks.follow(widget))
+            self._surface_drags.append(SurfaceDrag(widget, self._marks.follow(widget)))
             self._many.take(widget)
             self._mark(find(self._number))
         self._listen(widget)
@@ -122,8 +124,8 @@ class HandleWidget:
                 self._settle(proxy)
             self._edited(False)
 
-        widget.AddObserver("StartInteractionEvent", held)
-        widget.AddObserver("EndInteractionEvent", let_go)
+        self._observers.add(widget, "StartInteractionEvent", held)
+        self._observers.add(widget, "EndInteractionEvent", let_go)
 
     def restore(self, lists):
         """Make these lists the pending ones: Undo or Redo asks for it."""
@@ -143,6 +145,10 @@ class HandleWidget:
 
     def end(self):
         """The proxy is gone."""
+        self._observers.end()
+        self._many.end()
+        for drag in self._surface_drags:
+            drag.end()
         self._marks.end()
         if self._live:
             self._live.end()

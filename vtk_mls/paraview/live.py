@@ -16,6 +16,7 @@ from vtk_mls.paraview import late_render
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.pending_filter import PendingFilter, moves
 from vtk_mls.paraview.server_manager import (
     blocks_of,
@@ -41,7 +42,8 @@ class Live:
     def __init__(self, proxy):
         self._number = proxy.GetGlobalID()
         self._pending, self._is_stale, self._is_held = PendingFilter(), False, False
-        self._drawn, self._hooks = {}, {}
+        self._drawn = {}
+        self._views, self._observers = set(), Observers()  # ids of views, whose frames are heard of
         if is_remote(proxy):
             _switch_off(proxy)
 
@@ -63,16 +65,14 @@ class Live:
         self._is_stale, self._is_held = True, is_held
         for view in proxies(proxy.GetSessionProxyManager(), "views"):
             self._hook(view)
-            if not is_held and view.GetGlobalID() in self._hooks and _shown(proxy, view):
+            if not is_held and view.GetGlobalID() in self._views and _shown(proxy, view):
                 late_render.ask([view.GetGlobalID()])
 
     def end(self):
         """Show what ParaView shows."""
         late_render.ask({number for number, *_ in self._drawn})
-        for window, tags in self._hooks.values():
-            for tag in tags:
-                window.RemoveObserver(tag)
-        self._hooks = {}
+        self._observers.end()
+        self._views.clear()
         for drawn in self._drawn.values():
             drawn.end()
         self._drawn, self._pending = {}, PendingFilter()
@@ -88,7 +88,7 @@ class Live:
     def _hook(self, view):
         """Hear of each frame of a view."""
         number, client = view.GetGlobalID(), view.GetClientSideObject()
-        if number in self._hooks or not hasattr(client, "GetRenderWindow"):
+        if number in self._views or not hasattr(client, "GetRenderWindow"):
             return
         window = client.GetRenderWindow()
 
@@ -108,8 +108,9 @@ class Live:
                 self.end()
                 _switch_off(proxy)
 
-        observed = ("StartEvent", frame), ("EndEvent", drawn)
-        self._hooks[number] = window, [window.AddObserver(*each) for each in observed]
+        self._views.add(number)
+        self._observers.add(window, "StartEvent", frame)
+        self._observers.add(window, "EndEvent", drawn)
 
     def _draw(self, proxy, number):
         """Bring up to date what the view with this id shows."""

@@ -20,10 +20,12 @@ class PanelWidgets:
     manager : vtkSMSessionProxyManager
     sources : sequence of str
         XML names of the proxies whose widgets come back.
+    observers : Observers
+        Of the session.
     """
 
-    def __init__(self, manager, sources):
-        self._manager, self._sources = manager, sources
+    def __init__(self, manager, sources, observers):
+        self._manager, self._sources, self._observers = manager, sources, observers
         self._owners = {}  # ids of sources, by the ids of the shapes they show; None: others
         self._is_restoring = False
 
@@ -33,17 +35,13 @@ class PanelWidgets:
         shape = visibility.GetParent()  # what the widget lets its user see
         if shape.GetGlobalID() not in self._owners:
             self._owners[shape.GetGlobalID()] = None
-            visibility.AddObserver("ModifiedEvent", self._visibility_changed)
+            self._observers.add(visibility, "ModifiedEvent", self._visibility_changed)
             self._visibility_changed(visibility, None)
-
-    def end(self):
-        """Leave all widgets alone: the session ends."""
-        self._owners.clear()
 
     def _visibility_changed(self, visibility, event):
         shape = visibility.GetParent()
         number = shape.GetGlobalID()
-        if self._is_restoring or number not in self._owners:
+        if self._is_restoring:
             return
         selected = self._selected()
         if visibility.GetElement(0):

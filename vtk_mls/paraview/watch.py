@@ -12,14 +12,13 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtk_mls.paraview import messages, undo
 from vtk_mls.paraview.display_look import show_as_input
 from vtk_mls.paraview.handle_widget import HandleWidget
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import PanelWidgets
 from vtk_mls.paraview.server_manager import elements, proxies, proxies_of, selected_source
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
 _is_watching = False
-# What ends the watching of each session, by its id. What observes a proxy manager and holds it must
-# be held from here: Python's collector would take it for garbage, and ParaView call it still.
-_watched = {}
+_watched = {}  # by the ids of sessions: the Observers of each
 
 
 def start():
@@ -37,16 +36,18 @@ def start():
         sessions.GoToNextItem()
 
     # Plugins of PV_PLUGIN_PATH are loaded before there is a session.
-    def connected(modules, event):
-        _watch(modules.GetEventCallDataSessionId())
+    modules.AddObserver("ConnectionCreatedEvent", _connected)
+    modules.AddObserver("ConnectionClosedEvent", _closed)
 
-    def closed(modules, event):
-        end = _watched.pop(modules.GetEventCallDataSessionId(), None)
-        if end:
-            end()
 
-    modules.AddObserver("ConnectionCreatedEvent", connected)
-    modules.AddObserver("ConnectionClosedEvent", closed)
+def _connected(modules, event):
+    _watch(modules.GetEventCallDataSessionId())
+
+
+def _closed(modules, event):
+    observers = _watched.pop(modules.GetEventCallDataSessionId(), None)
+    if observers:
+        observers.end()
 
 
 def _watch(number):
@@ -57,8 +58,9 @@ def _watch(number):
     session = vtkProcessModule.GetProcessModule().GetSession(number)
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
-    panel_widgets = PanelWidgets(manager, _WITH_HANDLES)
+    panel_widgets = PanelWidgets(manager, _WITH_HANDLES, observers)
     views, displays = set(), set()  # ids
+    observers = _watched[number] = Observers()
 
     def edited(is_held):
         for handles in list(pipelines.values()):
@@ -93,19 +95,13 @@ def _watch(number):
             shown = view.GetProperty("HiddenRepresentations")
             if shown and view.GetGlobalID() not in views:
                 views.add(view.GetGlobalID())
-                shown.AddObserver("ModifiedEvent", widgets_changed)
+                observers.add(shown, "ModifiedEvent", widgets_changed)
                 shown = view.GetProperty("Representations")
                 displays.update(each.GetGlobalID() for each in proxies_of(shown))
-                shown.AddObserver("ModifiedEvent", displays_changed)
+                observers.add(shown, "ModifiedEvent", displays_changed)
 
-    tags = [manager.AddObserver(each, changed) for each in ("RegisterEvent", "UnRegisterEvent")]
-
-    def end():
-        for tag in tags:
-            manager.RemoveObserver(tag)
-        panel_widgets.end()
-
-    _watched[number] = end
+    for event in ("RegisterEvent", "UnRegisterEvent"):
+        observers.add(manager, event, changed)
     changed(manager, None)
 
 
