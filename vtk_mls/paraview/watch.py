@@ -58,9 +58,9 @@ def _watch(number):
     session = vtkProcessModule.GetProcessModule().GetSession(number)
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
-    panel_widgets = PanelWidgets(manager, _WITH_HANDLES, observers)
     views, displays = set(), set()  # ids
     observers = _watched[number] = Observers()
+    panel_widgets = PanelWidgets(manager, _WITH_HANDLES, observers)
 
     def edited(is_held):
         for handles in list(pipelines.values()):
