@@ -35,6 +35,8 @@ class Property:
     shown_when, hidden_when : (str, value), optional
         ParaView shows it only while another property has a value or has not; None is that of an
         input which is not connected.
+    shown_with : str, optional
+        An input: while it is connected, `hidden_when` does not count.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Property:
     is_advanced: bool = False
     shown_when: tuple | None = None
     hidden_when: tuple | None = None
+    shown_with: str | None = None
 
     @property
     def attribute(self):

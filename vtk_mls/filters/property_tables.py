@@ -92,6 +92,7 @@ CUT_INWARD = Vector(
 )
 
 # All cuts.
+_FOR_CUTS = {"hidden_when": ("CutType", "none"), "shown_with": "Cuts", "is_advanced": True}
 CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
 CUT_FRAME = Choice(
     "CutFrame",
@@ -100,7 +101,7 @@ CUT_FRAME = Choice(
     in the deformed space, where they stay, and material that is moved through them is lost.""",
     more="The paper's are in the deformed space.",
     choices=CUT_FRAMES,
-    is_advanced=True,
+    **_FOR_CUTS,
 )
 NU = Slider(
     "Nu",
@@ -110,7 +111,7 @@ NU = Slider(
     more="The damping exponent of Eq. 28.",
     low=1.1,
     high=8,
-    is_advanced=True,
+    **_FOR_CUTS,
 )
 
 # Control points of a filter's own.

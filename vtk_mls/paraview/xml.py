@@ -60,6 +60,12 @@ def shown_when(name, value, **options):
     return xml("PropertyWidgetDecorator", **decorator, **options)
 
 
+def either(*hints):
+    """A hint: show a property while one of some hints says so."""
+    any_of = xml("Expression", *hints, type="or")
+    return xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")
+
+
 def check_box(name, text, *children, default=0, **attributes):
     """A property that is on or off."""
     domain = xml("BooleanDomain", name="bool")
