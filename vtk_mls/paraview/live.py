@@ -13,6 +13,7 @@ from contextlib import suppress
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.paraview import late_render
+from vtk_mls.paraview.block_look import BlockLook
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
@@ -122,11 +123,14 @@ class Live:
         if self._pending.deformation is None or view is None:
             return
         renderer = view.GetClientSideObject().GetRenderer()
-        wanted, blocks = {}, blocks_of(input_of(proxy))
+        wanted, data = {}, input_of(proxy)
+        blocks = blocks_of(data)
         for display in _shown(proxy, view):
             if all(_kind(display, block) for block in blocks):
+                hidden = BlockLook(display, data).hidden
                 for index, block in enumerate(blocks):
-                    wanted[number, display.GetGlobalID(), index] = display, block
+                    if index not in hidden:
+                        wanted[number, display.GetGlobalID(), index] = display, block
         for key in [key for key in self._drawn if key[0] == number]:
             if key not in wanted or not self._drawn[key].is_of(*wanted[key]):
                 self._drawn.pop(key).end()
