@@ -13,11 +13,11 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkObject
 
+from vtk_mls.paraview.handle_rows import DRAGGED
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.server_manager import find
 
 _MANY = 50
-_NAMES = {"deformed": "DeformedPoints", "rest": "RestPoints"}  # of what *Drag* says
 _EDITED = "UncheckedPropertyModifiedEvent"
 _BEFORE_PARAVIEW, _AFTER_PARAVIEW = 0.5, -0.5  # priorities; what corrects a drag has a higher one
 
@@ -79,7 +79,7 @@ class ManyHandles:
 
     def _edit(self, proxy, positions):
         """Make positions pending, and let all but ParaView know."""
-        name = _NAMES[proxy.GetProperty("Drag").GetUncheckedElement(0)]
+        name = DRAGGED[proxy.GetProperty("Drag").GetUncheckedElement(0)]
         with self._quiet():
             changed = proxy.GetProperty(name)
             changed.SetUncheckedElements(np.ravel(positions).tolist(), positions.size)

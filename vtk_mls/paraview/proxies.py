@@ -13,6 +13,8 @@ from vtk_mls.paraview import frame_check, image_reader, panels
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
+_SAYS_WHAT_THE_MOUSE_DOES = smhint.xml('<ShowProxyDocumentationInPanel type="short_help"/>')
+
 
 def _panel(elements):
     return smproperty.xml("".join(elements))
@@ -29,6 +31,7 @@ class _ChecksFrames:
 
 @smproxy.filter(name="MLSDeform", label="MLS Deform")
 @_MENU
+@_SAYS_WHAT_THE_MOUSE_DOES
 @_panel(panels.DEFORM)
 class MLSDeform(_ChecksFrames, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
@@ -40,6 +43,7 @@ class MLSDeform(_ChecksFrames, filters.MLSDeform):
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
 @_MENU
+@_SAYS_WHAT_THE_MOUSE_DOES
 @_panel(panels.DISPLACEMENT_FIELD)
 class MLSDisplacementField(_ChecksFrames, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
@@ -47,6 +51,7 @@ class MLSDisplacementField(_ChecksFrames, filters.MLSDisplacementField):
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points")
 @_MENU
+@_SAYS_WHAT_THE_MOUSE_DOES
 @_panel(panels.CONTROL_POINTS)
 class MLSControlPoints(filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""

@@ -11,9 +11,10 @@ def xml(tag, *children, **attributes):
     return f"<{tag}{pairs}>{''.join(children)}</{tag}>"
 
 
-def documentation(text):
-    """The tooltip of a property or the help page of a proxy."""
-    return xml("Documentation", escape(" ".join(text.split())))
+def documentation(text, **helps):
+    """The tooltip of a property or the help page of a proxy; `helps` are shorter texts of these."""
+    helps = {name: " ".join(help.split()) for name, help in helps.items()}
+    return xml("Documentation", escape(" ".join(text.split())), **helps)
 
 
 def vector(kind, name, default, text, *children, **attributes):
