@@ -10,6 +10,7 @@ from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 
 from vtk_mls import filters
 from vtk_mls.paraview import frame_check, image_reader, panels
+from vtk_mls.paraview.recovery import Recovers
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
@@ -30,7 +31,7 @@ class _ChecksFrames:
 @smproxy.filter(name="MLSDeform", label="MLS Deform")
 @_MENU
 @_panel(panels.DEFORM)
-class MLSDeform(_ChecksFrames, filters.MLSDeform):
+class MLSDeform(Recovers, _ChecksFrames, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
 
     def SetGradientArray(self, name):
@@ -41,18 +42,18 @@ class MLSDeform(_ChecksFrames, filters.MLSDeform):
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
 @_MENU
 @_panel(panels.DISPLACEMENT_FIELD)
-class MLSDisplacementField(_ChecksFrames, filters.MLSDisplacementField):
+class MLSDisplacementField(Recovers, _ChecksFrames, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points")
 @_MENU
 @_panel(panels.CONTROL_POINTS)
-class MLSControlPoints(filters.MLSControlPoints):
+class MLSControlPoints(Recovers, filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
 
 
 @smproxy.source(name="MLSImageReader", label="MLS Image Reader")
 @_panel(panels.IMAGE_READER)
-class MLSImageReader(image_reader.MLSImageReader):
+class MLSImageReader(Recovers, image_reader.MLSImageReader):
     """`vtk_mls.paraview.image_reader.MLSImageReader` as a ParaView source."""
