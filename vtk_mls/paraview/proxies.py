@@ -1,7 +1,6 @@
 """The proxies of the plugin: filters and sources as ParaView shows them.
 
-ParaView imports this module by its name when a proxy is made, on the server, and runs it again when
-the user asks to reload it.
+ParaView imports this module by its name when a proxy is made, on the server.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ class _ChecksFrames:
         return super().RequestData(request, inInfo, outInfo)
 
 
-@smproxy.filter(name="MLSDeform", label="MLS Deform")
+@smproxy.filter(name="MLSDeform", label="MLS Deform", support_reload=False)
 @_MENU
 @_panel(panels.DEFORM)
 class MLSDeform(Recovers, _ChecksFrames, filters.MLSDeform):
@@ -39,21 +38,21 @@ class MLSDeform(Recovers, _ChecksFrames, filters.MLSDeform):
         super().SetGradientArray("" if name == "none" else name)
 
 
-@smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field")
+@smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field", support_reload=False)
 @_MENU
 @_panel(panels.DISPLACEMENT_FIELD)
 class MLSDisplacementField(Recovers, _ChecksFrames, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 
-@smproxy.source(name="MLSControlPoints", label="MLS Control Points")
+@smproxy.source(name="MLSControlPoints", label="MLS Control Points", support_reload=False)
 @_MENU
 @_panel(panels.CONTROL_POINTS)
 class MLSControlPoints(Recovers, filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
 
 
-@smproxy.source(name="MLSImageReader", label="MLS Image Reader")
+@smproxy.source(name="MLSImageReader", label="MLS Image Reader", support_reload=False)
 @_panel(panels.IMAGE_READER)
 class MLSImageReader(Recovers, image_reader.MLSImageReader):
     """`vtk_mls.paraview.image_reader.MLSImageReader` as a ParaView source."""
