@@ -33,8 +33,10 @@ def update(algorithm, progress=None):
             progress(caller.GetProgress())
 
         tags.append(algorithm.AddObserver("ProgressEvent", moved))
-    updated = algorithm.GetExecutive().Update()
-    for tag in tags:
-        algorithm.RemoveObserver(tag)
+    try:
+        updated = algorithm.GetExecutive().Update()
+    finally:
+        for tag in tags:
+            algorithm.RemoveObserver(tag)
     if errors or not updated:
         raise ValueError(errors[0] if errors else "the deformation failed")
