@@ -80,7 +80,7 @@ class BlockLook:
         rows = [values[i : i + 1 + count] for i in range(0, len(values), 1 + count)]
         # what is said of a part counts more than what is said of the whole
         for selector, *numbers in sorted(rows, key=lambda row: row[0].count("/")):
-            found.update(dict.fromkeys(self._selected([selector]), [*map(float, numbers)]))
+            found.update({index: [*map(float, numbers)] for index in self._selected([selector])})
         return found
 
 
