@@ -2,9 +2,9 @@
 
 import gc
 
+import scene  # noqa: F401  the plugin makes vtk_mls importable
 from paraview import simple
 
-import scene  # noqa: F401  the plugin makes vtk_mls importable
 from vtk_mls.paraview import late_render
 
 view = simple.GetActiveViewOrCreate("RenderView")

@@ -15,7 +15,7 @@ from gui_fixtures import (  # noqa: F401  fixtures
 )
 
 # Collects before and after all that hears the events of a drag, and between a request for a later
-# picture and that picture. It keeps none of the observed objects: the collector leaves what is kept.
+# picture and that picture. It keeps no observed object: the collector leaves what is kept.
 COLLECT = """
 collections = []
 
@@ -41,7 +41,7 @@ del observed
 PLACES = HANDLE, (-10, 10, 0), (10, -10, 0), (10, 0, 10), (0, 10, 10), (10, 10, -10)
 
 
-def drag(gui, place, by, condition):  # noqa: F811
+def drag(gui, place, by, condition):
     """Drag a handle; again if it was missed, for ParaView was busy with the last drag."""
     for _ in range(5):
         with gui.dragging(place, by):
@@ -53,7 +53,7 @@ def drag(gui, place, by, condition):  # noqa: F811
 
 @pytest.mark.parametrize("look", ["Outline", pytest.param("Volume", marks=pytest.mark.matrix)])
 @pytest.mark.parametrize("is_applied_at_once", [True, False], ids=["auto", "apply"])
-def test_drags_with_a_collection_at_every_event(gui, is_applied_at_once, look):  # noqa: F811
+def test_drags_with_a_collection_at_every_event(gui, is_applied_at_once, look):
     gui.run(f"settings.SetAutoApply({is_applied_at_once})")
     gui.run(f"""
 shown = simple.GetDisplayProperties(wavelet, view)
