@@ -1,4 +1,4 @@
-"""A wrong value of any property, mended: the view shows what it showed before, and the error once."""
+"""A wrong value of any property, mended: the view is as before, and the error came once."""
 
 import tempfile
 from pathlib import Path
@@ -156,7 +156,14 @@ with tempfile.TemporaryDirectory() as folder:
     check(handles, handles, "LatticeDimensions", [2, 0, 1], "`LatticeDimensions`", lattice)
     check(handles, handles, "Bounds", [1, -1, 0, 1, 0, 1], "`Bounds`", lattice)
     handles.FileName = str(file)
-    check(handles, handles, "FileName", str(file.with_name("none.csv")), "`FileName`", [("Mode", "file")])
+    check(
+        handles,
+        handles,
+        "FileName",
+        str(file.with_name("none.csv")),
+        "`FileName`",
+        [("Mode", "file")],
+    )
     check(handles, handles, "Space", "moon", "`Space`")
     simple.Delete(handles)
 

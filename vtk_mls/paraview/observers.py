@@ -1,7 +1,7 @@
 """Observers with an owner.
 
-VTK keeps an observer's Python function alive, but Python's garbage collector does not know of VTK. If
-only an object of VTK leads to the function, the collector can empty the function while VTK still
+VTK keeps an observer's Python function alive, but Python's garbage collector does not know of VTK.
+If only an object of VTK leads to the function, the collector can empty the function while VTK still
 calls it, and ParaView crashes. So every observer here belongs to a Python object that lives longer.
 """
 
