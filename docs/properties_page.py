@@ -88,7 +88,8 @@ def _panel(each):
         yield f"shown while {name} is {state}"
     if each.hidden_when:
         name, value = each.hidden_when
-        yield f'shown unless {name} is "{value}"'
+        also = f" and {each.shown_with} is not connected" if each.shown_with else ""
+        yield f'shown unless {name} is "{value}"{also}'
 
 
 def _options():

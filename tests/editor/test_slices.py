@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
@@ -54,6 +56,16 @@ def test_a_key_shows_them_and_takes_them_away(hands):
     camera = hands.camera
     hands.drag((350, 5), (-40, 0))
     assert hands.camera != camera
+
+
+def test_detached_they_are_gone_and_can_be_collected(hands, capfd):
+    window = hands.editor.scene.window
+    hands.editor.detach()
+    del hands.editor
+    gc.collect()
+    window.Render()
+    assert all(each.GetViewport() == (0, 0, 1, 1) for each in window.GetRenderers())
+    assert "Traceback" not in capfd.readouterr().err  # of what VTK still calls
 
 
 def test_they_show_what_is_there():

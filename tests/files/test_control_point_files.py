@@ -162,6 +162,8 @@ def test_a_file_that_is_not_there(tmp_path):
 def test_a_source_reads_files(tmp_path, messages):
     source = MLSControlPoints()
     source.SetMode("file")
+    assert not source.GetExecutive().Update()
+    messages.assert_one("`FileName` must name a file with control points: choose one")
     source.SetFileName(str(tmp_path / "x.csv"))
     assert not source.GetExecutive().Update()
     messages.assert_one("`FileName`: there is no file")

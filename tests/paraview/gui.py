@@ -169,6 +169,19 @@ class Gui:
             if key:
                 self._xdotool("keyup", key)
 
+    def click_at(self, place, key):
+        """Click on what is at a place in the world, while a key is held."""
+        x, y = self._on_screen(place)
+        self._xdotool("mousemove", "--sync", x, y)
+        self._xdotool("keydown", key)
+        self._xdotool("click", 1)
+        self._xdotool("keyup", key)
+        self.clicks += 1
+
+    def windows(self):
+        """Ids of its windows that are visible."""
+        return self._windows()
+
     def move(self, by):
         """Move the mouse by so many pixels."""
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
@@ -223,8 +236,9 @@ class Gui:
         middle = WIDTH * 2 // 3, HEIGHT // 2
         for shift in (5, 0):  # an event needs a motion
             self._xdotool("mousemove", "--sync", middle[0] + shift, middle[1])
-        self.until("0 < interactor.GetEventPosition()[0] < interactor.GetSize()[0]")
-        seen = self.value("list(interactor.GetEventPosition())")
+        mouse = "view.GetInteractor()"
+        self.until(f"0 < {mouse}.GetEventPosition()[0] < {mouse}.GetSize()[0]")
+        seen = self.value(f"list({mouse}.GetEventPosition())")
         x, y = self.run(f"""
 from vtkmodules.vtkRenderingCore import vtkCoordinate
 coordinate = vtkCoordinate()

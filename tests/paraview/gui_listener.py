@@ -44,6 +44,7 @@ if "PARAVIEW_GUI_SERVER" in os.environ:  # its port
     simple.Connect("localhost", int(os.environ["PARAVIEW_GUI_SERVER"]))
 names["listen"] = listen  # for those who close the view
 names["view"] = simple.GetActiveViewOrCreate("RenderView")
-names["interactor"] = names["view"].GetInteractor()
-names["interactor"].AddObserver("TimerEvent", listen)
-names["interactor"].CreateRepeatingTimer(20)
+# Of the view's interactor nothing is kept, as in a session without this listener: what Python holds
+# its garbage collector leaves.
+names["view"].GetInteractor().AddObserver("TimerEvent", listen)
+names["view"].GetInteractor().CreateRepeatingTimer(20)

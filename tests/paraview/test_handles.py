@@ -13,6 +13,8 @@ def spheres():  # colors and diameters of handles
         mapper = prop.IsA("vtkActor") and prop.GetMapper()
         if mapper and mapper.IsA("vtkGlyph3DMapper") and prop.GetVisibility():
             data = mapper.GetInput().GetPointData()
+            if data.GetScalars() is None:
+                return None
             return vtk_to_numpy(data.GetScalars()), vtk_to_numpy(data.GetArray("Diameter"))
 
 props = view.GetRenderer().GetViewProps()
@@ -26,6 +28,9 @@ def looks():  # numbers of handles in each color
 def largest():
     diameters = spheres()[1]
     return np.flatnonzero(diameters > 1.4 * np.median(diameters)).tolist()
+
+def drawn_handles():
+    return bool(spheres()) and len(spheres()[0]) > 0
 
 def labels():  # how many are shown
     for prop in (props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())):
@@ -63,7 +68,7 @@ def off_the_mouse():  # pixels
     coordinate.SetCoordinateSystemToWorld()
     coordinate.SetValue(*held())
     seen = coordinate.GetComputedDisplayValue(view.GetRenderer())
-    return float(np.abs(np.array(seen) - interactor.GetEventPosition()).max())
+    return float(np.abs(np.array(seen) - view.GetInteractor().GetEventPosition()).max())
 """
 
 

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import venv
+from pathlib import Path
 
 import pytest
 from paraviews import PARAVIEWS, display  # noqa: F401  fixture
@@ -83,6 +84,19 @@ def test_what_it_is_started_with(monkeypatch, tmp_path):
         assert variables["PYTHONPATH"].split(os.pathsep) == paths
         assert variables["PV_PLUGIN_PATH"].split(os.pathsep) == [str(plugin), "/mine"]
         assert "PYTHONHOME" not in variables
+
+
+@pytest.mark.parametrize(("usual", "expected"), [(None, "/etc/xdg"), ("/a:/b", "/a:/b")])
+def test_defaults_of_settings_come_last(usual, expected, monkeypatch, tmp_path):
+    if usual is None:
+        monkeypatch.delenv("XDG_CONFIG_DIRS", raising=False)
+    else:
+        monkeypatch.setenv("XDG_CONFIG_DIRS", usual)
+    variables = installation.ParaView(tmp_path, (5, 13, 2)).environment()
+    before, _, ours = variables["XDG_CONFIG_DIRS"].rpartition(os.pathsep)
+    assert before == expected
+    text = (Path(ours) / "ParaView.ini").read_text()
+    assert text.splitlines() == ["[General]", "GeneralSettings.ShowWelcomeDialog=false"]
 
 
 @pytest.mark.parametrize(("package", "name"), [("vtkmodules", "VTK"), ("numpy", "numpy")])

@@ -91,6 +91,18 @@ def test_a_property_is_shown_while_it_counts():
     assert (hint.get("property"), hint.get("inverse")) == ("CutType", "1")
 
 
+@pytest.mark.parametrize(
+    "panel", [panels.DEFORM, panels.DISPLACEMENT_FIELD], ids=["deform", "field"]
+)
+@pytest.mark.parametrize("name", ["Nu", "CutFrame"])
+def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
+    (composite,) = shown(panel)[name].find("Hints")
+    (any_of,) = composite
+    assert (composite.get("type"), any_of.get("type")) == ("CompositeDecorator", "or")
+    conditions = [[hint.get(key) for key in ("property", "value", "inverse")] for hint in any_of]
+    assert conditions == [["CutType", "none", "1"], ["Cuts", "null", "1"]]
+
+
 def test_a_kind_that_no_panel_knows_is_an_error():
     with pytest.raises(TypeError, match="`Cuts` must be of a kind that ParaView can show"):
         panels.element(property_tables.CUTS)

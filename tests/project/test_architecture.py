@@ -33,7 +33,7 @@ ROOMS = {
         *{"aiohttp", "numpy", "trame", "trame_client", "vtkmodules"},
     },
     "paraview": {
-        *{"core", "arrays", "files", "filters", "io", "rendering"},
+        *{"core", "arrays", "files", "filters", "io", "rendering", "editor"},
         *{"numpy", "paraview", "vtkmodules"},
     },
     "commands": {

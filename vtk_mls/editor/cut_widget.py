@@ -46,7 +46,7 @@ class CutWidget:
         self._moved, self._ended = moved, ended
         for event, what in (
             ("StartInteractionEvent", self._hold),
-            ("InteractionEvent", lambda *_: self._moved(self._read())),
+            ("InteractionEvent", self._move),
             ("EndInteractionEvent", self._let_go),
         ):
             self._widget.AddObserver(event, what)
@@ -96,6 +96,9 @@ class CutWidget:
 
     def _hold(self, widget, event):
         self._is_held = True
+
+    def _move(self, widget, event):
+        self._moved(self._read())
 
     def _let_go(self, widget, event):
         self._is_held = False

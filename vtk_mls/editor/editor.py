@@ -61,8 +61,9 @@ class Editor:
 
     Notes
     -----
-    Nothing is resampled: see `DeformedVolume` and `DeformedMesh`. A drag shows as fine a map as
-    is ready in time, and the finest when it ends.
+    Keep this object as long as it edits: VTK does not hold it. Nothing is resampled: see
+    `DeformedVolume` and `DeformedMesh`. A drag shows as fine a map as is ready in time, and the
+    finest when it ends.
     """
 
     def __init__(self, interactor, datasets, state=None, paths=(), autosave=None):

@@ -12,12 +12,12 @@ from vtk_mls import Deformation, arrays
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
 from vtk_mls.editor.scalar_image import scalar_image
+from vtk_mls.editor.visible_voxels import VisibleVoxels
 from vtk_mls.editor.volume_surface import VolumeSurface
 from vtk_mls.files import provenance
 from vtk_mls.rendering import DeformedVolume
 
 _STEP, _COARSE_STEP = 0.5, 1.2  # of a voxel, along a ray
-_SAMPLES = 64  # along each axis, that tell where an image has something
 
 
 class ShownVolume:
@@ -49,29 +49,14 @@ class ShownVolume:
     @property
     def bounds(self):
         """Corners (2, 3) of a box round what is not transparent."""
-        points, _ = self._seen()
-        points = points if len(points) else self._grid.corners()
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        return self._visible().bounds
 
     def nearest(self, points):
         """What is not transparent of it at rest, next to each of `points` (n, 3): (n, 3)."""
-        seen, reach = self._seen()
-        if len(seen) == 0:
-            return points
-        found = np.array(points)
-        for row, point in enumerate(points):
-            squares = ((seen - point) ** 2).sum(axis=1)
-            if squares.min() > reach**2:
-                found[row] = seen[squares.argmin()]
-        return found
+        return self._visible().nearest(points)
 
-    def _seen(self):
-        """Points (n, 3) where it is not transparent, and how far around one is it as a rule."""
-        steps = [max(1, n // _SAMPLES) for n in self._grid.dimensions]
-        some = self._values[tuple(slice(None, None, step) for step in steps[::-1])]
-        is_seen = looks.opacity(self._look, some.ravel()) > 0
-        index = np.argwhere(is_seen.reshape(some.shape))[:, ::-1]
-        return self._grid.at(index * steps), float(np.abs(self._grid.spacing * steps).max())
+    def _visible(self):
+        return VisibleVoxels(self._grid, self._values, self._look)
 
     def set_look(self, number):
         """Draw it by one of the looks, whose name is returned."""

@@ -46,6 +46,11 @@ class Slices:
                 self._scene.window.RemoveRenderer(pane.renderer)
         self.show(is_final=True)
 
+    def detach(self):
+        """Leave the window to the 3-D view."""
+        if self.is_visible:
+            self.toggle()
+
     def show(self, is_final):
         """Draw the data as they are deformed now."""
         for pane in self._panes if self.is_visible else ():

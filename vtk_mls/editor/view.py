@@ -158,6 +158,7 @@ class View:
         """Leave the window to itself."""
         for observed, tag in self._tags:
             observed.RemoveObserver(tag)
+        self.slices.detach()
         self.scene.detach()
 
     def _lay_out(self, window, event):

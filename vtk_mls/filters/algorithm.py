@@ -90,9 +90,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             self._discard(outInfo)
             return 1
         except (DeviceError, MemoryError, TypeError, ValueError) as error:
-            self._discard(outInfo)
-            self._report(str(error) or "there is not enough memory")
-            return 0
+            return self._fail(outInfo, str(error) or "there is not enough memory")
         except BaseException:
             self._discard(outInfo)
             raise
@@ -196,17 +194,28 @@ class Algorithm(VTKPythonAlgorithmBase):
             if has_changed or times.is_outdated(info, self._time):
                 output.Initialize()
 
+    def _fail(self, out_info, sentence):
+        """Report an error; the answer to VTK's executive."""
+        self._discard(out_info)
+        self._report(sentence)
+        self._muffle()
+        return 0
+
     def _discard(self, out_info):
+        """Leave the output empty, to be made by the next Update."""
+        self._empty(out_info)
+        for info in _each(out_info):
+            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
+
+    def _empty(self, out_info):
         for info in _each(out_info):
             info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
-            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
             ask_within_the_whole(info)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
             return
         if self._has_reported and self.is_among_blocks():
-            self._muffle()
             return
         self._has_reported = True
         text = f"{type(self).__name__}: {sentence}"
@@ -214,18 +223,11 @@ class Algorithm(VTKPythonAlgorithmBase):
             self.InvokeEvent("ErrorEvent", text)
         else:
             vtkOutputWindow.GetInstance().DisplayErrorText(f"ERROR: {text}\n")
-        self._muffle()
 
     def _muffle(self):
         """Keep the executive from adding that its algorithm failed and how the request looked."""
-        executive = self.GetExecutive()
-
-        @calldata_type(VTK_STRING)
-        def heard(caller, event, text):
-            caller.RemoveObserver(tag)
-
-        tag = executive.AddObserver("ErrorEvent", heard)
-        self._muffled = tag
+        if vtkObject.GetGlobalWarningDisplay():
+            self._muffled = self.GetExecutive().AddObserver("ErrorEvent", _swallow)
 
     def _unmuffle(self):
         if self._muffled is not None:
@@ -239,6 +241,12 @@ def _tell_times(algorithm, event):
     times.announce(*information)
     times.stamp(*information)
     algorithm._time = times.requested(information[1][0])
+
+
+@calldata_type(VTK_STRING)
+def _swallow(executive, event, text):
+    """Take an error of an executive for the one that its algorithm has reported."""
+    executive.GetAlgorithm()._unmuffle()
 
 
 def run_all(tasks, progress):

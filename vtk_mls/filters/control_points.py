@@ -47,6 +47,8 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
 
     def _filed(self):
         """p, q, weights and labels of the files."""
+        if not self.GetFileName():
+            raise ValueError("`FileName` must name a file with control points: choose one")
         space = property_tables.SPACE.checked(self)
         try:
             return control_point_files.read_pairs(

@@ -80,6 +80,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         for number in range(out_info.GetNumberOfInformationObjects()):
             ask_for_all(out_info.GetInformationObject(number))  # for the next Update to begin
         self._report(self._refusal)
+        self._muffle()
 
     def SetInputData(self, *port_and_data):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""

@@ -35,6 +35,8 @@ class Property:
     shown_when, hidden_when : (str, value), optional
         ParaView shows it only while another property has a value or has not; None is that of an
         input which is not connected.
+    shown_with : str, optional
+        An input: while it is connected, `hidden_when` does not count.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Property:
     is_advanced: bool = False
     shown_when: tuple | None = None
     hidden_when: tuple | None = None
+    shown_with: str | None = None
 
     @property
     def attribute(self):
@@ -391,6 +394,8 @@ def of_option(option, is_interactive=False):
     """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
     default = option.interactive_default if is_interactive else option.default
     keywords = {"more": option.more, "is_advanced": option.section != "map"}
+    if option.section == "cut":
+        keywords |= {"hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
     if option.needs:
         name, value = option.needs
         keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)

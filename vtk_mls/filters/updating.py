@@ -42,9 +42,11 @@ def update(algorithm, progress=None):
             progress(caller.GetProgress())
 
         tags.append(algorithm.AddObserver("ProgressEvent", moved))
-    updated = algorithm.GetExecutive().Update()
-    for tag in tags:
-        algorithm.RemoveObserver(tag)
+    try:
+        updated = algorithm.GetExecutive().Update()
+    finally:
+        for tag in tags:
+            algorithm.RemoveObserver(tag)
     for sentence in warnings:
         warn(sentence)
     if errors or not updated:

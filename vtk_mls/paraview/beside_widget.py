@@ -5,6 +5,8 @@ They are no part of the pipeline: neither states nor Undo nor pickers know of th
 
 from __future__ import annotations
 
+from vtk_mls.paraview.observers import Observers
+
 
 class BesideWidget:
     """Props that are shown together with a widget.
@@ -18,19 +20,28 @@ class BesideWidget:
     """
 
     def __init__(self, widget, props, frame):
-        self._props, self._frame, self._observed = props, frame, None
-        self._widget = widget.GetClientSideObject().GetWidget()
+        self._props, self._frame, self._renderer = props, frame, None
+        self._observers, self._frames = Observers(), Observers()
+        drawn = widget.GetClientSideObject().GetWidget()
         for prop in props:
             prop.PickableOff()
-        self._widget.AddObserver("EnableEvent", self._shown)
-        self._widget.AddObserver("DisableEvent", lambda widget, event: self.hide())
-        if self._widget.GetEnabled():
-            self._shown(self._widget, None)
+        self._observers.add(drawn, "EnableEvent", self._shown)
+        self._observers.add(drawn, "DisableEvent", self._hidden)
+        if drawn.GetEnabled():
+            self._shown(drawn, None)
 
-    def _shown(self, widget, event):
+    def end(self):
+        """Go from the view for good."""
+        self._observers.end()
         self.hide()
-        representation = widget.GetRepresentation()
-        renderer = representation.GetRenderer()
+
+    def _hidden(self, drawn, event):
+        self.hide()
+
+    def _shown(self, drawn, event):
+        self.hide()
+        representation = drawn.GetRepresentation()
+        renderer = self._renderer = representation.GetRenderer()
         for prop in self._props:
             renderer.AddViewProp(prop)
 
@@ -39,14 +50,13 @@ class BesideWidget:
 
         # what draws it is ours; it is picked all the same, for that its renderer is not asked
         renderer.RemoveViewProp(representation)
-        self._observed = renderer, renderer.AddObserver("StartEvent", frame)
+        self._frames.add(renderer, "StartEvent", frame)
 
     def hide(self):
         """Go from the view, until the widget is shown again."""
-        if self._observed is None:
+        if self._renderer is None:
             return
-        renderer, tag = self._observed
-        self._observed = None
-        renderer.RemoveObserver(tag)
+        renderer, self._renderer = self._renderer, None
+        self._frames.end()
         for prop in self._props:
             renderer.RemoveViewProp(prop)

@@ -10,6 +10,10 @@ _LOOK = (
     *("EdgeColor", "LineWidth", "PointSize", "Interpolation", "Specular", "Shade", "BlendMode"),
     *("InterpolationType", "VolumeRenderingMode", "ScalarOpacityUnitDistance"),
     *("IsosurfaceValues", "Slice", "SliceMode"),
+    # of blocks
+    *("Assembly", "BlockSelectors", "BlockColors", "BlockColorsDistinctValues", "BlockOpacities"),
+    *("BlockColorArrayNames", "BlockLookupTables", "BlockMapScalars", "BlockUseSeparateColorMaps"),
+    "BlockInterpolateScalarsBeforeMappings",
 )
 
 

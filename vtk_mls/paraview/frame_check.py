@@ -48,12 +48,22 @@ def mixed(algorithm, in_info):
     )
 
 
+def producers(algorithm, ports=None):
+    """The algorithms that a user connected to input ports of another, or to all of them."""
+    found = []
+    for port in range(algorithm.GetNumberOfInputPorts()) if ports is None else ports:
+        for number in range(algorithm.GetNumberOfInputConnections(port)):
+            producer = algorithm.GetInputAlgorithm(port, number)
+            while producer is not None and producer.GetClassName() == "vtkPVPostFilter":
+                producer = producer.GetInputAlgorithm(0, 0)
+            found.append(producer)
+    return found
+
+
 def _producer(algorithm, port):
     """What a user connected to an input port, if it is one thing."""
-    producer = algorithm if algorithm.GetNumberOfInputConnections(port) == 1 else None
-    while producer is algorithm or getattr(producer, "GetClassName", str)() == "vtkPVPostFilter":
-        producer, port = producer.GetInputAlgorithm(port, 0), 0
-    return producer
+    found = producers(algorithm, (port,))
+    return found[0] if len(found) == 1 else None
 
 
 def _is_elsewhere(here, file):

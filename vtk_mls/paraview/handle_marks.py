@@ -37,7 +37,7 @@ class Marks:
     def __init__(self):
         self._arrows, self._views = vtkPolyData(), []
         self._is_dragged = np.zeros(0, bool)
-        self._are_numbered = False
+        self._are_numbered, self._are_removed = False, False
 
     def follow(self, widget):
         """Be drawn wherever and whenever a widget's handles are, and in their stead.
@@ -60,7 +60,11 @@ class Marks:
         arrows.UseBoundsOff()
 
         def frame(representation):
-            handles.update(representation, self._is_dragged, self._are_numbered)
+            _let_grab(representation, not self._are_removed)
+            if self._are_removed:
+                handles.clear()
+            else:
+                handles.update(representation, self._is_dragged, self._are_numbered)
 
         props = arrows, *handles.props
         self._views.append(BesideWidget(widget, props, frame))
@@ -74,6 +78,7 @@ class Marks:
         rest, deformed : (n, 3) float64, world coordinates
         """
         self._arrows.Initialize()
+        self._are_removed = len(deformed) == 0
         if len(rest) == len(deformed):
             fill_arrows(self._arrows, rest, deformed)
             self._is_dragged = (rest != deformed).any(axis=1)
@@ -85,7 +90,7 @@ class Marks:
     def end(self):
         """Go from all views for good."""
         for view in self._views:
-            view.hide()
+            view.end()
         self._views = []
 
 
@@ -113,6 +118,10 @@ class _Handles:
         mapper.SetScaleModeToScaleByMagnitude()
         actor.SetMapper(mapper)
         return actor
+
+    def clear(self):
+        """Show none."""
+        self._points.Initialize()
 
     def update(self, representation, is_dragged, are_numbered):
         """Show a representation's handles as they are now.
@@ -156,6 +165,14 @@ def _size_of_a_pixel(positions, renderer):
     return 2 * np.abs(depth) * np.tan(np.radians(camera.GetViewAngle()) / 2) / height
 
 
+def _let_grab(representation, wanted):
+    """Whether handles can be grabbed: a widget keeps them when all are removed."""
+    actors = vtkPropCollection()
+    representation.GetActors(actors)
+    for number in range(1, actors.GetNumberOfItems()):  # the first is the line
+        actors.GetItemAsObject(number).SetPickable(wanted)
+
+
 def forget_line(widget):
     """Leave of a widget only its handles: without a mapper the line is neither drawn nor picked.
 
@@ -163,13 +180,13 @@ def forget_line(widget):
     ----------
     widget : proxy of a vtk3DWidgetRepresentation
     """
-
-    def shown(drawn, event):  # only then it tells its actors
-        actors = vtkPropCollection()
-        drawn.GetRepresentation().GetActors(actors)
-        actors.GetItemAsObject(0).SetMapper(None)
-
     drawn = widget.GetClientSideObject().GetWidget()
-    drawn.AddObserver("EnableEvent", shown)
+    drawn.AddObserver("EnableEvent", _remove_line)  # only then it tells its actors
     if drawn.GetEnabled():
-        shown(drawn, None)
+        _remove_line(drawn, None)
+
+
+def _remove_line(drawn, event):
+    actors = vtkPropCollection()
+    drawn.GetRepresentation().GetActors(actors)
+    actors.GetItemAsObject(0).SetMapper(None)

@@ -15,6 +15,11 @@ from vtk_mls.paraview.xml import (
     xml,
 )
 
+# What the mouse does, as the panel says it above all properties.
+MOUSE_HELP = """Drag a handle in the view: with Ctrl it goes along the surface under the mouse.
+Ctrl+Click beside the handles adds one on that surface, Shift+Click removes one, and the key P puts
+the selected one on the mesh under the mouse. The switch Show Spline below shows the handles."""
+
 # The handles of a new filter, in steps along a box: the widget draws a line through them.
 _LATTICE = [
     (x, y if x % 2 == 0 else 2 - y, z if (x + y) % 2 == 0 else 2 - z)

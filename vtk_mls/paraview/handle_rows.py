@@ -11,6 +11,7 @@ from vtk_mls.filters.control_points import lattice
 from vtk_mls.paraview.server_manager import elements
 
 LISTS = ("RestPoints", "DeformedPoints", "Weights")
+DRAGGED = {"deformed": "DeformedPoints", "rest": "RestPoints"}  # by what *Drag* says
 _FILES = ("FileName", "DeformedFileName", "Space")
 LAYING = ("Mode", "LatticeDimensions", "Bounds", *_FILES)
 

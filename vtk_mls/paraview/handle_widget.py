@@ -12,29 +12,34 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import handle_rows, live, pending_filter, undo
+from vtk_mls.paraview import first_handles, handle_rows, late_render, live, pending_filter, undo
 from vtk_mls.paraview.handle_marks import Marks, forget_line
 from vtk_mls.paraview.many_handles import ManyHandles
-from vtk_mls.paraview.server_manager import find, is_pending, proxies
+from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.server_manager import elements, find, is_pending, proxies
+from vtk_mls.paraview.surface_click import SurfaceClick
 from vtk_mls.paraview.surface_drag import SurfaceDrag
 
 _SOURCE = "MLSControlPoints"
 _EDITED = "UncheckedPropertyModifiedEvent"
 _NUMBERS = "NumberHandles"
+_CUT = "CutType"
 _AT_ONCE = 1.0  # seconds: what a click on *+* or *-* takes at most
 
 
 class HandleWidget:
     """What is to know of a proxy's handles between two events."""
 
-    def __init__(self, proxy, edited):
+    def __init__(self, proxy, edited, selected=None):
         self._busy = self._is_held = False
         # when handles were last added to or removed from which list, and what was before
         self._recounted = None
         self._number, self._widgets = proxy.GetGlobalID(), set()
-        self._marks = Marks()
+        self._marks, self._observers = Marks(), Observers()
+        self._on_surface = []  # what the mouse does there
         self._edited = edited  # tells all pipelines, for handles may be another's control points
         self._live = live.Live(proxy) if proxy.GetProperty(live.SWITCH) else None
+        first_handles.lay(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             self._begin(proxy)
         self._deformed = handle_rows.pending(proxy.GetProperty("DeformedPoints"))
@@ -46,17 +51,24 @@ class HandleWidget:
         }
         self._many = ManyHandles(proxy, dragged)
         for name, answer in dragged.items():
-            proxy.GetProperty(name).AddObserver(_EDITED, answer)
+            self._observers.add(proxy.GetProperty(name), _EDITED, answer)
         for name, answer in (
             ("Weights", lambda weights, proxy: None),
             (_NUMBERS, self._numbers_edited),
             *((name, self._laid) for name in handle_rows.LAYING),
         ):
             if proxy.GetProperty(name):
-                proxy.GetProperty(name).AddObserver(_EDITED, self._answer(answer))
+                self._observers.add(proxy.GetProperty(name), _EDITED, self._answer(answer))
         if self._live:
             for name in {live.SWITCH, *pending_filter.EDITED} - {*handle_rows.LISTS}:
-                proxy.GetProperty(name).AddObserver(_EDITED, self._map_edited)
+                self._observers.add(proxy.GetProperty(name), _EDITED, self._map_edited)
+        if proxy.GetProperty(_CUT):
+            self._observers.add(proxy.GetProperty(_CUT), _EDITED, self._cut_chosen)
+
+    def _cut_chosen(self, changed, event):
+        """ParaView 5.11 shows the plane, and may not draw it."""
+        views = proxies(changed.GetParent().GetSessionProxyManager(), "views")
+        late_render.ask([view.GetGlobalID() for view in views])
 
     def _map_edited(self, changed, event):
         self._edited(self._is_held)
@@ -89,7 +101,9 @@ class HandleWidget:
         self._widgets.add(widget.GetGlobalID())
         forget_line(widget)
         if not widget.GetSession().IsA("vtkSMSessionClient"):  # the server draws
-            SurfaceDrag(widget, self._marks.follow(widget))
+            marks = self._marks.follow(widget)
+            self._on_surface.append(SurfaceDrag(widget, marks))
+            self._on_surface.append(SurfaceClick(widget, marks, self._add_handle))
             self._many.take(widget)
             self._mark(find(self._number))
         self._listen(widget)
@@ -99,6 +113,14 @@ class HandleWidget:
         if widget.GetGlobalID() not in self._widgets:
             self._widgets.add(widget.GetGlobalID())
             self._listen(widget)
+
+    def _add_handle(self, position):
+        """Add a handle to the list that the mouse edits; the other lists follow."""
+        proxy = find(self._number)
+        if proxy:
+            edited = proxy.GetProperty(handle_rows.DRAGGED[elements(proxy.GetProperty("Drag"))[0]])
+            handle_rows.set_pending(edited, np.vstack([handle_rows.pending(edited), position]))
+            _render(proxy)
 
     def _listen(self, widget):
         """Hear when a drag of a widget's handles begins or ends."""
@@ -113,8 +135,8 @@ class HandleWidget:
                 self._settle(proxy)
             self._edited(False)
 
-        widget.AddObserver("StartInteractionEvent", held)
-        widget.AddObserver("EndInteractionEvent", let_go)
+        self._observers.add(widget, "StartInteractionEvent", held)
+        self._observers.add(widget, "EndInteractionEvent", let_go)
 
     def restore(self, lists):
         """Make these lists the pending ones: Undo or Redo asks for it."""
@@ -134,6 +156,10 @@ class HandleWidget:
 
     def end(self):
         """The proxy is gone."""
+        self._observers.end()
+        self._many.end()
+        for each in self._on_surface:
+            each.end()
         self._marks.end()
         if self._live:
             self._live.end()
@@ -171,7 +197,7 @@ class HandleWidget:
     def _deformed_edited(self, deformed, proxy):
         """A handle was dragged, added or removed, or an edit was applied or taken back."""
         before, self._deformed = self._deformed, handle_rows.pending(deformed)
-        if not is_pending(deformed):
+        if not is_pending(deformed) and not self._is_one_back(before, self._deformed, self._rest):
             return
         if len(before) != len(self._deformed):
             self._count_changed(proxy, before, self._deformed, "RestPoints")
@@ -181,7 +207,7 @@ class HandleWidget:
     def _rest_edited(self, rest, proxy):
         """A rest position was moved, added or removed: the handle goes along."""
         before, self._rest = self._rest, handle_rows.pending(rest)
-        if not is_pending(rest):
+        if not is_pending(rest) and not self._is_one_back(before, self._rest, self._deformed):
             return
         if len(before) != len(self._rest):
             self._count_changed(proxy, before, self._rest, "DeformedPoints")
@@ -190,6 +216,11 @@ class HandleWidget:
         elif len(before) == len(self._deformed):
             self._deformed = self._deformed + (self._rest - before)
             handle_rows.set_pending(proxy.GetProperty("DeformedPoints"), self._deformed)
+
+    @staticmethod
+    def _is_one_back(before, after, other):
+        """Whether the last edit of a list was taken back by its opposite, and the other waits."""
+        return len(after) != len(other) and handle_rows.is_one_edit(before, after)
 
     def _count_changed(self, proxy, before, after, other):
         """Add or remove in the lists beside what was added to or removed from one."""

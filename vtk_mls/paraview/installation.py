@@ -89,6 +89,9 @@ class ParaView:
         variables["PYTHONPATH"] = os.pathsep.join(paths)
         plugins = [str(plugin), variables.get("PV_PLUGIN_PATH")]
         variables["PV_PLUGIN_PATH"] = os.pathsep.join(filter(None, plugins))
+        # Qt looks here last: what the user has chosen counts
+        defaults = [variables.get("XDG_CONFIG_DIRS") or "/etc/xdg", str(plugin / "settings")]
+        variables["XDG_CONFIG_DIRS"] = os.pathsep.join(defaults)
         return variables
 
     def contents(self, venv=None):

@@ -11,14 +11,22 @@ from __future__ import annotations
 from contextlib import suppress
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
 from vtk_mls.paraview import late_render
+from vtk_mls.paraview.block_look import BlockLook
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
 from vtk_mls.paraview.live_volume import LiveVolume
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.pending_filter import PendingFilter, moves
-from vtk_mls.paraview.server_manager import find, proxies, proxies_of
+from vtk_mls.paraview.server_manager import (
+    blocks_of,
+    find,
+    input_of,
+    is_remote,
+    proxies,
+    proxies_of,
+)
 
 SWITCH = "Live"
 _KINDS = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
@@ -35,8 +43,9 @@ class Live:
     def __init__(self, proxy):
         self._number = proxy.GetGlobalID()
         self._pending, self._is_stale, self._is_held = PendingFilter(), False, False
-        self._drawn, self._hooks = {}, {}
-        if _is_remote(proxy):
+        self._drawn = {}
+        self._views, self._observers = set(), Observers()  # ids of views, whose frames are heard of
+        if is_remote(proxy):
             _switch_off(proxy)
 
     def edited(self, is_held):
@@ -51,22 +60,20 @@ class Live:
         if proxy is None or not _is_wanted(proxy):
             self.end()
             return
-        if _is_remote(proxy):
+        if is_remote(proxy):
             self._give_up(proxy, "the data are on another machine")
             return
         self._is_stale, self._is_held = True, is_held
         for view in proxies(proxy.GetSessionProxyManager(), "views"):
             self._hook(view)
-            if not is_held and view.GetGlobalID() in self._hooks and _shown(proxy, view):
+            if not is_held and view.GetGlobalID() in self._views and _shown(proxy, view):
                 late_render.ask([view.GetGlobalID()])
 
     def end(self):
         """Show what ParaView shows."""
         late_render.ask({number for number, *_ in self._drawn})
-        for window, tags in self._hooks.values():
-            for tag in tags:
-                window.RemoveObserver(tag)
-        self._hooks = {}
+        self._observers.end()
+        self._views.clear()
         for drawn in self._drawn.values():
             drawn.end()
         self._drawn, self._pending = {}, PendingFilter()
@@ -82,7 +89,7 @@ class Live:
     def _hook(self, view):
         """Hear of each frame of a view."""
         number, client = view.GetGlobalID(), view.GetClientSideObject()
-        if number in self._hooks or not hasattr(client, "GetRenderWindow"):
+        if number in self._views or not hasattr(client, "GetRenderWindow"):
             return
         window = client.GetRenderWindow()
 
@@ -102,8 +109,9 @@ class Live:
                 self.end()
                 _switch_off(proxy)
 
-        observed = ("StartEvent", frame), ("EndEvent", drawn)
-        self._hooks[number] = window, [window.AddObserver(*each) for each in observed]
+        self._views.add(number)
+        self._observers.add(window, "StartEvent", frame)
+        self._observers.add(window, "EndEvent", drawn)
 
     def _draw(self, proxy, number):
         """Bring up to date what the view with this id shows."""
@@ -115,11 +123,14 @@ class Live:
         if self._pending.deformation is None or view is None:
             return
         renderer = view.GetClientSideObject().GetRenderer()
-        wanted, blocks = {}, _blocks(_input_of(proxy))
+        wanted, data = {}, input_of(proxy)
+        blocks = blocks_of(data)
         for display in _shown(proxy, view):
             if all(_kind(display, block) for block in blocks):
+                hidden = BlockLook(display, data).hidden
                 for index, block in enumerate(blocks):
-                    wanted[number, display.GetGlobalID(), index] = display, block
+                    if index not in hidden:
+                        wanted[number, display.GetGlobalID(), index] = display, block
         for key in [key for key in self._drawn if key[0] == number]:
             if key not in wanted or not self._drawn[key].is_of(*wanted[key]):
                 self._drawn.pop(key).end()
@@ -139,11 +150,6 @@ def _is_wanted(proxy):
     return bool(proxy.GetProperty(SWITCH).GetUncheckedElement(0)) and moves(proxy)
 
 
-def _is_remote(proxy):
-    """Whether data and what draws them are not in this process."""
-    return proxy.GetSession().IsA("vtkSMSessionClient")
-
-
 def _switch_off(proxy):
     proxy.GetProperty(SWITCH).SetElement(0, 0)
 
@@ -161,22 +167,3 @@ def _shown(proxy, view):
             if of[0].GetGlobalID() == proxy.GetGlobalID() or of == input_:
                 found[of != input_].append(display)
     return found[True] or found[False]
-
-
-def _input_of(proxy):
-    """The filter's input, as it was last updated."""
-    source = proxy.GetProperty("Input")
-    client = source.GetProxy(0).GetClientSideObject()
-    return client.GetOutputDataObject(source.GetOutputPortForConnection(0))
-
-
-def _blocks(data):
-    """The datasets of which data consist."""
-    if not isinstance(data, vtkCompositeDataSet):
-        return [data]
-    blocks, iterator = [], data.NewIterator()
-    iterator.InitTraversal()
-    while not iterator.IsDoneWithTraversal():
-        blocks.append(iterator.GetCurrentDataObject())
-        iterator.GoToNextItem()
-    return blocks

@@ -8,8 +8,10 @@ from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
 from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
 
-from vtk_mls.paraview import colors
+from vtk_mls.paraview import block_look, colors
+from vtk_mls.paraview.block_look import BlockLook
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
+from vtk_mls.paraview.server_manager import input_of
 from vtk_mls.rendering import DeformedMesh
 from vtk_mls.rendering.moved_mesh import MovedMesh
 
@@ -28,14 +30,21 @@ class LiveMesh(LiveProp):
         mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
         mapper.SetInputDataObject(mesh)
         colors.apply(mapper, display)
+        blocks = BlockLook(display, input_of(display))
+        color, opacity = blocks.colors.get(index), blocks.opacities.get(index)
+        if color:
+            mapper.ScalarVisibilityOff()
         actor = vtkActor()
         actor.SetMapper(mapper)
         super().__init__(display, mesh, renderer, actor)
         self._drawn = DeformedMesh(actor)
-        if color := colors.of_block(display, index):
-            actor.SetProperty(vtkProperty())
-            actor.GetProperty().DeepCopy(self._hidden.GetProperty())
-            actor.GetProperty().SetColor(color)
+        color = color or colors.of_block(display, index)
+        if color or opacity is not None:
+            looks = vtkProperty()
+            looks.DeepCopy(self._hidden.GetProperty())
+            looks.SetColor(color or looks.GetColor())
+            looks.SetOpacity(looks.GetOpacity() if opacity is None else opacity)
+            actor.SetProperty(looks)
 
     @staticmethod
     def can_draw(display, mesh):
@@ -44,7 +53,7 @@ class LiveMesh(LiveProp):
 
     @staticmethod
     def look(display):
-        return colors.look(display), shown_as(display)
+        return colors.look(display), shown_as(display), block_look.settings(display)
 
     def _show(self, pending, is_held):
         self._drawn.update(pending.deformation, exact=not is_held)

@@ -13,10 +13,11 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkObject
 
+from vtk_mls.paraview.handle_rows import DRAGGED
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.server_manager import find
 
 _MANY = 50
-_NAMES = {"deformed": "DeformedPoints", "rest": "RestPoints"}  # of what *Drag* says
 _EDITED = "UncheckedPropertyModifiedEvent"
 _BEFORE_PARAVIEW, _AFTER_PARAVIEW = 0.5, -0.5  # priorities; what corrects a drag has a higher one
 
@@ -36,7 +37,7 @@ class ManyHandles:
         self._number, self._answers = proxy.GetGlobalID(), answers
         self._is_quiet = self._is_ending = False
         self._edited = {}  # lists of which ParaView has not heard, by their names
-        self._drawn, self._unsized = [], []
+        self._drawn, self._unsized, self._observers = [], [], Observers()
         for name in answers:
             self._listen(proxy.GetProperty(name))
 
@@ -69,12 +70,16 @@ class ManyHandles:
                     self._is_ending = False
                     self._find_sizes()
 
-        tag = drawn.AddObserver("InteractionEvent", drag, _BEFORE_PARAVIEW)
-        drawn.AddObserver("EndInteractionEvent", end, _BEFORE_PARAVIEW)
+        tag = self._observers.add(drawn, "InteractionEvent", drag, _BEFORE_PARAVIEW)
+        self._observers.add(drawn, "EndInteractionEvent", end, _BEFORE_PARAVIEW)
+
+    def end(self):
+        """Let ParaView hear of all drags."""
+        self._observers.end()
 
     def _edit(self, proxy, positions):
         """Make positions pending, and let all but ParaView know."""
-        name = _NAMES[proxy.GetProperty("Drag").GetUncheckedElement(0)]
+        name = DRAGGED[proxy.GetProperty("Drag").GetUncheckedElement(0)]
         with self._quiet():
             changed = proxy.GetProperty(name)
             changed.SetUncheckedElements(np.ravel(positions).tolist(), positions.size)
@@ -102,8 +107,8 @@ class ManyHandles:
             if not self._is_ending:
                 self._find_sizes()
 
-        tag = changed.AddObserver(_EDITED, before, _BEFORE_PARAVIEW)
-        changed.AddObserver(_EDITED, after, _AFTER_PARAVIEW)
+        tag = self._observers.add(changed, _EDITED, before, _BEFORE_PARAVIEW)
+        self._observers.add(changed, _EDITED, after, _AFTER_PARAVIEW)
 
     def _leave_sizes(self):
         """Without a renderer, widgets do not find how large handles are in pixels."""

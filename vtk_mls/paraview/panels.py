@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
-from vtk_mls.paraview.handle_panel import HANDLES, draggable
+from vtk_mls.paraview.handle_panel import HANDLES, MOUSE_HELP, draggable
 from vtk_mls.paraview.property_xml import element, elements, visibility
 from vtk_mls.paraview.xml import (
     bounds,
@@ -68,8 +68,8 @@ _LIVE = check_box(
     "Live",
     """Whether what is shown follows while a handle or the cut is dragged, before Apply. It is off
     where the data are on another machine: there Apply shows the result. If only that machine has
-    the plugin it stays on, but nothing follows. Point Gaussian, 3D Glyphs and Surface LIC follow
-    at Apply.""",
+    the plugin it stays on, but nothing follows. Point Gaussian, 3D Glyphs, Surface LIC, volumes of
+    colors (RGB), and slices, clips and contours of the output follow at Apply.""",
     default=1,
     command="",
 )
@@ -79,7 +79,8 @@ DEFORM = [
         """Deforms an image (a volume) or a mesh by control points that are dragged from p to q, by
         moving least squares. Arrays of an image are resampled; points of a mesh are moved by the
         exact inverse, so that both stay together. Cuts open it: the void in an image is in the
-        array Void, and cells of a mesh are split along them."""
+        array Void, and cells of a mesh are split along them.""",
+        short_help=MOUSE_HELP,
     ),
     *elements(tables.MAP),
     element(tables.CUT_TYPE),
@@ -105,7 +106,8 @@ DEFORM = [
 DISPLACEMENT_FIELD = [
     documentation(
         """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
-        point that the material now at v came from."""
+        point that the material now at v came from.""",
+        short_help=MOUSE_HELP,
     ),
     *elements(tables.MAP),
     element(tables.CUT_TYPE),
@@ -129,7 +131,10 @@ _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 CONTROL_POINTS = [
     xml("OutputPort", name="Handles", index=0),
     xml("OutputPort", name="Arrows", index=1),
-    documentation("Control points for the MLS filters, from lists or as a lattice over a box."),
+    documentation(
+        "Control points for the MLS filters, from lists, as a lattice over a box, or from files.",
+        short_help=MOUSE_HELP,
+    ),
     element(tables.MODE),
     *elements(tables.FILES),
     xml(

@@ -10,6 +10,7 @@ from vtk_mls.paraview.xml import (
     arrays_of,
     check_box,
     choice,
+    either,
     limits,
     names,
     shown_when,
@@ -43,7 +44,10 @@ def visibility(each):
         name, value = each.shown_when
         return [shown_when(name, "null" if value is None else value)]
     if each.hidden_when:
-        return [shown_when(*each.hidden_when, inverse=1)]
+        hint = shown_when(*each.hidden_when, inverse=1)
+        if each.shown_with:
+            hint = either(hint, shown_when(each.shown_with, "null", inverse=1))
+        return [hint]
     return []
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import paraview.modules.vtkRemotingViews  # noqa: F401
 import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
 
 def proxies(manager, group):
@@ -43,3 +44,33 @@ def is_pending(changed):
     if count != changed.GetNumberOfElements():
         return True
     return any(changed.GetUncheckedElement(i) != changed.GetElement(i) for i in range(count))
+
+
+def is_remote(proxy):
+    """Whether data and what draws them are not in this process."""
+    return proxy.GetSession().IsA("vtkSMSessionClient")
+
+
+def input_of(proxy):
+    """A filter's input, as it was last updated."""
+    source = proxy.GetProperty("Input")
+    client = source.GetProxy(0).GetClientSideObject()
+    return client.GetOutputDataObject(source.GetOutputPortForConnection(0))
+
+
+def blocks_of(data):
+    """The datasets of which data consist."""
+    if not isinstance(data, vtkCompositeDataSet):
+        return [data]
+    blocks, iterator = [], data.NewIterator()
+    iterator.InitTraversal()
+    while not iterator.IsDoneWithTraversal():
+        blocks.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    return blocks
+
+
+def selected_source(manager):
+    """What is selected in the pipeline: proxy of a source or of one of its outputs, or None."""
+    selection = manager.GetSelectionModel("ActiveSources")
+    return selection.GetCurrentProxy() if selection else None

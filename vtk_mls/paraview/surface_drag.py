@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vtkmodules.vtkInteractionWidgets import vtkPolyLineRepresentation
 
+from vtk_mls.paraview.observers import Observers
 from vtk_mls.rendering.visible_surface import VisibleSurface
 
 _BEFORE_PARAVIEW = 1.0  # priority: it hears where the handle is when it has been put there
@@ -22,11 +23,15 @@ class SurfaceDrag:
     """
 
     def __init__(self, widget, marks):
-        self._marks, self._surface = marks, None
+        self._marks, self._surface, self._observers = marks, None, Observers()
         drawn = widget.GetClientSideObject().GetWidget()
-        drawn.AddObserver("StartInteractionEvent", self._begin_or_end)
-        drawn.AddObserver("InteractionEvent", self._drag, _BEFORE_PARAVIEW)
-        drawn.AddObserver("EndInteractionEvent", self._begin_or_end)
+        self._observers.add(drawn, "StartInteractionEvent", self._begin_or_end)
+        self._observers.add(drawn, "InteractionEvent", self._drag, _BEFORE_PARAVIEW)
+        self._observers.add(drawn, "EndInteractionEvent", self._begin_or_end)
+
+    def end(self):
+        """Leave the handles to ParaView."""
+        self._observers.end()
 
     def _begin_or_end(self, widget, event):
         self._surface = None

@@ -12,13 +12,13 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtk_mls.paraview import messages, undo
 from vtk_mls.paraview.display_look import show_as_input
 from vtk_mls.paraview.handle_widget import HandleWidget
-from vtk_mls.paraview.server_manager import elements, proxies, proxies_of
+from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.panel_widgets import PanelWidgets
+from vtk_mls.paraview.server_manager import elements, proxies, proxies_of, selected_source
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
 _is_watching = False
-# What ends the watching of each session, by its id. What observes a proxy manager and holds it must
-# be held from here: Python's collector would take it for garbage, and ParaView call it still.
-_watched = {}
+_watched = {}  # by the ids of sessions: the Observers of each
 
 
 def start():
@@ -36,16 +36,18 @@ def start():
         sessions.GoToNextItem()
 
     # Plugins of PV_PLUGIN_PATH are loaded before there is a session.
-    def connected(modules, event):
-        _watch(modules.GetEventCallDataSessionId())
+    modules.AddObserver("ConnectionCreatedEvent", _connected)
+    modules.AddObserver("ConnectionClosedEvent", _closed)
 
-    def closed(modules, event):
-        end = _watched.pop(modules.GetEventCallDataSessionId(), None)
-        if end:
-            end()
 
-    modules.AddObserver("ConnectionCreatedEvent", connected)
-    modules.AddObserver("ConnectionClosedEvent", closed)
+def _connected(modules, event):
+    _watch(modules.GetEventCallDataSessionId())
+
+
+def _closed(modules, event):
+    observers = _watched.pop(modules.GetEventCallDataSessionId(), None)
+    if observers:
+        observers.end()
 
 
 def _watch(number):
@@ -57,6 +59,8 @@ def _watch(number):
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
     pipelines = {}  # by the ids of their proxies, so that none is kept alive
     views, displays = set(), set()  # ids
+    observers = _watched[number] = Observers()
+    panel_widgets = PanelWidgets(manager, _WITH_HANDLES, observers)
 
     def edited(is_held):
         for handles in list(pipelines.values()):
@@ -65,6 +69,7 @@ def _watch(number):
     def widgets_changed(shown, event):
         sources = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
         for widget in proxies_of(shown):
+            panel_widgets.follow(widget)
             for number, handles in pipelines.items():
                 if number in sources and _shows(widget, sources[number]):
                     handles.take(widget)
@@ -84,23 +89,19 @@ def _watch(number):
             pipelines.pop(number).end()
         for number in here.keys() - pipelines.keys():
             if here[number].GetXMLName() in _WITH_HANDLES:
-                pipelines[number] = HandleWidget(here[number], edited)
+                selected = selected_source(manager)
+                pipelines[number] = HandleWidget(here[number], edited, selected)
         for view in proxies(manager, "views"):
             shown = view.GetProperty("HiddenRepresentations")
             if shown and view.GetGlobalID() not in views:
                 views.add(view.GetGlobalID())
-                shown.AddObserver("ModifiedEvent", widgets_changed)
+                observers.add(shown, "ModifiedEvent", widgets_changed)
                 shown = view.GetProperty("Representations")
                 displays.update(each.GetGlobalID() for each in proxies_of(shown))
-                shown.AddObserver("ModifiedEvent", displays_changed)
+                observers.add(shown, "ModifiedEvent", displays_changed)
 
-    tags = [manager.AddObserver(each, changed) for each in ("RegisterEvent", "UnRegisterEvent")]
-
-    def end():
-        for tag in tags:
-            manager.RemoveObserver(tag)
-
-    _watched[number] = end
+    for event in ("RegisterEvent", "UnRegisterEvent"):
+        observers.add(manager, event, changed)
     changed(manager, None)
 
 

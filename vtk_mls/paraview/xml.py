@@ -11,9 +11,10 @@ def xml(tag, *children, **attributes):
     return f"<{tag}{pairs}>{''.join(children)}</{tag}>"
 
 
-def documentation(text):
-    """The tooltip of a property or the help page of a proxy."""
-    return xml("Documentation", escape(" ".join(text.split())))
+def documentation(text, **helps):
+    """The tooltip of a property or the help page of a proxy; `helps` are shorter texts of these."""
+    helps = {name: " ".join(help.split()) for name, help in helps.items()}
+    return xml("Documentation", escape(" ".join(text.split())), **helps)
 
 
 def vector(kind, name, default, text, *children, **attributes):
@@ -58,6 +59,12 @@ def shown_when(name, value, **options):
     """A hint: show a property only while the property `name` has that value."""
     decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
     return xml("PropertyWidgetDecorator", **decorator, **options)
+
+
+def either(*hints):
+    """A hint: show a property while one of some hints says so."""
+    any_of = xml("Expression", *hints, type="or")
+    return xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")
 
 
 def check_box(name, text, *children, default=0, **attributes):

@@ -140,10 +140,13 @@ class Session:
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)
         window.SetSize(*size)
-        window.AddObserver("EndEvent", lambda *_: self.drawn())
+        window.AddObserver("EndEvent", self._tell_drawn)
         interactor.SetRenderWindow(window)
         interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
         return window, interactor
+
+    def _tell_drawn(self, window, event):
+        self.drawn()
 
     def _watched(self, function):
         try:

@@ -1,0 +1,25 @@
+"""Python's garbage collector runs between the request for a later picture and that picture."""
+
+import gc
+
+import scene  # noqa: F401  the plugin makes vtk_mls importable
+from paraview import simple
+
+from vtk_mls.paraview import late_render
+
+view = simple.GetActiveViewOrCreate("RenderView")
+sphere = simple.Sphere()
+simple.Show(sphere, view)
+simple.Render(view)
+if hasattr(view, "MakeRenderWindowInteractor"):
+    view.MakeRenderWindowInteractor(True)
+assert view.GetInteractor()
+number = view.SMProxy.GetGlobalID()
+for radius in (2, 3):
+    late_render.ask([number])
+    late_render.ask([number])
+    gc.collect()
+    assert list(late_render._due) == [number]
+    sphere.Radius = radius
+    simple.Render(view)
+    assert not late_render._due

@@ -1,0 +1,178 @@
+"""A wrong value of any property, mended: the view is as before, and the error came once."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from paraview import simple
+from scene import control_points, output_messages
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+view = simple.GetActiveViewOrCreate("RenderView")
+view.ViewSize, view.OrientationAxesVisibility = [160, 120], 0
+simple._DisableFirstRenderCameraReset()
+
+
+def picture():
+    simple.Render(view)
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(view.GetRenderWindow())
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    return vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).astype(int)
+
+
+def count(proxy):
+    return proxy.SMProxy.GetClientSideObject().GetOutputDataObject(0).GetNumberOfPoints()
+
+
+def drag(proxy):
+    """Move a handle, so that pictures differ from those of the input."""
+    proxy.UpdatePipeline()
+    moved = list(proxy.DeformedPoints)
+    moved[-3] += 0.2 * (max(moved[::3]) - min(moved[::3]))
+    proxy.DeformedPoints = moved
+
+
+def check(shown, changed, name, bad, word, meanwhile=()):
+    """Set a wrong value of a property, then the one before; see each in the view."""
+    for each, value in meanwhile:
+        setattr(changed, each, value)
+    before, points = picture(), count(shown)
+    assert points > 0
+    good = getattr(changed, name)
+    good = list(good) if hasattr(good, "__len__") and not isinstance(good, str) else good
+    with output_messages() as text:
+        setattr(changed, name, bad)
+        empty = picture()
+    where = shown.GetXMLName(), changed.GetXMLName(), name, bad
+    assert text[0].count("ERROR") == text[0].count(word) == 1, (where, text[0])
+    assert count(shown) == 0, where
+    assert (empty != before).any(), where
+    with output_messages() as text:
+        setattr(changed, name, good)
+        after = picture()
+    assert text[0] == "", (where, text[0])
+    assert count(shown) == points, where
+    assert np.abs(after - before).max() <= 1, where
+
+
+MAP = [  # of both filters
+    ("Kind", "elastic", "`kind`"),
+    ("Alpha", -3.0, "`alpha`"),
+    ("Alpha", float("nan"), "`alpha`"),
+    ("Blend", float("nan"), "`Blend`"),
+    ("MapTolerance", -1.0, "`map_tolerance`"),
+    ("Device", "9:9", "`9:9`"),
+    ("DeformedPoints", [1.0, 2.0, 3.0], "`DeformedPoints`"),
+    ("RestPoints", [1.0, 2.0, 3.0], "`DeformedPoints`"),
+    ("Weights", [1.0, 2.0], "`Weights`"),
+    ("CutType", "cube", "`CutType`"),
+    ("CutFrame", "moving", "`CutFrame`"),
+]
+POLYNOMIAL = [("Kind", "polynomial")]
+CUT = [("CutType", "plane")]
+IN_A_CONTEXT = [
+    ("Degree", 0, "`degree`", POLYNOMIAL),
+    ("Nu", 0.5, "`nu`", CUT),
+    ("CutNormal", [0.0, 0.0, 0.0], "`normal`", CUT),
+    ("CutOrigin", [float("nan"), 0.0, 0.0], "`point`", CUT),
+]
+OF_IMAGES = [
+    ("Interpolation", "sharp", "`Interpolation`"),
+    ("VoidValues", "full", "`VoidValues`"),
+    ("OutputGrid", "own", "`OutputGrid`"),
+    ("LabelArrays", ["Bone"], "`Bone`"),
+    ("PushForwardArrays", ["Flow"], "`Flow`"),
+    ("GradientVectorArrays", ["Slope"], "`Slope`"),
+    ("GradientArray", "Density", "`Density`"),
+    ("OutputSpacing", [1.0, 0.0, 1.0], "`spacing`", [("OutputGrid", "given")]),
+    ("OutputDimensions", [3, 0, 3], "`dimensions`", [("OutputGrid", "given")]),
+]
+
+sphere = simple.Sphere()
+wavelet = simple.Wavelet(WholeExtent=[-5, 4, -5, 5, -4, 5])
+scenes = []
+for source, looks in ((sphere, ["Surface"]), (wavelet, ["Surface", "Volume"])):
+    source.UpdatePipeline()
+    for look in looks:
+        deform = simple.MLSDeform(Input=source)
+        drag(deform)
+        display = simple.Show(deform, view)
+        if source is wavelet:
+            simple.ColorBy(display, ("POINTS", "RTData"))
+        display.SetRepresentationType(look)
+        simple.ResetCamera(view)
+        cases = [*MAP, *IN_A_CONTEXT] + (OF_IMAGES if source is wavelet else [])
+        for name, bad, word, *meanwhile in cases:
+            check(deform, deform, name, bad, word, *meanwhile)
+        simple.Delete(deform)
+
+for source in (sphere, wavelet):
+    field = simple.MLSDisplacementField(Input=source, SampleDimensions=[6, 6, 6])
+    drag(field)
+    display = simple.Show(field, view)
+    display.SetRepresentationType("Surface")
+    simple.ColorBy(display, ("POINTS", "BackwardDisplacement"))
+    simple.ResetCamera(view)
+    own = [("SampleDimensions", [0, 1, 2], "`SampleDimensions`")] if source is sphere else []
+    for name, bad, word, *meanwhile in [*MAP, *IN_A_CONTEXT, *own]:
+        check(field, field, name, bad, word, *meanwhile)
+    simple.Delete(field)
+
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder, "pairs.csv")
+    file.write_text("px,py,pz,qx,qy,qz\n0,0,0,1,0,0\n5,0,0,5,0,0\n0,5,0,0,5,1\n0,0,5,0,0,5\n")
+    handles = control_points()
+    display = simple.Show(handles, view)
+    display.SetRepresentationType("Points")
+    display.PointSize = 6.0
+    simple.ResetCamera(view)
+    OWN = [
+        ("Mode", "random", "`Mode`"),
+        ("DeformedPoints", [1.0, 2.0, 3.0], "`DeformedPoints`"),
+        ("Weights", [1.0, 2.0], "`Weights`"),
+    ]
+    for name, bad, word in OWN:
+        check(handles, handles, name, bad, word)
+    # What hangs below says nothing of its own.
+    deform = simple.MLSDeform(Input=wavelet, ControlPoints=handles)
+    simple.Hide(handles, view)
+    simple.Show(deform, view).SetRepresentationType("Surface")
+    for name, bad, word in [*OWN, ("DeformedPoints", [np.nan] * 24, "`deformed`")]:
+        check(deform, handles, name, bad, word)
+    below = simple.MLSDeform(Input=deform)
+    drag(below)
+    simple.Hide(deform, view)
+    simple.Show(below, view).SetRepresentationType("Surface")
+    check(below, deform, "Alpha", -3.0, "`alpha`")
+    check(below, handles, "Mode", "random", "`Mode`")
+    for proxy in (below, deform):
+        simple.Delete(proxy)
+    simple.Show(handles, view)
+    handles.DeformedPoints = []
+    lattice = [("Mode", "lattice")]
+    check(handles, handles, "LatticeDimensions", [2, 0, 1], "`LatticeDimensions`", lattice)
+    check(handles, handles, "Bounds", [1, -1, 0, 1, 0, 1], "`Bounds`", lattice)
+    handles.FileName = str(file)
+    check(
+        handles,
+        handles,
+        "FileName",
+        str(file.with_name("none.csv")),
+        "`FileName`",
+        [("Mode", "file")],
+    )
+    check(handles, handles, "Space", "moon", "`Space`")
+    simple.Delete(handles)
+
+# An array of control points that is not there.
+handles = control_points()
+for kind in (simple.MLSDeform, simple.MLSDisplacementField):
+    deform = kind(Input=wavelet, ControlPoints=handles)
+    simple.Show(deform, view).SetRepresentationType("Surface")
+    simple.ResetCamera(view)
+    for name in ("DisplacementArray", "WeightArray"):
+        check(deform, deform, name, ["POINTS", "Velocity"], "`Velocity`")
+    simple.Delete(deform)
