@@ -388,7 +388,10 @@ XML = (
     '"a"><DataArray type="Float64" Name="a" format="ascii">1 2 3</DataArray></PointData></Piece></'
     "ImageData></VTKFile>"
 )
-NRRD_LIE = "NRRD0004\ntype: double\ndimension: 3\nsizes: {0} {0} {0}\nendian: little\nencoding: {1}\n\n1 2 3"
+NRRD_LIE = (
+    "NRRD0004\ntype: double\ndimension: 3\n"
+    "sizes: {0} {0} {0}\nendian: little\nencoding: {1}\n\n1 2 3"
+)
 LIES = {
     "x.mha": META.replace("9 8 7", f"{LIE} {LIE} {LIE}") + "ElementDataFile = LOCAL\n123",
     "zip.mha": META.replace("9 8 7", f"{LIE} {LIE} {LIE}")
