@@ -13,7 +13,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 TESTS = PROJECT / "tests"
 WORKFLOWS = sorted((PROJECT / ".github" / "workflows").glob("*.yml"))
 # Packages whose modules are called otherwise.
-MODULES = {"vtk": "vtkmodules", "pytest-xdist": "xdist"}
+MODULES = {"pynrrd": "nrrd", "vtk": "vtkmodules", "pytest-xdist": "xdist"}
 
 
 def jobs(text):
@@ -97,6 +97,6 @@ def test_what_tests_import_is_installed(commands, folder):
 def test_a_package_that_is_not_installed_is_found():
     commands = ['python -m pip install "$(ls dist/*.whl)[vtk]" pytest']
     missing = needed(TESTS / "files") - installed(commands, project())
-    assert missing == {"SimpleITK", "meshio", "nibabel"}
+    assert missing == {"SimpleITK", "meshio", "nibabel", "nrrd"}
     assert {path.stem for path in WORKFLOWS} >= {"check", "release", "test"}
     assert any("release-install" in each.id for each in RUN)
