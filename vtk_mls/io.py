@@ -204,9 +204,10 @@ def write_field(image: vtkImageData, path: _PathLike) -> None:
     if as_transform is None:
         write_dataset(image, path)
         return
-    values = arrays.to_numpy(image.GetPointData().GetScalars())
+    array = image.GetPointData().GetScalars()
+    values = arrays.to_numpy(array)
     displacement = values.reshape(*image.GetDimensions()[::-1], 3)
-    is_forward = provenance.kept(image, provenance.FIELD_TYPE) == (provenance.MODELING,)
+    is_forward = array.GetName() == provenance.FORWARD_DISPLACEMENT
     field = displacement, is_forward, provenance.kept(image, provenance.NIFTI_HEADER)
     with replacing(path) as new, failures_named(new):
         as_transform.write(field, ImageGeometry.of_image(image).grid, new)

@@ -72,8 +72,9 @@ def test_nifti_is_in_millimeters_and_goes_back_in_its_unit(tmp_path, unit, codes
     qform_code, sform_code = codes
     write_nifti(tmp_path / "x.nii", AFFINE, qform_code, AFFINE, sform_code, unit)
     image = io.read_dataset(tmp_path / "x.nii")
-    np.testing.assert_allclose(matrix(image), in_lps(AFFINE) * UNITS[unit], rtol=1e-6)
-    np.testing.assert_allclose(matrix(image), itk_matrix(tmp_path / "x.nii"), rtol=1e-6)
+    atol = 1e-5 * UNITS[unit]  # of float32
+    np.testing.assert_allclose(matrix(image), in_lps(AFFINE) * UNITS[unit], atol=atol)
+    np.testing.assert_allclose(matrix(image), itk_matrix(tmp_path / "x.nii"), atol=atol)
     io.write_dataset(image, tmp_path / "y.nii")
     before, after = (nibabel.load(tmp_path / name) for name in ("x.nii", "y.nii"))
     np.testing.assert_array_equal(after.affine, before.affine)
@@ -81,9 +82,11 @@ def test_nifti_is_in_millimeters_and_goes_back_in_its_unit(tmp_path, unit, codes
     length, time = after.header.get_xyzt_units()
     assert (length, time) == ("mm" if unit == "unknown" else unit, "msec")
     io.write_dataset(image, tmp_path / "y.nrrd")
-    np.testing.assert_allclose(itk_matrix(tmp_path / "y.nrrd"), matrix(image), rtol=1e-12)
+    np.testing.assert_allclose(
+        itk_matrix(tmp_path / "y.nrrd"), matrix(image), atol=1e-9 * UNITS[unit]
+    )
     io.write_field(field_on(image), tmp_path / "f.nii")
-    np.testing.assert_allclose(itk_matrix(tmp_path / "f.nii"), matrix(image), rtol=1e-6)
+    np.testing.assert_allclose(itk_matrix(tmp_path / "f.nii"), matrix(image), atol=atol)
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -92,9 +95,10 @@ def test_another_grid_is_in_the_unit_of_the_file(tmp_path, unit):
     image = io.read_dataset(tmp_path / "x.nii")
     image.SetOrigin(np.add(image.GetOrigin(), image.GetSpacing()))
     io.write_dataset(image, tmp_path / "y.nii")
-    np.testing.assert_allclose(itk_matrix(tmp_path / "y.nii"), matrix(image), rtol=1e-6)
+    atol = 1e-5 * UNITS[unit]
+    np.testing.assert_allclose(itk_matrix(tmp_path / "y.nii"), matrix(image), atol=atol)
     affine = nibabel.load(tmp_path / "y.nii").affine
-    np.testing.assert_allclose(in_lps(affine) * UNITS[unit], matrix(image), rtol=1e-6)
+    np.testing.assert_allclose(in_lps(affine) * UNITS[unit], matrix(image), atol=atol)
 
 
 @pytest.mark.parametrize("shear", [0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1])
@@ -137,12 +141,12 @@ def test_a_warning_says_where_itk_and_nibabel_differ(tmp_path, qform_code, sform
     np.testing.assert_array_equal(before["pixdim"], after["pixdim"])
 
 
-def test_the_command_warns_once(tmp_path, capsys, monkeypatch):
+def test_the_command_warns_once(tmp_path, caplog, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_nifti("x.nii", rotated(0), 1, rotated(0.3), 2)
     (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n9,0,0,9,0,0\n0,9,0,0,9,0\n0,0,9,0,0,9\n")
     assert main(["deform", "x.nii", "h.csv", "y.nii"]) == 0
-    assert capsys.readouterr().err.count("ITK") == 2  # both of one sentence
+    assert [record.getMessage()[:7] for record in caplog.records] == ["`x.nii`"]
 
 
 NRRD = (
@@ -164,12 +168,11 @@ SPELLINGS = [
     (NRRD, {"encoding: raw": "encoding: txt"}),
     (NRRD, {"\n": "\r\n"}),
     (NRRD, {"encoding": '# a comment: of ours\nlabels: "x" "y: z" ""\nkey:=a\\nb\nencoding'}),
-    (NRRD, {"encoding": "oldmin: 0\noldmax: 3\nsampleunits: m\nblocksize: 1\nencoding"}),
+    (NRRD, {"encoding": "oldmin: 0\noldmax: 3\nsampleunits: m\nencoding"}),
     (NRRD, {"encoding": "kinds: Domain Space domain\nencoding"}),
     (PLAIN, {}),
     (PLAIN, {"axis mins": "axismins", "centers": "centerings"}),
     (PLAIN, {"encoding": "kinds: ??? ??? ???\nencoding"}),
-    (PLAIN, {"encoding": "kinds: none none none\nencoding"}),
 ]
 
 
@@ -309,19 +312,22 @@ def test_forward_fields_are_for_modeling(tmp_path, suffix):
 def test_other_keys_of_metaimage_stay(tmp_path):
     source = SimpleITK.GetImageFromArray(VALUES)
     source.SetDirection((0, 1, 0, 1, 0, 0, 0, 0, -1))
-    for key, text in (("Modality", "MET_MOD_CT"), ("Patient", "a = b: \u00e4"), ("Weight", "70")):
+    for key, text in (("Patient", "a = b: \u00e4"), ("Weight", "70")):
         source.SetMetaData(key, text)
     SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
     content = (tmp_path / "x.mha").read_bytes()
-    more = b"NDims = 3\nComment = made by hand\nElementMin = 0\nElementMax = 5\n"
+    more = b"NDims = 3\nModality = MET_MOD_CT\nComment = made by hand\nElementMin = 0\n"
     (tmp_path / "x.mha").write_bytes(content.replace(b"NDims = 3\n", more, 1))
+    source = SimpleITK.ReadImage(str(tmp_path / "x.mha"))
+    assert source.GetMetaData("Weight") == "70"
     image = io.read_dataset(tmp_path / "x.mha")
     for name in ("y.mha", "y.mhd"):
         io.write_dataset(image, tmp_path / name)
         back = SimpleITK.ReadImage(str(tmp_path / name))
         np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(back), VALUES)
         assert back.GetDirection() == source.GetDirection()
-        for key in source.GetMetaDataKeys():
+        assert back.GetMetaData("Modality") == "MET_MOD_CT"
+        for key in ("Patient", "Weight"):
             assert back.GetMetaData(key) == source.GetMetaData(key)
         header = (tmp_path / name).read_bytes()
         assert header.count(b"Comment = made by hand\n") == header.count(b"\nNDims = 3\n") == 1

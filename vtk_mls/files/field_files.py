@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vtk_mls.files import formats, meta_image, nifti, nrrd, provenance
+from vtk_mls.files import formats, meta_image, nifti, nrrd
 from vtk_mls.files.volumes import Volume
 from vtk_mls.grid import Grid
 
@@ -61,7 +61,7 @@ def write_volume(
     displacement, is_forward, nifti_header = field
     module, header = _FORMATS[name]
     if module is nrrd:
-        purpose = provenance.MODELING if is_forward else "resampling"
+        purpose = "modeling" if is_forward else "resampling"
         header = (*header, f"displacement field type:={purpose}")
     elif module is nifti:
         header = (*header, *nifti.in_millimeters(nifti_header))

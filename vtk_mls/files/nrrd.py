@@ -56,6 +56,7 @@ _ENCODINGS = {
 _AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
 _SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
+_AXES_OF_ITK = (*_SPATIAL, *_UNKNOWN, "time")  # are no components for ITK
 _KEPT = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
 _LONGEST = 1 << 20  # bytes of a line
@@ -252,9 +253,10 @@ def _measurement_frame(fields):
 
 
 def _kind_of(fields, axis, count):
-    """The kind of an axis, "" if the file says none."""
+    """The kind of an axis, "" if the file says none that is one of components."""
     kinds = fields.get("kinds", "").split()
-    return kinds[axis] if axis is not None and len(kinds) == count else ""
+    kind = kinds[axis] if axis is not None and len(kinds) == count else ""
+    return "" if kind.lower() in _AXES_OF_ITK else kind
 
 
 def _is_rotatable(values):

@@ -14,8 +14,7 @@ LABEL_ARRAYS = "LabelArrays"  # names of point and cell arrays whose values must
 NRRD_HEADER = "NrrdHeader"  # lines of the header, such as the names and colours of segments
 NIFTI_HEADER = "NiftiHeader"  # lines `field: value`
 METAIMAGE_HEADER = "MetaImageHeader"  # lines `key = value`
-FIELD_TYPE = "DisplacementFieldType"  # of a field: MODELING; without one it is for resampling
-MODELING = "modeling"
+FORWARD_DISPLACEMENT = "ForwardDisplacement"  # name of the array of a field that moves points
 
 
 def keep(dataset, name, texts):

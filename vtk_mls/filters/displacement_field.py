@@ -135,8 +135,7 @@ class MLSDisplacementField(DeformingFilter):
             displacement[part], found[part] = field.displacement, field.found
             if with_jacobian:
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
-        _add_field(output, "ForwardDisplacement", displacement)
-        provenance.keep(output, provenance.FIELD_TYPE, [provenance.MODELING])
+        _add_field(output, provenance.FORWARD_DISPLACEMENT, displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         lost = np.array([np.count_nonzero(~found)], np.int64)
         arrays.add(output.GetFieldData(), "FailedInverses", lost)
