@@ -260,6 +260,10 @@ def check_empty(kind):
                     found = array_of(output, "flow", "Cell")[full]
                     np.testing.assert_allclose(found, turned, atol=5e-3)
         DrawnMesh(mesh, () if cut is None else (cut,)).moved(reference())
+    if kind in ("Polys", "Strips"):
+        filter_ = deforming(cells(VTK_TETRA))
+        filter_.AddInputDataObject(2, mesh)  # as a cut
+        assert update(filter_).GetNumberOfCells() > 0
 
 
 def test_cells_keep_their_data_beside_a_point_without_cells():

@@ -8,7 +8,6 @@ from vtkmodules.vtkCommonCore import (
     VTK_FLOAT,
     VTK_INT,
     VTK_LONG_LONG,
-    VTK_SHORT,
     VTK_UNSIGNED_LONG_LONG,
     vtkPoints,
 )
@@ -259,14 +258,12 @@ class Scene:
         mesh.SetPoints(points)
 
     def _set_integers(self, mesh):
-        """Round the places of a mesh to integers of a type."""
-        kind = int(self.rng.choice([VTK_SHORT, VTK_INT, VTK_LONG_LONG]))
-        x = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
+        """Make the places of a mesh integers, in a unit in which no two become one."""
         points = vtkPoints()
-        points.SetDataType(kind)
-        lowest, highest = points.GetData().GetDataTypeMin(), points.GetData().GetDataTypeMax()
-        for place in np.clip(np.rint(x), lowest / 2, highest / 2):
-            points.InsertNextPoint(*place)
+        points.SetDataType(int(self.rng.choice([VTK_INT, VTK_LONG_LONG])))
+        for i in range(mesh.GetNumberOfPoints()):
+            x = np.clip(np.array(mesh.GetPoint(i)) * 1000 / self.size, -1e9, 1e9)
+            points.InsertNextPoint(*np.rint(x))
         mesh.SetPoints(points)
 
     def _add_arrays(self, data):

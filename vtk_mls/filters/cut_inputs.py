@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 
 from vtk_mls import HalfPlane, Plane, Surface, arrays
+from vtk_mls.filters.cells import without_empty
 
 
 def own_cuts(kind, origin, normal, inward):
@@ -58,7 +59,7 @@ def surfaces(polydata):
         vtkCleanPolyData(),
         vtkPolyDataConnectivityFilter(),
     )
-    triangles.SetInputData(bare)
+    triangles.SetInputData(without_empty(bare))
     clean.SetInputConnection(triangles.GetOutputPort())
     clean.SetConvertPolysToLines(False)
     parts.SetInputConnection(clean.GetOutputPort())
