@@ -103,12 +103,11 @@ def on_screen(places):
         seen.append(coordinate.GetComputedDisplayValue(view.GetRenderer()))
     return np.array(seen)
 
-def in_sight():  # numbers and places of handles on the sides with no other before or behind
+def in_sight():  # numbers and places of handles with no other before or behind
     places = np.reshape(pending("DeformedPoints"), (-1, 3))
     seen = on_screen(places)
     near = np.linalg.norm(seen[:, None] - seen, axis=2) < 20
-    is_side = ((places == places.min(axis=0)) | (places == places.max(axis=0))).any(axis=1)
-    return [(n, list(p)) for n, p in enumerate(places) if is_side[n] and near[n].sum() == 1]
+    return [(n, list(p)) for n, p in enumerate(places) if near[n].sum() == 1]
 
 def free(places):  # the one that is farthest, as it is seen, from every handle
     handles = np.reshape(pending("DeformedPoints"), (-1, 3))

@@ -37,6 +37,15 @@ class PanelWidgets:
             self._owners[shape.GetGlobalID()] = None
             self._observers.add(visibility, "ModifiedEvent", self._visibility_changed)
             self._visibility_changed(visibility, None)
+            if "ImplicitPlane" in shape.GetXMLName():
+                plane = widget.GetClientSideObject().GetWidget()
+                self._observers.add(plane, "EnableEvent", self._plane_shown)
+                if plane.GetEnabled():
+                    self._plane_shown(plane, None)
+
+    def _plane_shown(self, plane, event):  # only then it tells its actors
+        if self._selected() is not None:
+            draw_thin(plane.GetRepresentation())
 
     def _visibility_changed(self, visibility, event):
         shape = visibility.GetParent()
@@ -46,8 +55,6 @@ class PanelWidgets:
         selected = self._selected()
         if visibility.GetElement(0):
             self._owners[number] = selected
-            if selected is not None and "ImplicitPlane" in shape.GetXMLName():
-                draw_thin(shape.GetClientSideObject())
         elif self._owners[number] not in (None, selected):
             self._is_restoring = True
             visibility.SetElement(0, 1)
