@@ -14,13 +14,14 @@ def handles(bounds, rng):
     return rest, rest + rng.normal(0, 0.03, (20, 3)) * (high - low)
 
 
+@pytest.mark.parametrize("kind", ["affine", "rigid", "similarity", "polynomial"])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_closed_surface_of_single_triangles_stays_closed(dtype, rng):
-    sphere = pv.Sphere(radius=0.5, theta_resolution=40, phi_resolution=40)
+def test_a_closed_surface_of_single_triangles_stays_closed(dtype, kind, rng):
+    sphere = pv.Sphere(radius=0.5)
     triangles = sphere.regular_faces
     corners = sphere.points[triangles].reshape(-1, 3).astype(dtype)
     soup = pv.PolyData.from_regular_faces(corners, np.arange(triangles.size).reshape(-1, 3))
-    cleaned = soup.mls.deform(*handles(sphere.bounds, rng)).clean(tolerance=0)
+    cleaned = soup.mls.deform(*handles(sphere.bounds, rng), kind=kind).clean()
     assert (cleaned.n_points, cleaned.n_open_edges) == (sphere.n_points, 0)
 
 
