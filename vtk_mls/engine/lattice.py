@@ -50,6 +50,8 @@ class Lattice:
         """The cells that `points` (3, m) are in: (m,) int32."""
         count, memory = points.shape[1], self.launcher.memory
         cells = np.empty(count, np.int32)
+        if count == 0:
+            return cells
         constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
         with memory.read(points) as read, memory.written(cells) as out:
             self.launcher.launch(
