@@ -1,13 +1,5 @@
 #include "on_grid.cl"
 
-#ifndef CHECK
-#error "CHECK is missing: members of the struct below"
-#endif
-
-// `to_index` takes local displacements to indices of the grid; `limit2`, the square of how far off
-// they may be there.
-typedef struct { CHECK } check_t;
-
 #define OFF 1         // in the middle of the cell the map is not what is interpolated there
 #define ELSEWHERE 2   // no point of the cell is in the region of the launch
 

@@ -3,14 +3,9 @@
 // depends on the index of a point alone: parts are computed like the whole. Which cells are close to
 // the map the host decides (vtk_mls/engine/coarse_map.py).
 
-#if !defined(COARSE) || !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS) || !defined(COARSE_SLOPES)
-#error "COARSE, COARSE_STEP, COARSE_WEIGHTS or COARSE_SLOPES is missing: members, points to a node, weights"
+#if !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS) || !defined(COARSE_SLOPES)
+#error "COARSE_STEP, COARSE_WEIGHTS or COARSE_SLOPES is missing: points from node to node, weights"
 #endif
-
-// The cells `first_cell` to `first_cell` + `cells` of the launch; `nodes` along the axes, of which
-// the first is that of the cell `first_node`; `listed` cells from `first_listed` in a list. `to_slopes`
-// takes derivatives from point to point to those by local coordinates.
-typedef struct { COARSE } coarse_t;
 
 #define TAPS 6
 #define BEFORE 2  // of the nodes around a cell are before it

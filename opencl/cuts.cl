@@ -3,14 +3,7 @@
 // Full planes do not appear here as obstacles: the host gives each of their sides its own control
 // points, and a launch computes the points of one side (`in_region`).
 
-#if !defined(PLANE) || !defined(CUT_NUMBERS)
-#error "PLANE or CUT_NUMBERS is missing: members of the structs below"
-#endif
-
 #define REST_FRAME (AT_REST || RIVALS)
-
-typedef struct { PLANE } plane_t;
-typedef struct { CUT_NUMBERS } cut_numbers_t;
 
 // SHAPES(X) is X(shape) for each shape of cuts that one can go round; each has a table.
 #define SHAPE_TABLE(shape) __global const float *shape;

@@ -56,7 +56,7 @@ inline vec rounded(sum_vec a) {
 }
 
 // How many functions the set of control points can tell; three are worth a constant.
-inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->numbers.functions; }
+inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->numbers.rank; }
 
 // The basis functions at a control point: in the table of the map they follow the coefficients.
 inline __global const float *values_at(const map_t *map, int i) {

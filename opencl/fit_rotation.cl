@@ -158,12 +158,12 @@ inline void fit_view(const map_t *map, fit_t *fit) {
   fit->c = sums.c;
   subtract_outer(&fit->c, fit->p, sums.q);
   fit->doubtful = (integer)(0);
-  if (map->numbers.rotation_rank == 2) {
+  if (map->numbers.rank == 2) {
     real slope;
     fit->between = fit->rotation = whole_rotation(&fit->c, &slope);
     fit->doubtful = slope < DOUBTFUL;
     if (ANY(fit->doubtful)) reflect(map, fit);
-  } else if (map->numbers.rotation_rank == 1) {
+  } else if (map->numbers.rank == 1) {
     vec a, b;
     line_of(&fit->c, &a, &b);
     const float *axis = map->numbers.flip_axis;
@@ -220,11 +220,11 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
     q = vec_sub(q, fit->q);
     vec rotated = mat_vec(&rotation, q);
     vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
-    if (map->numbers.rotation_rank == 2) {
+    if (map->numbers.rank == 2) {
       vec torque = cross3(q, transposed_mat_vec(&rotation, p));
       vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
       influence = vec_add(influence, cross3(omega, moved));
-    } else if (map->numbers.rotation_rank == 1) {
+    } else if (map->numbers.rank == 1) {
       vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
       vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
       vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));

@@ -4,14 +4,9 @@
 #include "types.cl"
 #include "sums.cl"
 
-#if !defined(VALUE) || !defined(OFFSET) || !defined(SLICES)
-#error "VALUE, OFFSET or SLICES is missing"
+#if !defined(VALUE) || !defined(OFFSET)
+#error "VALUE or OFFSET is missing"
 #endif
-
-// Some slices of an array that has `size` points along the axes: those from `first` on are in memory,
-// and from `start` to `stop` the gradient is wanted. `to_world` takes slopes per index to those per
-// world unit.
-typedef struct { SLICES } slices_t;
 
 #if LANES == 1
 #define LOAD_VALUES(from) TO_SUM(*(from))

@@ -1,13 +1,5 @@
 // Points of a regular grid, numbered with x fastest.
 
-#ifndef GRID
-#error "GRID is missing: members of the struct below"
-#endif
-
-// The points `first` to `stop` of this launch; the grid's size `nx`, `ny`; `start`, the index of
-// its first point in the whole grid; `frame` takes indices of the whole grid to the local frame.
-typedef struct { GRID } grid_t;
-
 // Indices (i, j, k) in the whole grid of LANES of the `count` points that `numbers` lists, from `at`
 // on; behind the last one its own.
 inline vec listed_index(const grid_t *grid, __global const long *numbers, long count, long at) {

@@ -7,10 +7,6 @@
 #include "map.cl"
 #include "lattice.cl"
 
-#ifndef SAMPLE
-#error "SAMPLE is missing: members of the struct below"
-#endif
-
 #define TRIALS 32
 #define SMALLEST_SHARE 0.03f
 #define DECREASE 0.1f            // of what a step promises, at least
@@ -110,9 +106,6 @@ inline integer is_parted(const map_t *map, vec x, vec image, vec displacement) {
   return is_blocked(map, x, displacement);
 #endif
 }
-
-// A sample of the map in memory: `v`, and its `image` G(v) less the mean displacement.
-typedef struct { SAMPLE } sample_t;
 
 // The displacement to the sample that the map brings nearest to x, but farther than `*tried`
 // (squared), which becomes its distance.

@@ -5,16 +5,9 @@
 // same center. All have LATTICE_CELLS cells along each axis; a point is in the smallest box that
 // holds it. Cells are counted along x, then y, then z, level by level.
 
-#ifndef LATTICE
-#error "LATTICE is missing: members of the struct below"
-#endif
-
 #define LEVEL_SIZE (LATTICE_CELLS * LATTICE_CELLS * LATTICE_CELLS)
 #define LATTICE_SIZE (LATTICE_LEVELS * LEVEL_SIZE)
 #define NODES_ALONG (LATTICE_CELLS + 1)
-
-// The `center` of the boxes, and `density`, 1 / half of the size of level 0 along each axis.
-typedef struct { LATTICE } lattice_t;
 
 // Index of the cell below, along one axis, and the share of it, for a position in [-1, 1].
 inline integer cell_along(real position, real *share) {

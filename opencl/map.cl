@@ -8,13 +8,6 @@
 #include "weights.cl"
 #include FIT
 
-#ifndef WORLD
-#error "WORLD is missing: members of the struct below"
-#endif
-
-// Displacements in the world: `scale` times the local ones and the `mean_displacement`.
-typedef struct { WORLD } world_t;
-
 // G(v) - v - mean displacement; where no control point can be reached, nothing moves.
 inline vec moved(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);

@@ -5,7 +5,7 @@
 #if AT_REST
 #include "origin_nodes.cl"
 #endif
-#ifdef COARSE
+#ifdef COARSE_STEP
 #include "coarse_map.cl"
 #endif
 

@@ -2,12 +2,9 @@
 // point of the whole grid along each axis, and how it changes there. Most searches end where they
 // begin. A guess depends on the index of its point alone: parts are computed like the whole.
 
-#if !defined(NODES) || !defined(NODE_STEP)
-#error "NODES or NODE_STEP is missing: members of the struct below, points from node to node"
+#ifndef NODE_STEP
+#error "NODE_STEP is missing: points from node to node"
 #endif
-
-// The index of the `first` node, and the nodes `nx`, `ny`.
-typedef struct { NODES } nodes_t;
 
 // x, and its change from node to node along i, j, k. In x.w the norm of dG/dx, below 0 behind a cut;
 // in by_i.w that of the cell above, below 0 where its corners give no guess (node_cell.cl).

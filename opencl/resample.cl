@@ -6,19 +6,11 @@
 #include "taps.cl"
 #include "values.cl"
 
-#ifndef ARRAY
-#error "ARRAY is missing: members of the struct below"
-#endif
-
 #if TAPS == 2
 #include "linear.cl"
 #elif TAPS == 4
 #include "cubic.cl"
 #endif
-
-// Of the source, `size` points along the axes, `there` from `first` on are in memory, each of so many
-// `components`.
-typedef struct { ARRAY } array_t;
 
 #if TAPS > 1
 #if HAS_INFINITY

@@ -2,14 +2,6 @@
 
 #include "on_grid.cl"
 
-#ifndef SOURCE
-#error "SOURCE is missing: members of the struct below"
-#endif
-
-// `from_target` takes indices of the grid to those of the source, `from_displacement` a
-// displacement; unless `continued`, what a cut has opened is outside of everything.
-typedef struct { SOURCE } source_t;
-
 // Where in the source the points `index` take their material from, by their displacement d:
 // continuous indices.
 inline vec source_index_of(const source_t *source, vec index, vec d) {

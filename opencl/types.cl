@@ -6,6 +6,8 @@
 #error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
 #endif
 
+#include "structs.h"
+
 #define GLUE_(a, b) a##b
 #define GLUE(a, b) GLUE_(a, b)
 

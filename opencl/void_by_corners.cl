@@ -3,14 +3,9 @@
 
 #include "types.cl"
 
-#if !defined(LAYERS) || !defined(HEIGHT) || !defined(DEPTH) || !defined(FAR) || !defined(VOID) || !defined(UNKNOWN) || !defined(TOUCHED)
-#error "LAYERS, HEIGHT, DEPTH, FAR, VOID, UNKNOWN or TOUCHED is missing: members, and what void_cells.py says"
+#if !defined(HEIGHT) || !defined(DEPTH) || !defined(FAR) || !defined(VOID) || !defined(UNKNOWN) || !defined(TOUCHED)
+#error "HEIGHT, DEPTH, FAR, VOID, UNKNOWN or TOUCHED is missing: see README.md"
 #endif
-
-// Some slices of void distances, `size` points along the axes: `there` of them from `first` on are in
-// memory, and from `start` to `stop` layers of cells are wanted. Cells whose corners are at least
-// `least` from a face may be far from it.
-typedef struct { LAYERS } layers_t;
 
 typedef struct { real low, high; } range_t;
 

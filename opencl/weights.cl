@@ -6,16 +6,6 @@
 // share r = (d_k / e)^(2 alpha) relates them to the weight of k. Coordinates are relative to k, so
 // k itself adds to no sum but the total weight, and r = 0 (v on a control point) is exact.
 
-#if !defined(MAP_NUMBERS) || !defined(CONTROL_POINT)
-#error "MAP_NUMBERS or CONTROL_POINT is missing: members of the structs below"
-#endif
-
-// A control point in memory: q, its weight factor c, u = p - q - mean displacement.
-typedef struct { CONTROL_POINT } control_point_t;
-
-// `count` of the control points, `alpha`, and what the kind of maps has beside (vtk_mls/kinds).
-typedef struct { MAP_NUMBERS } map_numbers_t;
-
 typedef struct {
   map_numbers_t numbers;
   __global const control_point_t *control_points;

@@ -11,7 +11,6 @@ from kernel_functions import call
 from vtk_mls import Deformation, HalfPlane, Surface
 from vtk_mls.engine import device
 from vtk_mls.engine.cut_tables import cut_tables
-from vtk_mls.engine.kernel_arguments import STRUCTS
 from vtk_mls.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]
@@ -261,7 +260,7 @@ def test_points_of_a_grid(of):
         first = np.repeat(np.arange(97.0), 16)[:, None]
         body = f"""grid_t grid = {{0, 100000, {nx}, {ny}, {{5, -2, 3}}}};
         vec at = grid_index(&grid, (long)LANE(a[0], 0)); {results("at", "xyz")}"""
-        got = of(["grid.cl"], body, first, 3, **dict(STRUCTS))
+        got = of(["grid.cl"], body, first, 3)
         lanes = of.args[1]
         n = first[:, 0].astype(int) + np.arange(len(first)) % lanes
         truth = np.column_stack([n % nx + 5, n // nx % ny - 2, n // nx // ny + 3])
@@ -272,7 +271,7 @@ def test_affine_transforms(of, rng):
     t, x = rng.normal(size=12).astype(np.float32), rng.normal(size=(COUNT, 3)).astype(np.float32)
     body = f"""float t[12]; for (int i = 0; i < 12; ++i) t[i] = table[i];
     vec y = transformed(t, {AXES}); {results("y", "xyz")}"""
-    got = of(["grid.cl"], body, x, 3, table=t, **dict(STRUCTS))
+    got = of(["grid.cl"], body, x, 3, table=t)
     columns = t.reshape(4, 3).astype(float)
     np.testing.assert_allclose(got, x.astype(float) @ columns[:3] + columns[3], atol=3e-6)
 

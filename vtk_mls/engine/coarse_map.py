@@ -47,8 +47,6 @@ def _in_c(rows):
 
 
 CONSTANTS = (
-    ("COARSE", kernel_arguments.members(kernel_arguments.COARSE)),
-    ("CHECK", kernel_arguments.members(kernel_arguments.CHECK)),
     ("COARSE_STEP", STEP),
     ("COARSE_WEIGHTS", _in_c([_weights(k / STEP) for k in range(STEP)])),
     ("COARSE_SLOPES", _in_c([_slopes(k / STEP) for k in range(STEP)])),

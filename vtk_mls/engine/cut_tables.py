@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.kernel_arguments import members, not_empty, record, transform
+from vtk_mls.engine.kernel_arguments import CUT_NUMBERS, PLANE, filled, not_empty, transform
 from vtk_mls.regions import ON_PLANE
-
-# A full cut: its normal and the height of the origin, in the local frame and by index of the grid
-# of the launch; 1 or -1 for the side of the region.
-PLANE = np.dtype([("plane", "f4", 4), ("index_plane", "f4", 4), ("side", "f4")])
 
 
 def cut_tables(deformation, region, grid=None, is_rival=False):
@@ -19,17 +15,14 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
     other regions that are void.
     """
     control_points = region.control_points
-    numbers = record(
-        {
-            "damping": np.float32(deformation.nu / (2 * deformation.alpha)),
-            "nu": np.float32(deformation.nu),
-            "mean_displacement": np.float32(
-                control_points.mean_displacement / control_points.scale
-            ),
-            "affine": np.float32(_local_affine(control_points)),
-            "plane_count": np.int32(len(deformation.planes)),
-            "is_rival": np.int32(is_rival),
-        }
+    numbers = filled(
+        CUT_NUMBERS,
+        damping=deformation.nu / (2 * deformation.alpha),
+        nu=deformation.nu,
+        mean_displacement=control_points.mean_displacement / control_points.scale,
+        affine=_local_affine(control_points),
+        plane_count=len(deformation.planes),
+        is_rival=is_rival,
     )
     shapes = {}
     for cut in deformation.obstacles:
@@ -40,8 +33,6 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
         ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
         ("RIVALS", int(deformation.has_rivals)),
         ("ON_PLANE", f"{ON_PLANE}f"),
-        ("PLANE", members(PLANE)),
-        ("CUT_NUMBERS", members(numbers.dtype)),
         ("SHAPE_FILES", " ".join(f"cut_{shape.kernel}.cl" for shape in shapes)),
         ("SHAPES(X)", " ".join(f"X({shape.kernel})" for shape in shapes)),
     ]

@@ -138,7 +138,7 @@ def _processor():
 def _kernels():
     """A digest of the kernels and of everything that the check runs."""
     here, package = Path(__file__), Path(__file__).parents[1]
-    files = [*sorted(resource("opencl").glob("*.cl")), here.with_name("kernel_checks.py")]
+    files = [*sorted(resource("opencl").glob("*.[ch]*")), here.with_name("kernel_checks.py")]
     files += [here.with_name(name) for name in ("kernel_arguments.py", "cut_tables.py")]
     files += [*sorted(package.glob("kinds/*.py")), *sorted(package.glob("cuts/*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

@@ -15,10 +15,7 @@ def gradient(launcher, array, grid, progress):
     """`vector_fields.gradient` of an array (nz, ny, nx) that the device can read."""
     memory, (nx, ny, nz) = launcher.memory, grid.dimensions
     result = recycled.empty((*grid.shape, 3), np.float32)
-    constants = (
-        *array_types.constants(array, launcher),
-        ("SLICES", kernel_arguments.members(kernel_arguments.SLICES)),
-    )
+    constants = array_types.constants(array, launcher)
     matrix = grid.world_to_index.T
     to_world = kernel_arguments.transform(matrix, np.zeros(3))
     lanes = dict(constants)["LANES"]

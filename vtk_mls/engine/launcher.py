@@ -87,18 +87,16 @@ class Launcher:
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
-        numbers = kernel_arguments.record(
-            {
-                "count": np.int32(len(control_points)),
-                "alpha": np.float32(alpha),
-                **kind.numbers(control_points),
-            }
+        numbers = kernel_arguments.filled(
+            kernel_arguments.MAP_NUMBERS,
+            count=len(control_points),
+            alpha=alpha,
+            **kind.numbers(control_points),
         )
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
-            *kernel_arguments.STRUCTS,
-            ("MAP_NUMBERS", kernel_arguments.members(numbers.dtype)),
+            *kernel_arguments.MAP_CONSTANTS,
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
@@ -238,18 +236,11 @@ class RegionMap:
         if len(points) == 0:
             return local
         real = np.float64 if device.has_float64 else np.float32
-        frame = kernel_arguments.record(
-            {
-                "density": real(1 / self.control_points.scale),
-                "centre": np.float32(centre),
-                "centre_rest": np.float32(centre - np.float32(centre)),
-            }
-        )
+        frame = kernel_arguments.local_frame(real, self.control_points.scale, centre)
         constants = [
             ("LANES", device.lanes),
             ("COORDINATE", "double" if points.dtype == np.float64 else "float"),
             ("REAL", "double" if device.has_float64 else "float"),
-            ("LOCAL_FRAME", kernel_arguments.members(frame.dtype)),
         ]
         if device.has_float64:
             constants.append(("USE_FP64", 1))

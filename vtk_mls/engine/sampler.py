@@ -121,7 +121,6 @@ class Sampler:
         constants = (
             *(*shared, ("VALUES", values), ("CAST", f"convert_{values}{rounding}")),
             ("TAPS", _TAPS[self.rule.method]),
-            ("ARRAY", kernel_arguments.members(kernel_arguments.ARRAY)),
         )
         background, covariant = self.rule.background, []
         if self.rule.covariant is not None:

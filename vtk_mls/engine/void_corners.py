@@ -18,7 +18,6 @@ def void_by_corners(launcher, void_distance, least, progress):
     result = recycled.empty(cells, np.uint8)
     constants = (
         *launcher.sums(double=False),
-        ("LAYERS", kernel_arguments.members(kernel_arguments.LAYERS)),
         *(("HEIGHT", _HEIGHT), ("DEPTH", _DEPTH)),
         *((name, getattr(void_cells, name)) for name in ("FAR", "VOID", "TOUCHED", "UNKNOWN")),
     )

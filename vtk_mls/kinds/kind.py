@@ -87,7 +87,7 @@ class Kind:
         return {}
 
     def numbers(self, control_points) -> dict:
-        """What the kernel file finds by these names in `map->numbers`: int32 or float32."""
+        """`rank` and `flip_axis` of map_numbers_t in structs.h, if the kernel file needs them."""
         return {}
 
     def table(self, control_points) -> np.ndarray:

@@ -55,7 +55,7 @@ class Polynomial(Kind):
         return {"FUNCTIONS": count, "MONOMIAL_ORDER": order}
 
     def numbers(self, control_points):
-        return {"functions": np.int32(len(control_points.determined))}
+        return {"rank": len(control_points.determined)}
 
     def table(self, control_points):
         """Coefficients of the functions, a row each, then their values at each control point."""

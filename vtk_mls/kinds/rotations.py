@@ -48,7 +48,7 @@ class Rigid(Kind):
 
     def numbers(self, control_points):
         rank, flip_axis = control_points.determined
-        return {"rotation_rank": np.int32(rank), "flip_axis": np.float32(flip_axis)}
+        return {"rank": rank, "flip_axis": flip_axis}
 
 
 class Similarity(Rigid):
