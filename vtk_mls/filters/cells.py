@@ -144,7 +144,7 @@ def _of_same_kind(attributes, array, role):
 
 
 def _with_tuples(array, source, rows):
-    """A copy of an array with the tuples `rows` of another behind its own; zeros if that is None."""
+    """A copy of an array, and behind it the tuples `rows` of another; zeros if that is None."""
     longer = array.NewInstance()
     longer.DeepCopy(array)
     count = array.GetNumberOfTuples()
