@@ -45,6 +45,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_VERTEX,
     VTK_VOXEL,
     vtkCellArray,
+    vtkDataSetAttributes,
     vtkImageData,
     vtkPlane,
     vtkPointSet,
@@ -260,6 +261,17 @@ def check_empty(kind):
                     found = array_of(output, "flow", "Cell")[full]
                     np.testing.assert_allclose(found, turned, atol=5e-3)
         DrawnMesh(mesh, () if cut is None else (cut,)).moved(reference())
+    mesh = with_empty_cells(kind)
+    data = mesh.GetCellData()
+    for i in range(data.GetNumberOfArrays()):
+        data.GetAbstractArray(i).SetName(None)
+    data.SetActiveAttribute(1, vtkDataSetAttributes.SCALARS)
+    for cut in CUTS.values():
+        output = update(deforming(mesh, cut=cut))
+        held = [output.GetCellData().GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
+        assert {each.GetNumberOfTuples() for each in held} == {output.GetNumberOfCells()}
+        numbers = arrays.to_numpy(output.GetCellData().GetScalars())
+        assert sorted(numbers[empty_of(output)]) == [0, 2, 4]
     if kind in ("Polys", "Strips"):
         filter_ = deforming(cells(VTK_TETRA))
         filter_.AddInputDataObject(2, mesh)  # as a cut

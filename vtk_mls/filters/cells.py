@@ -126,13 +126,37 @@ def append_empty(grid, mesh):
         faces,
     )
     data = grid.GetCellData()
-    for i in range(data.GetNumberOfArrays()):
-        longer = data.GetAbstractArray(i).NewInstance()
-        longer.DeepCopy(data.GetAbstractArray(i))
-        source = mesh.GetCellData().GetAbstractArray(longer.GetName())
+    numbers = range(data.GetNumberOfArrays())
+    held = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in numbers]
+    data.Initialize()
+    for array, role in held:
+        longer = _with_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
+        position = data.AddArray(longer)
+        if role >= 0:
+            data.SetActiveAttribute(position, role)
+
+
+def _of_same_kind(attributes, array, role):
+    """The array with the name of another, or, if that has none, with its role; None if unknown."""
+    if array.GetName():
+        return attributes.GetAbstractArray(array.GetName())
+    return attributes.GetAbstractAttribute(role) if role >= 0 else None
+
+
+def _with_tuples(array, source, rows):
+    """A copy of an array, and behind it the tuples `rows` of another; zeros if that is None."""
+    longer = array.NewInstance()
+    longer.DeepCopy(array)
+    count = array.GetNumberOfTuples()
+    if source is not None:
         for row in rows.tolist():
             longer.InsertNextTuple(row, source)
-        data.AddArray(longer)  # in place of the shorter one
+        return longer
+    longer.Resize(count + len(rows))
+    longer.SetNumberOfTuples(count + len(rows))
+    if arrays.is_numeric(longer):
+        arrays.to_numpy(longer)[count:] = 0
+    return longer
 
 
 def make_boxes_free(grid):

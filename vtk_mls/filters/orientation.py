@@ -28,7 +28,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtk_mls import arrays
 from vtk_mls.filters.cells import FACES, corners, polydata_cells
 
-_CHUNK = 1 << 14  # cells that are looked at together
+_CHUNK = 1 << 14  # hexahedra, or cells with as many points, that are looked at together
 # What float32 blurs, in units of its rounding of the distance from the middle of the mesh: lengths
 # below it have no direction.
 _BLUR = 8
@@ -112,8 +112,9 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     judge = _Judge(before, after, jacobian)
     state = np.full(mesh.GetNumberOfCells(), np.nan)
     for kind, rows, points in _groups(mesh):
-        for start in range(0, len(rows), _CHUNK):
-            part = slice(start, start + _CHUNK)
+        step = max(8 * _CHUNK // points.size, 1)
+        for start in range(0, len(rows), step):
+            part = slice(start, min(start + step, len(rows)))
             state[rows[part]] = judge.margin(kind, points[part])
     if isinstance(mesh, vtkUnstructuredGrid):
         for rows, sides in _polyhedra(mesh):
@@ -144,8 +145,9 @@ class _Judge:
             margin = _least([tuple(np.sum(column, axis=0) for column in zip(*spanned))])
             return np.where(margin <= 0, margin, np.nan)
         if kind == VTK_TRIANGLE_STRIP:
-            triangles = [points[:, i : i + 3] for i in range(points.shape[1] - 2)]
-            return _least([self._areas(three) for three in triangles])
+            three = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
+            margins, finite = _margins(self._areas(three.reshape(-1, 3)))
+            return _least_of(margins.reshape(three.shape[:2]).T, finite.reshape(three.shape[:2]).T)
         order = _AREAS.get(kind, range(points.shape[1]))
         return _least([self._areas(points[:, order])])
 
@@ -215,7 +217,11 @@ class _Judge:
 
 def _least(measures):
     """The least of the margins that each cell has by some measures."""
-    margins, finite = zip(*map(_margins, measures))
+    return _least_of(*zip(*map(_margins, measures)))
+
+
+def _least_of(margins, finite):
+    """The same of margins (k, n), and whether they are of finite points (k, n)."""
     return np.where(np.all(finite, axis=0), np.fmin.reduce(margins), np.nan)
 
 
@@ -307,10 +313,10 @@ class _Rows:
     """Points (n, k) of cells, of which a slice is made when it is asked for."""
 
     def __init__(self, connectivity, first, size):
-        self._connectivity, self._first, self._size = connectivity, first, size
+        self._connectivity, self._first, self.size = connectivity, first, size
 
     def __getitem__(self, part):
-        return self._connectivity[self._first[part][:, None] + np.arange(self._size)]
+        return self._connectivity[self._first[part][:, None] + np.arange(self.size)]
 
 
 class _Lattice:
@@ -325,9 +331,11 @@ class _Lattice:
         if self.kind:
             square = np.array([0, steps[0], steps[0] + steps[1], steps[1]])
             self._corners = np.concatenate([square + up for up in (0, *steps[2:])])
+            self.size = len(self._corners)
 
     def __getitem__(self, part):
-        i, j, k = np.unravel_index(np.arange(self._cells.prod())[part], self._cells, order="F")
+        cells = np.arange(part.start, part.stop)
+        i, j, k = np.unravel_index(cells, self._cells, order="F")
         first = i + self._dimensions[0] * (j + self._dimensions[1] * k)
         return first[:, None] + self._corners
 
