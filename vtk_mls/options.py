@@ -105,10 +105,10 @@ class Option:
             raise ValueError(f"`{name}` must be {self.expected}, got {shown(value)}")
         return float(number)
 
-    def limited(self, value: float) -> float:
-        """The nearest value in the range of the slider."""
+    def limited(self, value: float, present: float) -> float:
+        """The nearest value in the range of the slider, which a `present` one outside extends."""
         low, high, _ = self.slider
-        return round(float(np.clip(value, low, high)), 3)
+        return round(float(np.clip(value, min(low, present), max(high, present))), 3)
 
 
 # In the order of panels.

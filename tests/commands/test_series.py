@@ -172,6 +172,18 @@ def test_a_series_of_images_and_of_blocks(capsys):
     np.testing.assert_allclose(points_of(read_mesh()), moved(TIMES[2]), atol=1e-5)
 
 
+def test_what_holds_for_all_time_steps_is_said_once(caplog):
+    def image(time):
+        made = make_image()
+        add_array(made.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
+        return made
+
+    write_steps(["1.vti", "2.vti", "3.vti"], image)
+    arguments = ["deform", "?.vti", "handles.csv", "out.pvd", "--background", "300"]
+    assert main([*arguments, "--device", "reference"]) == 0
+    assert [record.getMessage()[:12] for record in caplog.records] == ["`background`"]
+
+
 def test_one_time_step_fits_into_any_file():
     write_steps(["1.vtu"])
     assert deform(write_pvd([(7, "1.vtu")]), "out.vtu") == 0

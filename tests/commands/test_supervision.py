@@ -176,5 +176,19 @@ def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
     assert supervision._processor_time("none/none.vtm") == 60
 
 
+@pytest.mark.parametrize("name", [".", "..", "/", ""])
+def test_folders_without_a_name_are_named_too(files, name):
+    for arguments in (
+        ["deform", name, "handles.csv", "out.vti"],
+        ["deform", "in.vti", name, "out.vti"],
+        ["deform", "in.vti", "handles.csv", name],
+        ["points", "handles.csv", name, "out.csv"],
+    ):
+        status, out, err = run(*arguments)
+        assert (status, out, err.count("\n")) == (1, "", 1)
+        words = f"`{name}` is a folder; expected " if name else "no file is named"
+        assert err.startswith(f"vtk-mls: {words}")
+
+
 def _run_code(code):
     return run(*DEFORM, code=code)

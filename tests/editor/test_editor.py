@@ -272,6 +272,18 @@ def test_kind_alpha_and_before_and_after(hands, monkeypatch):
     assert hands.editor.state.deformation().alpha == 1.25
 
 
+def test_keys_go_on_from_values_outside_of_the_sliders():
+    rest = np.eye(3)
+    for alpha in (0.1, 0.3, 0.5, 1, 4, 9):
+        state = State(rest, rest + 1, alpha=alpha)
+        assert state.with_alpha_times(0.9).alpha <= alpha <= state.with_alpha_times(1.1).alpha
+    for nu in (1.02, 2, 8, 15):
+        state = State(rest, rest + 1, nu=nu)
+        assert state.with_nu_times(0.9).nu <= nu <= state.with_nu_times(1.1).nu
+    assert State(rest, rest + 1, alpha=3.9).with_alpha_times(1.1).alpha == 4
+    assert State(rest, rest + 1, nu=7.9).with_nu_times(1.1).nu == 8
+
+
 def test_before_and_after_is_a_matter_of_looking(mesh_hands, tmp_path):
     hands = mesh_hands
     row = front_row(hands)

@@ -5,6 +5,7 @@ import nrrd
 import numpy as np
 import pytest
 import SimpleITK
+from command_fixtures import run
 from test_image_formats import in_lps, matrix
 from test_io import scalars
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -147,6 +148,31 @@ def test_the_command_warns_once(tmp_path, caplog, monkeypatch):
     (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n9,0,0,9,0,0\n0,9,0,0,9,0\n0,0,9,0,0,9\n")
     assert main(["deform", "x.nii", "h.csv", "y.nii"]) == 0
     assert [record.getMessage()[:7] for record in caplog.records] == ["`x.nii`"]
+
+
+@pytest.mark.parametrize("names", [("x.nii", "y.nii"), ("x*.nii", "y.pvd")])
+def test_the_shell_hears_the_warning_too(tmp_path, monkeypatch, names):
+    monkeypatch.chdir(tmp_path)
+    write_nifti("x.nii", rotated(0), 1, rotated(0.3), 2)
+    (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n9,0,0,9,0,0\n0,9,0,0,9,0\n0,0,9,0,0,9\n")
+    status, _, err = run("deform", names[0], "h.csv", names[1], "--device", "reference")
+    assert status == 0
+    assert err.startswith("`x.nii`: its sform counts here")
+    assert err.count("\n") == 1
+
+
+def test_a_broken_qform_beside_an_sform_does_not_count(tmp_path):
+    write_nifti(tmp_path / "x.nii", AFFINE, 1, AFFINE, 2)
+    content = bytearray((tmp_path / "x.nii").read_bytes())
+    content[256:268] = np.full(3, 0.9, "<f4").tobytes()  # the quaternion
+    (tmp_path / "x.nii").write_bytes(content)
+    image = io.read_dataset(tmp_path / "x.nii")
+    image.SetOrigin(np.add(image.GetOrigin(), 5))  # a place that the file does not have
+    io.write_dataset(image, tmp_path / "y.nii")
+    header = nibabel.load(tmp_path / "y.nii").header
+    assert (header["sform_code"], header["qform_code"]) == (2, 2)
+    np.testing.assert_allclose(in_lps(header.get_sform()), matrix(image), atol=1e-5)
+    np.testing.assert_allclose(header.get_qform(), header.get_sform(), atol=1e-5)
 
 
 NRRD = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from vtk_mls.commands import map_options, mesh_remarks, property_options, remarks
-from vtk_mls.commands.running import read, update
+from vtk_mls.commands.running import each_said_once, read, update
 from vtk_mls.commands.supervision import step
 
 _WITH_ALL_ARRAYS = (".vti", ".vtk")  # of the formats of images
@@ -83,8 +83,7 @@ def _deform_one(steps, deform, options):
     from vtk_mls import io
     from vtk_mls.files.blocks import blocks
 
-    with step("read", options.input):
-        dataset = steps[0][1]()
+    dataset = read(lambda _: steps[0][1](), options.input)
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # what becomes of a mesh depends on cuts
         io.check_writable(options.output, dataset)
@@ -122,10 +121,9 @@ def _deform_all(steps, deform, options):
     lost, inverted, are_empty, said = 0, 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
-    with series.writing(options.output) as write:
+    with each_said_once(), series.writing(options.output) as write:
         for number, (time, read_step) in enumerate(steps):
-            with step("read", options.input):
-                dataset = read_step()
+            dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
             update(deform, options, number, len(steps))

@@ -28,6 +28,23 @@ def _warnings_kept():
         warn(each)
 
 
+@contextmanager
+def each_said_once():
+    """Meanwhile say each warning once, however many time steps have it."""
+    from vtk_mls.announcements import heard_by, warn
+
+    said = set()
+
+    def say(sentence):
+        if sentence not in said:
+            said.add(sentence)
+            with heard_by(None, None):
+                warn(sentence)
+
+    with heard_by(None, say):
+        yield
+
+
 def update(algorithm, options, done=0, total=1):
     """Run a filter on the file and the control points of the options.
 

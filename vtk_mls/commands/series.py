@@ -9,6 +9,7 @@ from __future__ import annotations
 import glob
 import json
 import math
+import os
 import re
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,7 +46,7 @@ def read_steps(path):
     OSError, ValueError
         Naming the file; ValueError only, when datasets are read.
     """
-    path = Path(path)
+    path = Path(path) if os.fspath(path) else existing_file(path)
     if _is_pattern(path):
         files = sorted(glob.glob(str(path)), key=_by_number)
         if not files:

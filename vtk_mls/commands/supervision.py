@@ -102,10 +102,11 @@ def step(doing, path):
     if _journal is None or doing != "read":
         yield
         return
+    seconds = _processor_time(path)
     shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     sys.stderr.flush()
     os.dup2(nowhere, 2)
-    signal.setitimer(signal.ITIMER_PROF, _processor_time(path))
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
@@ -141,6 +142,8 @@ def _processor_time(path):
     from pathlib import Path
 
     path, size = Path(path), 0
+    if not path.name:  # a folder, which no reader takes
+        return _SECONDS
     pieces = path.parent.glob(f"{glob.escape(path.stem)}*")
     for each in (*pieces, *path.with_suffix("").glob("*")):
         with suppress(OSError):

@@ -95,11 +95,11 @@ class State(_Options):
 
     def with_alpha_times(self, factor):
         """The same with handles that act more or less locally."""
-        return replace(self, alpha=options.ALPHA.limited(self.alpha * factor))
+        return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
     def with_nu_times(self, factor):
         """The same with influence that fades more or less with the detour around cuts."""
-        return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor))
+        return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor, self.nu))
 
     def moved(self, rows, positions):
         """The same with some handles at other positions (m, 3); anchored ones stay."""

@@ -289,6 +289,14 @@ def _qform(header):
     return np.column_stack([steps, header["qoffset"].astype(float) * _length(header)])
 
 
+def _qform_of(header):
+    """The qform of a header; None without one, or if it is broken."""
+    if header["qform_code"] != 0:
+        with contextlib.suppress(ValueError):
+            return _qform(header)
+    return None
+
+
 def _has_right_angles(affine, tolerance):
     directions = affine[:, :3] / np.linalg.norm(affine[:, :3], axis=0)
     return np.allclose(directions.T @ directions, np.eye(3), rtol=0, atol=tolerance)
@@ -356,10 +364,11 @@ def _place(header, source, affine):
     code = source["sform_code"] or source["qform_code"] or _SCANNER
     header["sform_code"], header["srow"] = code, affine / _length(header)
     header["pixdim"][1:4] = np.linalg.norm(affine[:, :3], axis=0) / _length(header)
-    qform, code = affine, source["qform_code"] or code
-    if source["qform_code"] != 0:
+    qform, placed = affine, _qform_of(source)
+    if placed is not None:
+        code = source["qform_code"]
         moved = np.vstack([affine, [0, 0, 0, 1]])
-        qform = _qform(source) @ np.linalg.solve(np.vstack([old, [0, 0, 0, 1]]), moved)
+        qform = placed @ np.linalg.solve(np.vstack([old, [0, 0, 0, 1]]), moved)
     if _has_right_angles(qform, 1e-6):
         _set_qform(header, code, qform)
 

@@ -54,6 +54,8 @@ def check_replaceable(path):
     OSError
         Naming the file.
     """
+    if not os.fspath(path):
+        raise FileNotFoundError("no file is named to write, got an empty name; choose one")
     target = Path(os.path.realpath(path))
     if target.is_dir():
         raise IsADirectoryError(f"`{path}` is a folder; expected the name of a file to write")
