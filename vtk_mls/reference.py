@@ -342,7 +342,8 @@ def _in_region(deformation, region, v, start=None, with_jacobian=False):
         searches = 1
         if start is None:
             matrix, offset = control_points.affine
-            start, searches = v @ matrix.T + offset, 2
+            # not by BLAS, whose rounding depends on the number of points
+            start, searches = (v[:, None] * matrix).sum(axis=2) + offset, 2
         view = settled(
             lambda rows, view: v[rows] + fit_of(rows, view).displacement(),
             cuts,
@@ -373,9 +374,16 @@ def _parts(count, deformation):
 
 
 class _Fit:
-    """The weighted fit of Eq. 2 for each of the places v (m, 3)."""
+    """The weighted fit of Eq. 2 for each of the places v (m, 3).
+
+    A place that is alone is evaluated twice: numpy.einsum sums along other axes, and rounds
+    otherwise, where there is one.
+    """
 
     def __init__(self, deformation, control_points, v, view=None):
+        self.count = len(v)
+        if self.count == 1:
+            v, view = np.repeat(v, 2, axis=0), _rows_of(view, [0, 0])
         self.weighted = WeightedPoints(deformation, control_points, v, view)
         self.fit = control_points.kind.fit(self.weighted)
 
@@ -383,7 +391,7 @@ class _Fit:
         """dG/dv: for G(v) = x the derivative of x = G(v; damping as seen from x)."""
         if not self.weighted.dw_dx.any():
             return self.material_jacobian()
-        by_x = np.where(self._at_rest, 0, self._through(self.weighted.dw_dx))
+        by_x = np.where(self._at_rest, 0, self._through(self.weighted.dw_dx))[: self.count]
         return np.linalg.pinv(finite(np.eye(3) - by_x)) @ self.material_jacobian()
 
     def material_jacobian(self):
@@ -393,7 +401,7 @@ class _Fit:
         their part is a sum of dw_i times the influence of control point i on the value.
         """
         linear = self.fit.linear + self._through(self.weighted.dw)
-        return np.where(self._at_rest, np.eye(3), linear)
+        return np.where(self._at_rest, np.eye(3), linear)[: self.count]
 
     @property
     def _at_rest(self):
@@ -405,4 +413,5 @@ class _Fit:
 
     def displacement(self):
         """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""
-        return np.where(self.weighted.at_rest[:, None], 0, self.fit.displacement)
+        at_rest = self.weighted.at_rest[:, None]
+        return np.where(at_rest, 0, self.fit.displacement)[: self.count]

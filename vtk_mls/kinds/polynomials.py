@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vtk_mls.kinds.kind import Fit, Kind
+from vtk_mls.linear_algebra import transformed
 
 # Exponents of the monomials of degree 1, 2 and 3, in this order also in the kernels.
 MONOMIALS = np.array(
@@ -129,7 +130,7 @@ class Basis:
 
     def __call__(self, local: np.ndarray) -> np.ndarray:
         """Values (m, functions) at `local` (m, 3)."""
-        return monomial_values(local, self._degree) @ self.coefficients.T
+        return transformed(self.coefficients, monomial_values(local, self._degree))
 
     def gradient(self, local: np.ndarray) -> np.ndarray:
         """Derivatives (m, functions, 3) with respect to local coordinates."""
