@@ -1,7 +1,5 @@
 """`InvertedCells` and `UncheckedCells`, against signed areas, volumes and VTK's scaled Jacobian."""
 
-import time
-
 import numpy as np
 import pytest
 from mesh_fixtures import (
@@ -254,24 +252,21 @@ def test_surfaces_may_turn(make, turn):
     assert judged(mesh, handles, Kind="rigid")[1:] == (0, 0)
 
 
-def test_strips_of_any_length_take_as_long_as_their_triangles():
+def test_a_long_strip_is_judged_as_its_triangles_are():
     """A strip that is folded once."""
     size = 100_000
     x = np.stack([np.arange(size) / 2, np.arange(size) % 2, np.zeros(size)], axis=1)
     moved = x * (1, 1, 1)
     moved[-1, 1] *= -3
     numbers = np.arange(size - 2)[:, None] + np.arange(3)
-    found, seconds = [], []
+    found = []
     for set_cells, ids in (("SetPolys", numbers), ("SetStrips", np.arange(size)[None])):
         mesh, some = vtkPolyData(), vtkCellArray()
         set_places(mesh, x)
         some.SetData(ids.shape[1], arrays.ids(ids.ravel()))
         getattr(mesh, set_cells)(some)
-        start = time.perf_counter()
         found.append(count_inverted(mesh, x, moved, np.broadcast_to(np.eye(3), (size, 3, 3))))
-        seconds.append(time.perf_counter() - start)
     assert found == [(1, 0), (1, 0)]
-    assert seconds[1] < 5 * seconds[0] + 1
 
 
 def test_cells_of_large_structured_grids_are_numbered_as_they_are_asked_for():
