@@ -53,12 +53,13 @@ def usual_bounds(points, box):
 
 
 def usual_box(control_points):
-    """The box (2, 3), local units, around the deformed control points, which levels double.
+    """The cube (2, 3), local units, around the deformed control points, which levels double.
 
     Which points are asked about has no part in it.
     """
-    box = bounds(control_points.local(control_points.deformed))
-    return padded(box, _PADDING) if np.ptp(box, axis=0).any() else box + [[-1], [1]]
+    low, high = bounds(control_points.local(control_points.deformed))
+    half = (0.5 + _PADDING) * ((high - low).max() or 1)
+    return (low + high) / 2 + half * np.array([[-1], [1]])
 
 
 def levels(box, points):

@@ -27,6 +27,7 @@ _TRIALS, _SMALLEST_SHARE = 64, 0.01
 _EXACT, _FOUND = 1e-12, 1e-5
 _SAMPLES = 1 << 12  # of the map, from which Newton's method starts again where it fails
 _STARTS = 4  # so many of them, one after the other
+_WIDER = 2  # levels beyond that of x, from which there are starts, too: v may lie there
 _CHUNK = 1 << 21  # numbers per temporary array
 
 
@@ -103,13 +104,16 @@ def _inverse(deformation, region, x):
     rows, box = lost(), guesses.usual_box(control_points)
     levels = guesses.levels(box, control_points.local(x[rows] - control_points.mean_displacement))
     for level in np.unique(levels):
-        samples = _samples(deformation, region, guesses.doubled(box, level))
         remaining = rows[levels == level]
-        tried = np.full(len(remaining), -1.0)
-        for _ in range(_STARTS):
-            start, tried = _nearest_sample(deformation, samples, x[remaining], tried)
-            is_lost = ~restart(remaining, start)
-            remaining, tried = remaining[is_lost], tried[is_lost]
+        for wider in range(_WIDER + 1):
+            if len(remaining) == 0:
+                break
+            samples = _samples(deformation, region, guesses.doubled(box, level + wider))
+            tried = np.full(len(remaining), -1.0)
+            for _ in range(_STARTS):
+                start, tried = _nearest_sample(deformation, samples, x[remaining], tried)
+                is_lost = ~restart(remaining, start)
+                remaining, tried = remaining[is_lost], tried[is_lost]
     return v, residual
 
 

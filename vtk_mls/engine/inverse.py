@@ -10,8 +10,9 @@ from vtk_mls.engine.lattice import Lattice
 from vtk_mls.engine.launcher import RegionMap
 
 # Samples of the map, from which Newton's method starts again where it fails.
-_SAMPLES = 1 << 13
+_SAMPLES = 1 << 12
 _STARTS = 4  # so many of them, one after the other
+_WIDER = 2  # levels beyond that of x, from which there are starts, too: v may lie there
 # Residual tolerances of Broyden's method and of the whole search, local units.
 _QUICK, _FOUND = 5e-6, 1e-5
 
@@ -89,21 +90,24 @@ class InverseSearch:
         rows = rows[np.abs(local[:, rows]).max(axis=0) <= guesses.FARTHEST]  # not NaN
         levels = guesses.levels(self.box, local[:, rows].T)
         for level in np.unique(levels):
-            self._restart_from_samples(level, local, rows[levels == level], restart)
+            remaining = rows[levels == level]
+            for wider in range(_WIDER + 1):
+                remaining = self._restart_from_samples(level + wider, local, remaining, restart)
         return displacement, residual
 
     def _restart_from_samples(self, level, local, rows, restart):
-        """Restart at those `rows` of x `local` (3, m) that are in a level of the box."""
+        """Restart at `rows` of x `local` (3, m) from samples of a level; the rows that are left."""
         samples = self._samples_of(level)
         tried = np.full(len(rows), -1, np.float32)
         for _ in range(_STARTS):
             if samples is None or len(rows) == 0:
-                return
+                break
             points = np.ascontiguousarray(local[:, rows])
             start = np.empty_like(points)
             self.map.launch_at("nearest_sample", points, samples, [tried], [start])
             is_lost = ~restart(rows, points, start)
             rows, tried = rows[is_lost], tried[is_lost]
+        return rows
 
     def _motions(self, local):
         """The `motions` (3, m) of x `local` (3, m), one after the other."""
