@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -116,7 +116,7 @@ class Sampling:
         """What tells the contents of the array with a number from all others; None if unknown."""
         return self.versions[number] if number < len(self.versions) else None
 
-    def warn_of_background(self, dtypes):
+    def warn_of_background(self, dtypes: dict[str, np.dtype[Any]]) -> None:
         """Warn of arrays, dtypes by their names, whose types do not have the background."""
         found = [
             f"{name} ({dtype}) gets {interpolation.cast(self.background, dtype)} instead"

@@ -334,7 +334,7 @@ def test_a_source_reads_and_asks_as_the_functions_do(tmp_path, messages):
         source.Modified()
         assert not source.GetExecutive().Update()
         messages.assert_one(sentence)
-    for name, sentence in {"": "no file is named", str(tmp_path): "is a folder; expected"}.items():
+    for name, sentence in {"": "choose one", str(tmp_path): "is a folder; expected"}.items():
         source.SetFileName(name)
         assert not source.GetExecutive().Update()
-        messages.assert_one(f"`FileName`: .*{sentence}")
+        messages.assert_one(f"`FileName`.*{sentence}")

@@ -22,7 +22,7 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
-from vtk_mls import Deformation, Plane
+from vtk_mls import Deformation, HalfPlane, Plane
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 
@@ -204,7 +204,7 @@ def test_points_without_a_forward_image_are_counted_and_finite(field):
     rest = np.array([(1.0, y, z) for y in (1, 7) for z in (1, 5)] + [(7.0, 4, 3)])
     # the left half is pushed through the cut
     through = rest + np.where(rest[:, :1] < 4, (5, 0, 0), (0, 0, 0))
-    field.AddCut(Plane((4.2, 0, 0), (1, 0, 0)))
+    field.AddCut(HalfPlane((4.2, 4, 0), (1, 0, 0), (0, 1, 0)))
     field.SetCutFrame("deformed")
     field.SetInverse(True)
     field.SetGenerateJacobianDeterminant(True)

@@ -127,7 +127,7 @@ def _size_of_ply(polydata, path):
         header = file.read(4096).partition(b"end_header\n")[0]
     of_vertex, of_face = (
         4 * element.count(b"property float") + element.count(b"property uchar")
-        for element in header.split(b"element face")
+        for element in header.partition(b"element face")[::2]  # it can be cut off
     )
     faces = polydata.GetPolys()
     size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()

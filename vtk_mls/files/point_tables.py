@@ -309,7 +309,8 @@ class _Table:
                 if self._doubt and any(map(is_number, row)):
                     raise ValueError(self._doubt)
                 layout = self._unnamed(number, row, has_index)
-                if layout.weight == 6 and is_numbered([row for _, row in rows[start:]]):
+                cells = [row for _, row in rows[start:]]
+                if layout.weight == 6 and len(cells) > 2 and is_numbered(cells):
                     raise ValueError(
                         f"`{self._path}`: the first of 7 columns counts the rows, and can be an "
                         "index or x; put a header above: px,py,pz,qx,qy,qz,weight, or "
