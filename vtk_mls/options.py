@@ -98,9 +98,9 @@ class Option:
             return int(value) if isinstance(self.default, int) else value
         if self.is_valid is None:
             return value
-        number = real(name, value, self.expected)
+        number = real(name, value, "a number")
         if number.ndim:
-            raise TypeError(f"`{name}` must be {self.expected}, got {shown(value)}")
+            raise TypeError(f"`{name}` must be a number, got {shown(value)}")
         if not (np.isfinite(number) and self.is_valid(number)):
             raise ValueError(f"`{name}` must be {self.expected}, got {shown(value)}")
         return float(number)

@@ -22,7 +22,7 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
-from vtk_mls import Deformation, HalfPlane, Plane
+from vtk_mls import Deformation, HalfPlane
 from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 
