@@ -70,8 +70,14 @@ def assert_equal_bits(got, expected):
 def test_whatever_lies_beside_them(question, cuts, cut_frame, kind_and_degree, alpha, device, rng):
     """Other orders, single points, repeated ones, and the same numbers in another type."""
     options = {"alpha": alpha, "cuts": CUTS[cuts], "cut_frame": cut_frame}
-    d = deformation(*random_handles(rng, 40, SHIFT), kind_and_degree, device, **options)
-    points, ask = scattered(rng, 40 if device == "reference" else 500), QUESTIONS[question]
+    # the specification takes seconds for each point that it loses
+    is_slow = device == "reference"
+    d = deformation(
+        *random_handles(rng, 40, 2 if is_slow else SHIFT), kind_and_degree, device, **options
+    )
+    points, ask = scattered(rng, 500), QUESTIONS[question]
+    if is_slow:
+        points = points[4:40]
     whole = ask(d, points)
     for some, rows in calls(points, rng):
         assert_equal_bits(ask(d, some), whole[rows])
