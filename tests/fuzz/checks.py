@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
+from images import check_image_file
 from scenes import CONSTANT, Scene, told
 from series import TIMES, Series, series
 from tables import check_table
@@ -39,6 +40,7 @@ _SEAM = "what crosses a border between them is lost"
 def check(seed, device):
     """Run a case; AssertionError says what does not hold of it."""
     check_table(np.random.default_rng([seed, 1]))
+    check_image_file(np.random.default_rng([seed, 2]))
     rng = np.random.default_rng(seed)
     crashes, device = [], "reference" if rng.random() < 0.15 else device
     usual, sys.excepthook = sys.excepthook, lambda *error: crashes.append(error)  # VTK calls it
@@ -88,8 +90,19 @@ def _check_value(scene, device):
     finite = np.isfinite(x).all(axis=1)
     assert not field.found[~finite].any(), f"what is not finite was found: {what}"
     assert np.isfinite(field.displacement[finite]).all(), f"a finite place went nowhere: {what}"
+    if len(x):
+        _check_equal_points(d, x, field, what)
     rows = np.flatnonzero(field.found)[:400]
     _check_found(truth, x[rows], x[rows] + field.displacement[rows].astype(float), what)
+
+
+def _check_equal_points(d, x, field, what):
+    """Some of the points again, in another order and several times, go where they went."""
+    order = np.random.default_rng(len(x)).integers(0, len(x), min(len(x), 40))
+    again = d.forward_field(x[order])
+    same = np.array_equal(again.displacement, field.displacement[order], equal_nan=True)
+    assert same, f"equal points go to different places: {what}"
+    assert np.array_equal(again.found, field.found[order]), f"found or not: {what}"
 
 
 def _check_found(truth, x, v, what):
