@@ -501,7 +501,7 @@ def test_handles_from_text(tmp_path, text):
 
 def test_weights_from_text(tmp_path):
     path = tmp_path / "x.txt"
-    path.write_text("0,0,0,1,0,0,2\n1,1,1,1,1,1,3\n")
+    path.write_text("5,0,0,6,0,0,2\n1,1,1,1,1,1,3\n")
     polydata = io.read_control_points(path)
     _, _, weights = arrays.control_points(polydata, "Displacement", "Weight")
     assert weights.tolist() == [2, 3]

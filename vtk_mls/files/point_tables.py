@@ -309,8 +309,7 @@ class _Table:
                 if self._doubt and any(map(is_number, row)):
                     raise ValueError(self._doubt)
                 layout = self._unnamed(number, row, has_index)
-                cells = [row for _, row in rows[start:]]
-                if layout.weight == 6 and len(cells) > 2 and is_numbered(cells):
+                if layout.weight == 6 and is_numbered([row for _, row in rows[start:]]):
                     raise ValueError(
                         f"`{self._path}`: the first of 7 columns counts the rows, and can be an "
                         "index or x; put a header above: px,py,pz,qx,qy,qz,weight, or "
