@@ -71,7 +71,8 @@ def test_what_cannot_be_drawn_is_said_once(start):
         gui.run(SETUP + FAILS)
         gui.launch("MLS Deform")
         gui.run("deform = simple.GetActiveSource()")
-        with gui.dragging((0, 10, 10), PULL):
+        handles = gui.value("[*zip(*[iter(deform.RestPoints)] * 3)]")
+        with gui.dragging(max(handles, key=lambda position: position[2]), PULL):
             gui.until("dragged(pending=True) and not deform.Live")
             gui.shake(0.5)
         gui.press("alt+a")
