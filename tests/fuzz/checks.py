@@ -252,7 +252,8 @@ def _outcome(filter_, time=None):
             warning = f"Warning: {type(filter_).__name__}: "
             assert line.startswith(f"{warning}`background`"), f"VTK said: {said[:500]!r}"
             _check_sentence(line[len(warning) :])
-    return done, said, _state(filter_.GetOutput())
+    errors = sorted(line for line in said.splitlines() if line.startswith("ERROR"))
+    return done, errors, _state(filter_.GetOutput())  # what is up to date does not warn again
 
 
 def _check_sentence(text):
