@@ -58,6 +58,16 @@ def begin(gui, shown, by):
     gui.run(LOOKS)
 
 
+# Its thin lines lie in the slice, where rounding decides what is drawn first.
+HIDE_PLANE = """
+widgets = view.SMProxy.GetProperty("HiddenRepresentations")
+for number in range(widgets.GetNumberOfProxies()):
+    if "ImplicitPlane" in widgets.GetProxy(number).GetXMLName():
+        widgets.GetProxy(number).GetProperty("Visibility").SetElement(0, 0)
+        widgets.GetProxy(number).UpdateVTKObjects()
+"""
+
+
 def check(gui, *looks, name=""):
     """The edit is to be seen, and Apply changes nothing more."""
     for look in looks:
@@ -72,6 +82,7 @@ def test_images_follow_whatever_they_are_shown_as(gui):
     begin(gui, "wavelet", ("POINTS", "RTData"))
     check(gui, "Surface", "Surface With Edges", "Wireframe", "Points", "Slice", "Outline")
     gui.run("deform.CutType = 'plane'; deform.CutNormal = [1, 0, 0]; simple.Render(view)")
+    gui.run(HIDE_PLANE)
     check(gui, "Surface", "Slice", "Points", name="cut_")
     gui.run("deform.Live = 0; display.SetRepresentationType('Surface')")
     assert gui.value("compare()[1]") > 5
