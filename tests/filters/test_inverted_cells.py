@@ -303,7 +303,7 @@ def test_concave_polygons_are_not_inside_out():
     assert judged(mesh, control_points(REST, REST * [1, -1, 1]), Kind="affine")[1:] == (1, 0)
 
 
-# Cells of which it is not known, and those that do not count
+# Cells that are not judged, and cells that do not count
 
 
 @pytest.mark.parametrize("kind", QUADRATIC)

@@ -176,7 +176,7 @@ def _check_series(scene, device):
     surfaces = given(scene.surfaces) if device != "reference" and rng.random() < 0.3 else None
     make = MLSDisplacementField if rng.random() < 0.3 else MLSDeform
     filter_, inputs = make(), (data, handles, surfaces)
-    what = f"{make.__name__}, steps {[getattr(each, 'steps', None) for each in inputs]}"
+    what = f"{make.__name__}, steps {[getattr(source, 'steps', None) for source in inputs]}"
     what = f"{what} in a world of {scene.size:g}, {told(settings)}"
     _connect(filter_, inputs, settings)
     for time in rng.choice(TIMES, 4).tolist():
