@@ -11,9 +11,9 @@ from pathlib import Path
 import filter_stubs
 
 from vtk_mls.commands import deform, field
-from vtk_mls.filters import array_table
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.filters.properties import Cuts, Items, Rows
+from vtk_mls.vtk import array_table
 
 PAGE = Path(__file__).with_name("properties.md")
 HEAD = """# Properties of the filters
@@ -30,7 +30,7 @@ the same with 1 first; in ParaView the properties DisplacementArray and WeightAr
 LatticeDimensions of ParaView's panel are for the mouse alone."""
 OUTPUTS = """\
 What the filters write beside the arrays of their inputs, which they carry along: from
-`vtk_mls/filters/array_table.py`, which a test compares with what they do write.
+`vtk_mls/vtk/array_table.py`, which a test compares with what they do write.
 """
 SECTIONS = (
     ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),

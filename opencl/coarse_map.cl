@@ -1,7 +1,7 @@
 // The map of a grid between nodes, every COARSE_STEP-th point of the whole grid along each axis: in
 // a cell the polynomial of degree 5 through the six nodes around along each axis. What comes out
 // depends on the index of a point alone: parts are computed like the whole. Which cells are close to
-// the map the host decides (vtk_mls/engine/coarse_map.py).
+// the map the host decides (vtk_mls/engine/map/coarse_map.py).
 
 #if !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS) || !defined(COARSE_SLOPES)
 #error "COARSE_STEP, COARSE_WEIGHTS or COARSE_SLOPES is missing: points from node to node, weights"

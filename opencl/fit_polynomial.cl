@@ -209,7 +209,7 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 }
 
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
-// of each control point's residual times the change of its weight (vtk_mls/reference.py).
+// of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;

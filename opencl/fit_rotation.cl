@@ -193,7 +193,7 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 }
 
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
-// control point's residual; its influence on G(v) is derived in vtk_mls/reference.py.
+// control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   mat change = rotation_change(fit->between), rotation = change, c = fit->c;

@@ -1,4 +1,4 @@
-// Gradient of an array on a grid, by differences; the rules are those of vtk_mls/vector_fields.py.
+// Gradient of an array on a grid, by differences; the rules are those of vtk_mls/queries/vector_fields.py.
 // Build constants: README.md.
 
 #include "types.cl"

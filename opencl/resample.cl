@@ -1,4 +1,4 @@
-// Values of an array at continuous indices. The rules are those of vtk_mls/interpolation.py.
+// Values of an array at continuous indices. The rules are those of vtk_mls/base/interpolation.py.
 // Build constants: README.md.
 
 #include "types.cl"

@@ -1,4 +1,4 @@
-// Structs that the host fills and kernels read. vtk_mls/engine/kernel_arguments.py has the same as
+// Structs that the host fills and kernels read. vtk_mls/engine/launch/kernel_arguments.py has the same as
 // dtypes of numpy; tests/engine/test_structs.py compares them on each device.
 //
 // A transform is 12 floats: the columns of a matrix, then an offset (`transformed` in types.cl).

@@ -1,5 +1,5 @@
 // Points of an array around a continuous index along one axis: what interpolation takes the values
-// of, its taps, and their weights. The rules are those of vtk_mls/interpolation.py.
+// of, its taps, and their weights. The rules are those of vtk_mls/base/interpolation.py.
 
 #if !defined(TAPS) || !defined(OFFSET)
 #error "TAPS or OFFSET is missing"

@@ -1,5 +1,5 @@
 // What the void distances at the corners of cells tell of the void in them; the rules are those of
-// vtk_mls/void_cells.py. Build constants: README.md.
+// vtk_mls/queries/void_cells.py. Build constants: README.md.
 
 #include "types.cl"
 

@@ -12,7 +12,7 @@ import pytest
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk.arrays import ImageGeometry
 
 PROJECT = Path(__file__).resolve().parents[1]
 WITHOUT = """

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from vtk_mls import KINDS, Deformation
-from vtk_mls.engine import device_check
-from vtk_mls.engine.device import POCL, list_devices
+from vtk_mls.engine.device import device_check
+from vtk_mls.engine.device.devices import POCL, list_devices
 
 EXTENT = 256.0  # all errors are in voxels of a grid of this size
 

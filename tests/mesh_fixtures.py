@@ -38,8 +38,9 @@ from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
-from vtk_mls import Deformation, HalfPlane, Plane, Surface, arrays
-from vtk_mls.filters import MLSDeform, splitting
+from vtk_mls import Deformation, HalfPlane, Plane, Surface
+from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk import arrays, splitting
 
 LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
 LINEAR = [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID, VTK_VOXEL]

@@ -10,11 +10,12 @@ import numpy as np
 from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
-from vtk_mls import Deformation, HalfPlane, arrays, io
+from vtk_mls import Deformation, HalfPlane, io
 from vtk_mls.commands import demo
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
+from vtk_mls.vtk import arrays
 
 NAME = "brain.nii.gz"
 MOST_ACTIONS = 10  # of a new user, with the command; fewer are allowed

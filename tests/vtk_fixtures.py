@@ -14,8 +14,8 @@ from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import arrays
 from vtk_mls.filters import MLSControlPoints
+from vtk_mls.vtk import arrays
 
 # The names of VTK's types of numbers, and their constants.
 TYPES = {

@@ -1,19 +1,19 @@
 """Interactive moving-least-squares deformation of volumes and meshes, computed by OpenCL."""
 
-from vtk_mls import lazy
+from vtk_mls.base import lazy
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
+    from vtk_mls.base.grid import Grid
+    from vtk_mls.base.interpolation import INTERPOLATIONS
+    from vtk_mls.base.progress import Aborted
+    from vtk_mls.base.sampling import VOID_VALUES, Sampling
     from vtk_mls.cuts import HalfPlane, Plane, Surface
     from vtk_mls.deformation import Deformation, DisplacementField, ForwardField
-    from vtk_mls.engine.device import DeviceError
-    from vtk_mls.grid import Grid
-    from vtk_mls.interpolation import INTERPOLATIONS
+    from vtk_mls.engine.device.devices import DeviceError
     from vtk_mls.kinds import KINDS
-    from vtk_mls.options import CUT_FRAMES
-    from vtk_mls.progress import Aborted
-    from vtk_mls.sampling import VOID_VALUES, Sampling
-    from vtk_mls.void_cells import VoidCells
+    from vtk_mls.model.options import CUT_FRAMES
+    from vtk_mls.queries.void_cells import VoidCells
 
 __all__ = [
     "CUT_FRAMES",
@@ -37,21 +37,21 @@ __version__ = "0.1.0"
 # Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
 # numpy is loaded.
 _MODULES = {
-    "CUT_FRAMES": "options",
-    "INTERPOLATIONS": "interpolation",
+    "CUT_FRAMES": "model.options",
+    "INTERPOLATIONS": "base.interpolation",
     "KINDS": "kinds",
-    "VOID_VALUES": "sampling",
-    "Aborted": "progress",
+    "VOID_VALUES": "base.sampling",
+    "Aborted": "base.progress",
     "Deformation": "deformation",
-    "DeviceError": "engine.device",
+    "DeviceError": "engine.device.devices",
     "DisplacementField": "deformation",
     "ForwardField": "deformation",
-    "Grid": "grid",
+    "Grid": "base.grid",
     "HalfPlane": "cuts",
     "Plane": "cuts",
-    "Sampling": "sampling",
+    "Sampling": "base.sampling",
     "Surface": "cuts",
-    "VoidCells": "void_cells",
+    "VoidCells": "queries.void_cells",
 }
 _ROOMS = ("editor", "files", "filters", "io", "pyvista", "rendering")
 __getattr__, __dir__ = lazy.names(__name__, _MODULES, _ROOMS)

@@ -118,7 +118,7 @@ def _info(options):
 
 
 def _plugin_path(options):
-    from vtk_mls.resources import resource
+    from vtk_mls.base.resources import resource
 
     print(resource("paraview_plugin"))
     return 0

@@ -10,18 +10,21 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import arguments, kinds, recycled, vector_fields, void_cells
+from vtk_mls import kinds
+from vtk_mls.base import buffer_pool, validation
+from vtk_mls.base.grid import Grid, checked_grid, fitted_grid
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.base.progress import ProgressLike, whole
+from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.validation import short_repr
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.grid import Grid, fitted_grid
-from vtk_mls.linear_algebra import unit
-from vtk_mls.options import DEFORMATION_OPTIONS, named
-from vtk_mls.overlap import overlap
-from vtk_mls.progress import ProgressLike, whole
-from vtk_mls.reals import shown
-from vtk_mls.regions import Region, divided, moved
-from vtk_mls.sampling import Sampling
-from vtk_mls.void_cells import VoidCells
+from vtk_mls.model import arguments
+from vtk_mls.model.options import DEFORMATION_OPTIONS, named
+from vtk_mls.model.regions import Region, divided, moved
+from vtk_mls.queries import vector_fields, void_cells
+from vtk_mls.queries.overlap import overlap
+from vtk_mls.queries.void_cells import VoidCells
 
 # Points of a grid whose displacements are in memory though only void distances are wanted.
 _SLAB = 1 << 20
@@ -279,7 +282,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = arguments.points("points", points)
+        points = validation.points("points", points)
         with whole(progress) as progress:
             return self._engine.backward(self, points, progress)
 
@@ -307,7 +310,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = arguments.coordinates(points)
+        points = validation.coordinates(points)
         with whole(progress) as progress:
             displacement, found = self._engine.forward(self, points, progress)
             v = points + displacement.astype(np.float64)
@@ -337,7 +340,7 @@ class Deformation:
         ------
         ValueError, DeviceError, Aborted
         """
-        points = arguments.coordinates(points)
+        points = validation.coordinates(points)
         with whole(progress) as progress:
             displacement, found = self._engine.forward(self, points, progress)
             displacement = displacement.astype(np.float32, copy=False)
@@ -371,9 +374,9 @@ class Deformation:
         -------
         (m, 3, 3) float64
         """
-        points = arguments.points("points", points)
+        points = validation.points("points", points)
         if origins is not None:
-            origins = arguments.points("origins", origins)
+            origins = validation.points("origins", origins)
             if origins.shape != points.shape:
                 raise ValueError(
                     f"`origins` must be as many as `points`, got {len(origins)} for {len(points)}"
@@ -402,7 +405,7 @@ class Deformation:
         (m,) float64, world units
             Infinite without cuts.
         """
-        points = arguments.points("points", points)
+        points = validation.points("points", points)
         with whole(progress) as progress:
             if self.in_rest_frame:
                 return self._engine.void_distance(self, points, progress)
@@ -433,7 +436,7 @@ class Deformation:
         (m,) bool
             False with cuts in the deformed frame, where material that comes to a cut is gone.
         """
-        points = arguments.points("points", points)
+        points = validation.points("points", points)
         with whole(progress) as progress:
             if not self.in_rest_frame:
                 return np.zeros(len(points), bool)
@@ -442,7 +445,7 @@ class Deformation:
     @_quiet
     def overlap_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`overlap` on a grid, (nz, ny, nx) bool."""
-        result = np.zeros(arguments.grid("grid", grid).shape, bool)
+        result = np.zeros(checked_grid("grid", grid).shape, bool)
         with whole(progress) as progress:
             starts = range(0, grid.size, _SLAB)
             for start, part in zip(starts, progress.divided(*[1] * len(starts))):
@@ -494,7 +497,7 @@ class Deformation:
         (nz, ny, nx) float32, world units
             Infinite without cuts.
         """
-        void_distance = np.full(arguments.grid("grid", grid).shape, np.inf, np.float32)
+        void_distance = np.full(checked_grid("grid", grid).shape, np.inf, np.float32)
         with whole(progress) as progress:
             for part, values in self._void_distance_slabs(grid, progress):
                 void_distance[part] = values
@@ -503,7 +506,7 @@ class Deformation:
     @_quiet
     def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`void` on a grid, (nz, ny, nx) bool, as `void_distance_field`."""
-        void = np.zeros(arguments.grid("grid", grid).shape, bool)
+        void = np.zeros(checked_grid("grid", grid).shape, bool)
         with whole(progress) as progress:
             for part, values in self._void_distance_slabs(grid, progress):
                 np.less(values, 0, out=void[part])
@@ -537,7 +540,7 @@ class Deformation:
         ------
         ValueError, TypeError, DeviceError, Aborted
         """
-        arguments.grid("grid", grid)
+        checked_grid("grid", grid)
         with whole(progress) as progress:
             measuring, looking = progress.divided(1, 1)
             if void_distance is None:
@@ -577,7 +580,7 @@ class Deformation:
         (nz, ny, nx, 3, 3) float32
             A view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is contiguous.
         """
-        arguments.grid("grid", grid)
+        checked_grid("grid", grid)
         with whole(progress) as progress:
             return self._engine.jacobian_field(self, grid, progress).swapaxes(-1, -2)
 
@@ -667,7 +670,7 @@ class Deformation:
         (nz, ny, nx, 3) float32
             0 outside, and in the void unless values are continued there.
         """
-        sampling, vectors = Sampling.of(sampling), arguments.single("vectors", vectors)
+        sampling, vectors = Sampling.of(sampling), validation.single_precision("vectors", vectors)
         if vectors.shape != (*sampling.source.shape, 3):
             raise ValueError(
                 "`vectors` must have the shape of the grid, "
@@ -697,7 +700,7 @@ class Deformation:
             0 outside, where the map is singular, and in the void unless values are continued there.
         """
         sampling = replace(Sampling.of(sampling), background=0.0)
-        vectors = arguments.single("vectors", vectors)
+        vectors = validation.single_precision("vectors", vectors)
         with whole(progress) as progress:
             sampled, mapped, transformed = progress.divided(2, 2, 1)
             (moved,) = self.resample([vectors], sampling, sampled)
@@ -771,7 +774,7 @@ class Deformation:
         if array.dtype.kind not in "biuf" or array.shape != source.shape:
             raise ValueError(
                 f"`array` must be real numbers with the shape of the grid, {source.shape}, "
-                f"got {shown(array)}"
+                f"got {short_repr(array)}"
             )
         arrays = _on_grid(arrays, source)
         methods = sampling.methods(len(arrays) + 1)
@@ -779,7 +782,7 @@ class Deformation:
         distances = self._distances(void_distance, sampling.target, is_needed=True)
         with whole(progress) as progress:
             differences, sampled, at_faces = progress.divided(1, 4, 2)
-            slopes = self._engine.gradient(arguments.plain(array), source, differences)
+            slopes = self._engine.gradient(validation.native_array(array), source, differences)
             *results, gradient = self._resampled(
                 [*arrays, slopes], sampling, sampled, distances, {len(arrays): normalise}
             )
@@ -811,7 +814,7 @@ class Deformation:
         Grid
             With the spacing and direction of `source`.
         """
-        arguments.grid("source", source)
+        checked_grid("source", source)
         with whole(progress) as progress:
             return fitted_grid(self, source, progress)
 
@@ -822,15 +825,15 @@ class Deformation:
         """
         if void_distance is None:
             is_needed &= bool(self.cuts)
-            return recycled.empty(target.size, np.float32) if is_needed else None
-        arguments.output("void_distance", void_distance, target.shape, np.float32)
+            return buffer_pool.empty(target.size, np.float32) if is_needed else None
+        validation.output_array("void_distance", void_distance, target.shape, np.float32)
         if not self.cuts:
             void_distance.fill(np.inf)
         return void_distance.reshape(-1)
 
     def _resampled(self, arrays, sampling, progress, distances=None, covariant=None):
         """What the engine makes of `arrays`, in their own types."""
-        values = [arguments.plain(array) for array in arrays]
+        values = [validation.native_array(array) for array in arrays]
         results = self._engine.resample(self, values, sampling, progress, distances, covariant)
         return [new.astype(old.dtype, copy=False) for new, old in zip(results, arrays)]
 
@@ -841,7 +844,9 @@ class Deformation:
 
 def _as_floats(array):
     """An array as float32 if that holds all values of its type, else as float64."""
-    return arguments.plain(array).astype(np.promote_types(array.dtype, np.float32), copy=False)
+    return validation.native_array(array).astype(
+        np.promote_types(array.dtype, np.float32), copy=False
+    )
 
 
 def _check_background(sampling, arrays):

@@ -9,10 +9,12 @@ import platform
 import numpy as np
 
 from vtk_mls import DeviceError, __version__
+from vtk_mls.base.resources import resource
 from vtk_mls.commands import companion
-from vtk_mls.engine import device, device_check, dispatch, drivers
+from vtk_mls.engine import dispatch
+from vtk_mls.engine.device import device_check, drivers
+from vtk_mls.engine.device import devices as device
 from vtk_mls.paraview import installation
-from vtk_mls.resources import resource
 
 
 def report(retest=False):

@@ -19,8 +19,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
 )
 
-from vtk_mls import arguments, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.base import validation
 from vtk_mls.cuts import Surface
 from vtk_mls.files import (
     control_point_files,
@@ -35,8 +34,11 @@ from vtk_mls.files.existing import existing_file
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.replacing import check_replaceable, replacing
 from vtk_mls.files.vtk_io import failures_named
-from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.model import arguments
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 __all__ = [
     "control_points",
@@ -284,8 +286,8 @@ def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPol
     polydata = vtkPolyData()
     with failures_named(rest.path):
         fill_polydata(polydata, found.rest, found.deformed, found.weights, found.labels)
-        arguments.points("rest", found.rest)
-        arguments.points("deformed", found.deformed)
+        validation.points("rest", found.rest)
+        validation.points("deformed", found.deformed)
         arguments.positive_weights(found.weights, len(found.rest))
     provenance.keep(polydata, provenance.SPACE, ["LPS"])
     return polydata

@@ -15,10 +15,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from conftest import EXTENT, HARD_SETS, KINDS_AND_DEGREES, deformation, places, random_handles
 
-from vtk_mls import reference
 from vtk_mls.engine import dispatch
-from vtk_mls.engine.device import Device
+from vtk_mls.engine.device.devices import Device
 from vtk_mls.engine.engine import Engine
+from vtk_mls.reference import engine as reference
 
 ALPHAS = (0.5, 1.0, 1.5, 2.0, 3.0)
 SETS = {"15 at random": lambda rng: random_handles(rng, 15), **HARD_SETS}

@@ -164,7 +164,7 @@ def _operations(text, kernel):
 def _run_all():
     """Ask all questions; Oclgrind tells of each launch between the names."""
     from vtk_mls import Grid
-    from vtk_mls.engine import device
+    from vtk_mls.engine.device import devices as device
     from vtk_mls.engine.engine import Engine
 
     (found,) = device.list_devices()

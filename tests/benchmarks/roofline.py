@@ -15,8 +15,8 @@ import operations
 import pyopencl as cl
 
 from vtk_mls import Grid
-from vtk_mls.engine import device as devices
-from vtk_mls.engine.launcher import Launcher
+from vtk_mls.engine.device import devices
+from vtk_mls.engine.launch.launcher import Launcher
 
 _CHAINS = 10  # that do not wait for each other: enough for any latency, few enough for registers
 _STEPS = 4000

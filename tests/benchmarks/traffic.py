@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import contestants
 
-from vtk_mls.engine.memory import Memory
+from vtk_mls.engine.launch.memory import Memory
 
 _READ, _WRITTEN, _KEPT = "read", "written", "for kernels only"
 # What each method of `Memory` that takes an array, or a use and a size, lets pass.

@@ -26,12 +26,12 @@ from vtk_mls import (
     Sampling,
     Surface,
     __version__,
-    arrays,
     io,
 )
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
-from vtk_mls.engine import drivers
+from vtk_mls.engine.device import drivers
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -17,10 +17,10 @@ from vtk_fixtures import (
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.commands import remarks
 from vtk_mls.files import control_point_files
+from vtk_mls.vtk.arrays import ImageGeometry
 
 COMMANDS = {
     "deform": ("in.vti", "out.vti"),

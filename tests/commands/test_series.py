@@ -13,10 +13,11 @@ from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, arrays, io
+from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, io
 from vtk_mls.cli import main
 from vtk_mls.commands import series, supervision
 from vtk_mls.files.blocks import blocks
+from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 

@@ -9,8 +9,8 @@ from conftest import DEVICES, EXTENT, deformation, random_handles
 from pairwise import paired
 
 from vtk_mls import HalfPlane, Plane, Surface
-from vtk_mls.engine import device as opencl
 from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine.device import devices as opencl
 
 CUTS = {
     "none": (),

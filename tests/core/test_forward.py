@@ -13,8 +13,8 @@ from conftest import (
 from pairwise import paired
 
 from vtk_mls import Aborted, Deformation, HalfPlane, Plane, Surface
-from vtk_mls.engine import device as opencl
 from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine.device import devices as opencl
 
 EVERYWHERE = ["reference", *DEVICES]
 # The specification takes seconds for the inverse of a cubic.

@@ -5,7 +5,7 @@ import pytest
 from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.engine.launcher import Launcher
+from vtk_mls.engine.launch.launcher import Launcher
 
 SETS = [name for name in HARD_SETS if name not in ("at 5e5", "at 1e-9", "ten thousand")]
 GRID = Grid((49, 46, 50), (-8.0, -5.0, 3.0), (5.5, 5.9, 5.1))

@@ -7,8 +7,8 @@ import pytest
 from conftest import DEVICES, EXTENT, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
+from vtk_mls.base.progress import SILENT, Progress, whole
 from vtk_mls.engine import dispatch, engine
-from vtk_mls.progress import SILENT, Progress, whole
 
 GRID = Grid((15, 14, 12), spacing=(18, 19, 23))
 TARGET = Grid((17, 13, 10), (10, 9, 8), (14, 18, 23))
@@ -52,9 +52,9 @@ QUESTIONS = {
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
-    monkeypatch.setattr("vtk_mls.reference._CHUNK", 1 << 15)
+    monkeypatch.setattr("vtk_mls.reference.engine._CHUNK", 1 << 15)
     monkeypatch.setattr("vtk_mls.deformation._SLAB", 900)
-    monkeypatch.setattr("vtk_mls.grid._SAMPLES", 14)
+    monkeypatch.setattr("vtk_mls.base.grid._SAMPLES", 14)
     if request.param != "reference":
         chosen = engine.on(dispatch.choose(request.param))
         monkeypatch.setattr(chosen.memory, "limit", 4 * 12 * 1024)

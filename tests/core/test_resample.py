@@ -8,7 +8,7 @@ from conftest import DEVICES, random_rotation
 from scipy.ndimage import map_coordinates
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, HalfPlane, Sampling
-from vtk_mls.interpolation import cast, sample
+from vtk_mls.base.interpolation import cast, sample
 
 DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 DTYPES += ["float32", "float64"]

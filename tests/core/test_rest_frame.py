@@ -15,7 +15,7 @@ from conftest import (
 from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.progress import SILENT
+from vtk_mls.base.progress import SILENT
 
 SIZE = 4.0  # of the box 4 x 2 x 1 that is cut
 BOX = np.array([(0, 0, 0), (4, 2, 1)], float)
@@ -347,8 +347,8 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     first, dimensions = (6, 3, 9), (41, 30, 19)
     part = d.displacement_field(grid.part(first, dimensions))
     here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
-    monkeypatch.setattr("vtk_mls.engine.origin_nodes._NODES", 1)
-    monkeypatch.setattr("vtk_mls.engine.launcher._WORK_PER_LAUNCH", 5e5)
+    monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
+    monkeypatch.setattr("vtk_mls.engine.launch.launcher._WORK_PER_LAUNCH", 5e5)
     slabs = d.displacement_field(grid)
     for name in ("displacement", "void_distance"):
         whole = getattr(field, name)

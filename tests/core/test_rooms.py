@@ -5,7 +5,7 @@ import pytest
 
 import vtk_mls
 from vtk_mls import cuts, kinds
-from vtk_mls.resources import resource
+from vtk_mls.base.resources import resource
 
 PAPER = ("affine", "rigid", "similarity", "polynomial")
 

@@ -8,9 +8,10 @@ import pytest
 from conftest import DEVICES
 from pairwise import paired
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, void_cells
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.progress import SILENT
+from vtk_mls.queries import void_cells
 
 ENGINES = ["reference", *DEVICES]
 FAST = ENGINES[-1] if DEVICES else "reference"

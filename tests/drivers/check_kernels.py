@@ -16,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, reference
-from vtk_mls.engine import device
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.engine import Engine
+from vtk_mls.reference import engine as reference
 
 EXTENT = 40.0
 BOUND = 1e-4

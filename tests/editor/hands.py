@@ -14,9 +14,9 @@ from vtkmodules.vtkRenderingCore import (
     vtkWindowToImageFilter,
 )
 
-from vtk_mls import arrays
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import Editor
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SIZE = 24
 

@@ -19,11 +19,12 @@ from vtkmodules.vtkCommonCore import (
 )
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
-from vtk_mls import arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import io
 from vtk_mls.editor import looks
 from vtk_mls.editor.scalar_image import scalar_image
 from vtk_mls.files import provenance
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 MIDDLE = (SIZE - 1) / 2
 

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource, vtkSphereSource
 
-from vtk_mls import arrays
+from vtk_mls.vtk import arrays
 
 MIDDLE, RADIUS = (SIZE - 1) / 2, SIZE / 3
 

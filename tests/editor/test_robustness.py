@@ -7,9 +7,10 @@ import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Deformation, Surface, arrays
+from vtk_mls import Deformation, Surface
 from vtk_mls.editor import State, keys
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.vtk import arrays
 
 
 def closed(hands):

@@ -12,11 +12,12 @@ import pytest
 from command_fixtures import PROJECT, run
 from hands import SIZE, Hands, ball_image, ball_mesh
 
-from vtk_mls import HalfPlane, Plane, Surface, arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import HalfPlane, Plane, Surface, io
 from vtk_mls.editor import State
 from vtk_mls.files import control_point_files
-from vtk_mls.options import MAP_TOLERANCE
+from vtk_mls.model.options import MAP_TOLERANCE
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])

@@ -9,9 +9,10 @@ import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid
 from vtk_mls.editor import State, looks
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 MIDDLE = (SIZE - 1) / 2
 CENTRE = 13  # of the lattice of 3 x 3 x 3

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from vtk_mls.engine import device
+from vtk_mls.engine.device import devices as device
 
 _KERNEL = """
 KERNEL void call(__global const float *table, const long count, __global const float *in,

@@ -8,9 +8,12 @@ import pyopencl as cl
 import pytest
 from conftest import DEVICES, LOCAL_POINTS
 
-from vtk_mls import Deformation, DeviceError, reference
-from vtk_mls.engine import device, device_check, dispatch, engine
-from vtk_mls.engine.launcher import Launcher
+from vtk_mls import Deformation, DeviceError
+from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine.device import device_check
+from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.launch.launcher import Launcher
+from vtk_mls.reference import engine as reference
 
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)

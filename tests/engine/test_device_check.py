@@ -14,9 +14,11 @@ from pathlib import Path
 import pytest
 from conftest import DEVICES, LOCAL_POINTS
 
-from vtk_mls import announcements
-from vtk_mls.engine import caches, device, device_check, dispatch
-from vtk_mls.engine.device_check import MARK, Result
+from vtk_mls.base import messages
+from vtk_mls.engine import dispatch
+from vtk_mls.engine.device import caches, device_check
+from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.device.device_check import MARK, Result
 
 # What drivers and pyopencl have built before; else a test of a real device takes long.
 USUAL = caches.folder()
@@ -69,7 +71,7 @@ def child(fresh, monkeypatch):
 def announced(function, *arguments):
     """What `function` returns, and the sentences that were announced meanwhile."""
     sentences = []
-    with announcements.heard_by(sentences.append, sentences.append):
+    with messages.listening(sentences.append, sentences.append):
         return function(*arguments), sentences
 
 
@@ -323,7 +325,7 @@ def test_processes_that_start_together(tmp_path, home):
 def test_an_interrupt_ends_the_children(tmp_path):
     code = f"""
 import sys
-from vtk_mls.engine import device_check
+from vtk_mls.engine.device import device_check
 device_check.interpreter = lambda: [sys.executable, "-c", "import time; time.sleep(600)"]
 device_check.STEP_TIMEOUT = 600
 {ASK}"""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vtk_mls.engine import caches, drivers, intel_runtime
+from vtk_mls.engine.device import caches, drivers, intel_runtime
 
 
 @pytest.fixture

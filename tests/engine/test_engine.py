@@ -19,11 +19,14 @@ from conftest import (
 from drivers import check_kernels
 from pairwise import paired
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, interpolation
-from vtk_mls.engine import device, dispatch, engine, kernel_arguments
-from vtk_mls.engine.launcher import Launcher
-from vtk_mls.engine.sampler import Rule, Sampler
-from vtk_mls.vector_fields import covariant
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling
+from vtk_mls.base import interpolation
+from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.launcher import Launcher
+from vtk_mls.engine.sample.sampler import Rule, Sampler
+from vtk_mls.queries.vector_fields import covariant
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from conftest import DEVICES, random_rotation
 
-from vtk_mls import Grid, vector_fields
-from vtk_mls.engine import differences, dispatch
+from vtk_mls import Grid
+from vtk_mls.engine import dispatch
+from vtk_mls.engine.sample import differences
+from vtk_mls.queries import vector_fields
 
 DTYPES = [
     "int8",

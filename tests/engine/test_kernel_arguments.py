@@ -9,8 +9,8 @@ from conftest import DEVICES, OTHER_DEVICES
 
 pytest.importorskip("pyopencl", reason="there is no OpenCL without pyopencl")
 
-from vtk_mls.engine import device
-from vtk_mls.engine.kernel_arguments import STRUCTS
+from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.launch.kernel_arguments import STRUCTS
 
 _KERNEL = """
 #include_structs

@@ -3,9 +3,10 @@
 import pytest
 from conftest import DEVICES
 
-from vtk_mls.engine import dispatch, kernel_checks
+from vtk_mls.commands import kernel_checks
+from vtk_mls.engine import dispatch
 from vtk_mls.engine.engine import Engine
-from vtk_mls.engine.launcher import Launcher
+from vtk_mls.engine.launch.launcher import Launcher
 
 ASKED_FOR = {
     *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),

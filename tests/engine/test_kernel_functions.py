@@ -9,8 +9,8 @@ from conftest import DEVICES, random_rotation
 from kernel_functions import call
 
 from vtk_mls import Deformation, HalfPlane, Surface
-from vtk_mls.engine import device
-from vtk_mls.engine.cut_tables import cut_tables
+from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.map.cut_tables import cut_tables
 from vtk_mls.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, engine, reference
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, engine
 from vtk_mls.engine import dispatch
+from vtk_mls.reference import engine as reference
 
 HALF_PLANE = HalfPlane((15, 13, 11), (0.2, 0.1, 1), (1, 0.3, 0))
 CUTS = {

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import INTERPOLATIONS, Grid, interpolation
+from vtk_mls import INTERPOLATIONS, Grid
+from vtk_mls.base import interpolation
 from vtk_mls.engine import dispatch
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import void_cells
-from vtk_mls.engine import dispatch, void_corners
+from vtk_mls.engine import dispatch
+from vtk_mls.engine.sample import void_corners
+from vtk_mls.queries import void_cells
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 

@@ -17,9 +17,10 @@ from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 import vtk_mls
-from vtk_mls import arrays, io
+from vtk_mls import io
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk import arrays
 
 REST = [(0, 0, 0), (8, 0, 0), (0, 8, 0), (0, 0, 8), (8, 8, 8), (8, 8, 0)]
 DEFORMED = [(0, 0, 0), (10, 0, 1), (0, 8, 0), (0, 0, 8), (9, 8, 8), (8, 9, 0)]

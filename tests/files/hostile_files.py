@@ -39,10 +39,11 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import arrays, cli, io
+from vtk_mls import cli, io
 from vtk_mls.commands import series, supervision
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.blocks import blocks
+from vtk_mls.vtk import arrays
 
 KEPT = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from vtk_fixtures import messages, update  # noqa: F401
 
-from vtk_mls import arrays
 from vtk_mls.files import control_point_files, point_tables
 from vtk_mls.filters import MLSControlPoints
+from vtk_mls.vtk import arrays
 
 REST = np.array([(1.25, -2, 3e-9), (4e5, 5, 6)])
 DEFORMED = REST + [(0.5, 0, 0), (0, 1e-3, 0)]

@@ -20,10 +20,11 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import KINDS, Deformation, Grid, arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import KINDS, Deformation, Grid, io
 from vtk_mls.cli import main
 from vtk_mls.files import field_files
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}

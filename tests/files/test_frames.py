@@ -12,9 +12,9 @@ from test_io import scalars
 from vtk_fixtures import TURNED, messages  # noqa: F401
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files, frames
+from vtk_mls.vtk.arrays import ImageGeometry
 
 RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
 ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])

@@ -16,9 +16,9 @@ from test_io import scalars
 from vtk_fixtures import messages  # noqa: F401
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.cli import main
 from vtk_mls.files import provenance
+from vtk_mls.vtk.arrays import ImageGeometry
 
 TYPES = [f"{kind}{size}" for size in (8, 16, 32, 64) for kind in ("int", "uint")]
 TYPES += ["float32", "float64"]

@@ -10,12 +10,13 @@ from test_image_formats import in_lps, matrix
 from test_io import scalars
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import arrays, io
-from vtk_mls.announcements import heard_by
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import io
+from vtk_mls.base.messages import listening
 from vtk_mls.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 VALUES = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
 UNITS = {"meter": 1000, "mm": 1, "micron": 0.001, "unknown": 1}
@@ -44,7 +45,7 @@ def write_nifti(path, qform, qform_code, sform, sform_code, unit="mm"):
 def heard(read):
     """What `read` returns, and the warnings meanwhile."""
     sentences = []
-    with heard_by(None, sentences.append):
+    with listening(None, sentences.append):
         return read(), sentences
 
 

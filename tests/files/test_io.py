@@ -16,8 +16,9 @@ from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from vtk_mls import arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import io
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SUFFIXES = (".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr")
 LEFT_HANDED = TURNED * [1, -1, 1]

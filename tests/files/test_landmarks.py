@@ -16,11 +16,12 @@ from vtk_fixtures import (  # noqa: F401
 )
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
-from vtk_mls import arrays, io
+from vtk_mls import io
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.filters import MLSControlPoints, MLSDeform, parallel
+from vtk_mls.vtk import arrays
 
 NOWHERE = (np.nan,) * 3
 

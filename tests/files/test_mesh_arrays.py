@@ -21,7 +21,8 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLStructuredGridWriter
 
-from vtk_mls import Deformation, arrays, cli, io
+from vtk_mls import Deformation, cli, io
+from vtk_mls.vtk import arrays
 
 
 def scan():

@@ -30,9 +30,10 @@ from vtkmodules.vtkIOParallelXML import (
 )
 from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
-from vtk_mls import Deformation, arrays, io
+from vtk_mls import Deformation, io
 from vtk_mls.cli import main
 from vtk_mls.files.blocks import blocks
+from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 

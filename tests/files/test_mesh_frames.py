@@ -10,9 +10,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkConeSource
 
-from vtk_mls import arrays, io
+from vtk_mls import io
 from vtk_mls.cli import main
 from vtk_mls.files import control_point_files, provenance
+from vtk_mls.vtk import arrays
 
 TURN = [-1, -1, 1]
 OBJ = "# 3D Slicer output. SPACE={space}\nv 1 2 3\nv 4 5 6\nv 1 0 7\nf 1 2 3\n"

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from vtk_fixtures import messages, update  # noqa: F401
 
-from vtk_mls import arrays, io
+from vtk_mls import io
 from vtk_mls.files import control_point_files
 from vtk_mls.filters import MLSControlPoints
+from vtk_mls.vtk import arrays
 
 REST = np.array([(40.5, 41.25, 42.5), (60.5, 40.5, 40.5), (40.5, 60.5, 40.25)])
 DEFORMED = REST + [(3.5, 0, 0), (0, 1.25, 0), (0, 0, -2.5)]

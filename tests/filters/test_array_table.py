@@ -10,9 +10,11 @@ import pytest
 from mesh_fixtures import mixed, rectilinear, sphere, structured
 from vtk_fixtures import FAST, add_array, connect, control_points, make_image, messages, update  # noqa: F401
 
-from vtk_mls import Plane, arrays
+from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
-from vtk_mls.filters.array_table import (
+from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.array_table import (
     ARROWS,
     CELLS,
     CONTROL_POINTS,
@@ -23,7 +25,6 @@ from vtk_mls.filters.array_table import (
     POINTS,
     TABLE,
 )
-from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
 
 CUT = Plane((4.2, 4.1, 3.3), (1, 0, 0))
 KINDS = {POINTS: "GetPointData", CELLS: "GetCellData", FIELD: "GetFieldData"}

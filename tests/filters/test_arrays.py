@@ -15,8 +15,8 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
-from vtk_mls import arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SHARES = hasattr(vtkCommonCore.vtkDoubleArray, "GetBuffer")
 IMAGES = {

@@ -57,8 +57,9 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkProbeFilter, vtkThreshold
 from vtkmodules.vtkFiltersGeneral import vtkTableBasedClipDataSet
 
-from vtk_mls import Deformation, Plane, arrays
+from vtk_mls import Deformation, Plane
 from vtk_mls.rendering.drawn_mesh import DrawnMesh
+from vtk_mls.vtk import arrays
 
 ORDER = {VTK_VOXEL: (VTK_HEXAHEDRON, [0, 1, 3, 2, 4, 5, 7, 6]), VTK_PIXEL: (VTK_QUAD, [0, 1, 3, 2])}
 TURN = control_points(REST, (REST - 4) @ TURNED.T + 4)

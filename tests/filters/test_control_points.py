@@ -3,8 +3,8 @@
 import numpy as np
 from vtk_fixtures import Executions, messages, update  # noqa: F401
 
-from vtk_mls import arrays
 from vtk_mls.filters import MLSControlPoints
+from vtk_mls.vtk import arrays
 
 
 def test_explicit_points(rng):

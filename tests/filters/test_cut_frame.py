@@ -15,9 +15,9 @@ from vtk_fixtures import (
 )
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_points import lattice
+from vtk_mls.vtk.arrays import ImageGeometry
 
 # Material on both sides of x = 3.9 is moved across it.
 REST = np.array([(2.0, 3.0, 5.0), (6.0, 3.0, 5.0), (2.0, 3.0, 1.0), (6.0, 3.0, 1.0)])

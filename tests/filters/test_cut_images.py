@@ -29,9 +29,10 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCu
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
-from vtk_mls import Deformation, HalfPlane, Plane, Sampling, Surface, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Deformation, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 # Pulled apart across x = 3.9, held below.
 REST = np.array([(2.0, 3.0, 5.0), (6.0, 3.0, 5.0), (2.0, 3.0, 1.0), (6.0, 3.0, 1.0)])

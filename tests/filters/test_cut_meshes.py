@@ -71,8 +71,9 @@ from vtkmodules.vtkFiltersCore import (
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
-from vtk_mls import Deformation, Plane, Surface, arrays
-from vtk_mls.filters import splitting, warping
+from vtk_mls import Deformation, Plane, Surface
+from vtk_mls.filters import warping
+from vtk_mls.vtk import arrays, splitting
 
 
 @pytest.mark.parametrize("cut", CUTS)

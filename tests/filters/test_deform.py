@@ -28,9 +28,10 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
-from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
 from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 PLACES = {
     "plain": {},

@@ -23,8 +23,8 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
 
 from vtk_mls import Deformation, HalfPlane
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
+from vtk_mls.vtk.arrays import ImageGeometry
 
 NAME = "BackwardDisplacement"
 

@@ -15,9 +15,10 @@ from vtk_fixtures import (
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 
-from vtk_mls import Deformation, arrays
-from vtk_mls.announcements import announce
+from vtk_mls import Deformation
+from vtk_mls.base.messages import inform
 from vtk_mls.filters import MLSDisplacementField
+from vtk_mls.vtk import arrays
 
 
 def with_directions(data):
@@ -155,7 +156,7 @@ def test_a_sentence_does_not_change_the_progress(in_blocks, monkeypatch):
     asked = Deformation.jacobian_field
 
     def jacobian_field(*arguments):
-        announce("Building kernels ...")
+        inform("Building kernels ...")
         return asked(*arguments)
 
     monkeypatch.setattr(Deformation, "jacobian_field", jacobian_field)

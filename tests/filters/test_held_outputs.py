@@ -1,4 +1,4 @@
-"""Outputs that somebody holds, whose memory no later output may take (vtk_mls/recycled.py)."""
+"""A later output must not take the memory of an output that is still in use (buffer_pool.py)."""
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData

@@ -44,8 +44,8 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
-from vtk_mls import arrays
-from vtk_mls.filters.orientation import _Lattice, count_inverted
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.orientation import _Lattice, count_inverted
 
 SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
 SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]

@@ -6,8 +6,8 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 from vtk_mls import Deformation, Grid, HalfPlane
-from vtk_mls.arrays import to_numpy
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk.arrays import to_numpy
 
 REST, DEFORMED = [(-10, 3, 1), (14, -8, 5), (2, 9, -12)], [(-7, 5, 1), (12, -8, 9), (2, 6, -12)]
 

@@ -51,8 +51,9 @@ from vtkmodules.vtkFiltersCore import (
     vtkProbeFilter,
 )
 
-from vtk_mls import Plane, arrays
-from vtk_mls.filters import MLSDeform, MLSDisplacementField, orientation
+from vtk_mls import Plane
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays, orientation
 
 FREE = {VTK_VOXEL: VTK_HEXAHEDRON}  # what is a box along the axes by its type becomes
 

@@ -16,9 +16,10 @@ from vtk_fixtures import (  # noqa: F401
     values_of,
 )
 
-from vtk_mls import KINDS, arrays
+from vtk_mls import KINDS
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_points import lattice
+from vtk_mls.vtk import arrays
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
 

@@ -22,9 +22,10 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkImagingCore import vtkImageDataStreamer
 
-from vtk_mls import CUT_FRAMES, INTERPOLATIONS, HalfPlane, Plane, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, HalfPlane, Plane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, parallel
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
 OPENED = HalfPlane((3, 4, 3), (0, 1, 0), (1, 0, 0))

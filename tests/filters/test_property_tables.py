@@ -5,8 +5,9 @@ import inspect
 import numpy as np
 import pytest
 
-from vtk_mls import Deformation, Plane, Sampling, filters, options
+from vtk_mls import Deformation, Plane, Sampling, filters
 from vtk_mls.filters import properties, property_tables
+from vtk_mls.model import options
 
 FILTERS = [getattr(filters, name) for name in filters.__all__]
 EACH = [

@@ -26,10 +26,11 @@ from vtk_fixtures import (
     values_of,
 )
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.linear_algebra import unit
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 EXTENT = 6.0  # of the control points
 HALF = CUTS["half-plane"]

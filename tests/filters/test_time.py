@@ -18,9 +18,9 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersHybrid import vtkTemporalDataSetCache, vtkTemporalInterpolator
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
-from vtk_mls import arrays
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.filters.control_point_polydata import fill_polydata
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 KEYS = vtkStreamingDemandDrivenPipeline
 TOLERANCE = 1e-5  # of coordinates of about 10, in float32

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from vtk_fixtures import FAST, connect, control_points, make_image
 
-from vtk_mls import Deformation, HalfPlane, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 @pytest.mark.parametrize("last", [10, 11, 19])

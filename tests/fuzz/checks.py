@@ -23,10 +23,13 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
-from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError, arrays, interpolation, reference
+from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError
+from vtk_mls.base import interpolation
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
-from vtk_mls.filters.cells import is_empty
-from vtk_mls.filters.control_point_polydata import fill_polydata
+from vtk_mls.reference import engine as reference
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import is_empty
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 # How far G(v) may be from x where v was called found, next to the size of what is deformed: what
 # the search leaves, and what the device's float32 blurs.

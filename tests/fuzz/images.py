@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import io
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _UNITS = ("unknown", "mm", "micron", "meter")
 _DTYPES = (np.uint8, np.int16, np.float32, np.float64)

@@ -28,17 +28,9 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersAMR import vtkAMRGaussianPulseSource
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import (
-    CUT_FRAMES,
-    INTERPOLATIONS,
-    KINDS,
-    VOID_VALUES,
-    HalfPlane,
-    Plane,
-    Surface,
-    arrays,
-)
-from vtk_mls.reals import shown
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, HalfPlane, Plane, Surface
+from vtk_mls.base.validation import short_repr
+from vtk_mls.vtk import arrays
 
 CONSTANT = "constant"  # the name of an array
 _CONSTANTS = (
@@ -328,4 +320,4 @@ class Scene:
 
 def told(properties):
     """Properties on one line."""
-    return ", ".join(f"{name} {shown(value)}" for name, value in sorted(properties.items()))
+    return ", ".join(f"{name} {short_repr(value)}" for name, value in sorted(properties.items()))

@@ -5,7 +5,7 @@ from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
 from vtk_mls import Deformation
-from vtk_mls.options import MAP_TOLERANCE
+from vtk_mls.model.options import MAP_TOLERANCE
 
 source = wavelet()
 volume = array(data(source), "RTData")

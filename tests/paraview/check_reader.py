@@ -9,7 +9,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from scene import array, data, output_messages
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk.arrays import ImageGeometry
 
 factory = vtkSMProxyManager.GetProxyManager().GetReaderFactory()
 session = servermanager.ActiveConnection.Session

@@ -11,7 +11,7 @@ import pytest
 from vtk_mls.cli import main
 from vtk_mls.commands import companion
 from vtk_mls.doctor import report
-from vtk_mls.engine import caches
+from vtk_mls.engine.device import caches
 from vtk_mls.paraview import installation
 
 HAS = {"python": "3.77.2", "vtk": "9.4.0", "numpy": "2.1.1", "plugin": True}

@@ -26,7 +26,7 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
-from vtk_mls.arrays import from_numpy
+from vtk_mls.vtk.arrays import from_numpy
 
 WIDGETS = """
 def shown(kind):  # how many widgets of a kind are shown

@@ -189,11 +189,11 @@ def test_an_announcement_is_no_error(gui):
     gui.run("""
 import sys
 from vtkmodules.vtkCommonCore import vtkOutputWindow
-from vtk_mls.announcements import announce
+from vtk_mls.base.messages import inform
 heard = []
 for event in ("ErrorEvent", "WarningEvent"):
     vtkOutputWindow.GetInstance().AddObserver(event, lambda window, event: heard.append(event))
-announce("A device is tested ...")
+inform("A device is tested ...")
 """)
     assert gui.value("heard") == []
     assert "A device is tested ..." in gui.printed

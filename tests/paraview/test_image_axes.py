@@ -7,9 +7,10 @@ import pytest
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid
 from vtk_mls.paraview.image_axes import along_world
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SIGNED = [
     np.eye(3)[:, order] * signs

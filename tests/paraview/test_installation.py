@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from paraviews import PARAVIEWS, display  # noqa: F401  fixture
 
+from vtk_mls.base.resources import resource
 from vtk_mls.cli import main
 from vtk_mls.doctor import report
 from vtk_mls.paraview import installation
-from vtk_mls.resources import resource
 
 VERSIONS = {"python": "3.11.2", "vtk": "9.2.0", "numpy": "1.24.2"}
 GOOD = {**VERSIONS, "plugin": True, "device": "0:0 Fast"}

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import vtk_mls
-from vtk_mls.resources import resource
+from vtk_mls.base.resources import resource
 
 PROJECT = Path(__file__).resolve().parents[2]
 FOLDERS = ("opencl", "paraview_plugin")
@@ -25,7 +25,7 @@ MADE = {"__pycache__", "_build", "gallery", "made"}  # by Python and `make docs`
 INSTALLED = """
 import sys
 import vtk_mls
-from vtk_mls.resources import resource
+from vtk_mls.base.resources import resource
 
 assert vtk_mls.__file__.startswith(sys.prefix), vtk_mls.__file__
 for folder in ("opencl", "paraview_plugin"):

@@ -61,7 +61,7 @@ def test_a_format(copy):
 
 
 KIND_IS_FOUND = """
-from vtk_mls.engine.kernel_checks import checks
+from vtk_mls.commands.kernel_checks import checks
 from vtk_mls.paraview.panels import DEFORM
 
 assert any("translation" in element for element in DEFORM)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vtk_mls import reference
 from vtk_mls.engine import engine, protocol
+from vtk_mls.reference import engine as reference
 
 PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 MOST = 6

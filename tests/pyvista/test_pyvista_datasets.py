@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtk_mls import HalfPlane, arrays
+from vtk_mls import HalfPlane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
+from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known

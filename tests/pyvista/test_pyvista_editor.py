@@ -9,7 +9,7 @@ import pytest
 from vtk_fixtures import can_draw
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.options import MAP_TOLERANCE
+from vtk_mls.model.options import MAP_TOLERANCE
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known

@@ -9,9 +9,10 @@ import pytest
 from conftest import DEVICES
 from vtk_fixtures import opengl  # noqa: F401
 
-from vtk_mls import Deformation, Grid, Plane, Surface, arrays
+from vtk_mls import Deformation, Grid, Plane, Surface
 from vtk_mls.engine import dispatch, engine
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known

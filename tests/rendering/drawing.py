@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Grid
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SIZE = 48  # voxels along an edge
 MIDDLE = (SIZE - 1) / 2

@@ -22,9 +22,9 @@ from vtkmodules.vtkRenderingCore import (
     vtkPolyDataMapper,
 )
 
-from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane, arrays
-from vtk_mls.filters import splitting
+from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane
 from vtk_mls.rendering import DeformedMesh, coarse_forward, drawn_mesh, moved_mesh
+from vtk_mls.vtk import arrays, splitting
 
 pytestmark = pytest.mark.usefixtures("opengl")
 

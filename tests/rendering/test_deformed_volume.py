@@ -20,8 +20,8 @@ from vtkmodules.vtkRenderingVolume import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.rendering import DeformedVolume, RenderingError, shader
+from vtk_mls.vtk.arrays import ImageGeometry
 
 pytestmark = pytest.mark.usefixtures("opengl")
 

@@ -7,8 +7,8 @@ import pytest
 from vtk_fixtures import FAST
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
-from vtk_mls.interpolation import sample
-from vtk_mls.options import MAP_TOLERANCE
+from vtk_mls.base.interpolation import sample
+from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.rendering.map_layers import layers
 
 MIDDLE = np.array([2, 1, 0.5])

@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from vtk_mls.engine.device import DeviceError
+from vtk_mls.engine.device.devices import DeviceError
 from vtk_mls.rendering import (
     DeformedVolume,
     RenderingError,

@@ -20,9 +20,10 @@ from page_server import server
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import arrays, io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import io
 from vtk_mls.files import control_point_files
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 pytestmark = pytest.mark.matrix
 # what is drawn comes from the server: a browser needs no WebGL, and can lose none

@@ -9,7 +9,7 @@ from vtk_fixtures import FAST
 
 from vtk_mls import kinds
 from vtk_mls.editor import State
-from vtk_mls.engine.launcher import Launcher
+from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.web import preparation
 
 

@@ -9,8 +9,9 @@ import pytest
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import Deformation, arrays
+from vtk_mls import Deformation
 from vtk_mls.editor import State
+from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session

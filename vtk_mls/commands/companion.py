@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from vtk_mls.engine import caches
+from vtk_mls.engine.device import caches
 
 _FIRST_VERSION = 5, 13  # of ParaView that has `--venv`
 

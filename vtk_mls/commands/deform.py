@@ -157,7 +157,7 @@ def _report(summary, are_empty, options):
 
 def _opened(image):
     """How much of an image cuts have left void, and made to overlap if that was asked for."""
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     counts = {}
     void = image.GetPointData().GetArray("Void")

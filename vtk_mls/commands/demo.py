@@ -134,7 +134,7 @@ def _rotated(points, angle):
 def _handles(rest, deformed):
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-    from vtk_mls.filters.control_point_polydata import fill_polydata
+    from vtk_mls.vtk.control_point_polydata import fill_polydata
 
     polydata = vtkPolyData()
     fill_polydata(polydata, rest, deformed, None)

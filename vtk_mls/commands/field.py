@@ -50,8 +50,8 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls import io
-    from vtk_mls.arrays import ImageGeometry
     from vtk_mls.filters import MLSDisplacementField
+    from vtk_mls.vtk.arrays import ImageGeometry
 
     field = MLSDisplacementField()
     dataset = read(io.read_dataset, options.input)
@@ -142,7 +142,7 @@ def _remarks(output, options):
 
 def _number_of(output, name):
     """How many points of an image an indicator holds for."""
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     found = output.GetPointData().GetArray(name)
     return 0 if found is None else int(arrays.to_numpy(found).astype(bool).sum())

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vtk_mls.commands import property_options
 from vtk_mls.commands.running import read
-from vtk_mls.options import DEFORMATION_OPTIONS, values_of
+from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
@@ -117,7 +117,7 @@ def _moving_control_points(options):
     ValueError
         If nothing moves, unless that is allowed.
     """
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     handles, has_partners = _read_control_points(options)
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
@@ -139,7 +139,7 @@ def _moving_control_points(options):
 
 def _as_arrays(handles):
     """p, q and weights (or None) of control-point polydata."""
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
     return arrays.control_points(handles, "Displacement", weight)

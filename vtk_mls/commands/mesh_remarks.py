@@ -51,7 +51,7 @@ def said_of(inverted):
 def left_out(output, path):
     """The end of a sentence about arrays of the input that a file does not hold."""
     from vtk_mls import io
-    from vtk_mls.filters import array_table
+    from vtk_mls.vtk import array_table
 
     own = {array.name for array in array_table.TABLE if array_table.MESH in array.writers}
     names = [f"`{name}`" for name in io.left_out(output, path) if name not in own]

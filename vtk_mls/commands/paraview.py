@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from vtk_mls import display
+from vtk_mls.base import display
 from vtk_mls.files.existing import existing_file
 
 

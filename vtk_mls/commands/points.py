@@ -62,7 +62,7 @@ def _moved(landmarks, deformation, options):
     """New positions (n, 3), NaN where there is none."""
     import numpy as np
 
-    from vtk_mls.progress import whole
+    from vtk_mls.base.progress import whole
 
     is_placed = landmarks.is_placed
     positions = landmarks.positions[is_placed]

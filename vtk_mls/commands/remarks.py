@@ -11,7 +11,7 @@ MAX_SAMPLES = 32  # along each axis of a grid on which maps are sampled
 
 def remark(algorithm, is_field=False):
     """What is to be said of a map that a filter has computed, for the end of a sentence."""
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     handles = algorithm.GetInputDataObject(1, 0)
     displacement = handles.GetPointData().GetArray("Displacement")
@@ -98,8 +98,8 @@ def folds_of_images(algorithm):
 
 def _images(algorithm):
     """The grids of images, alone or as blocks: (input, output) of each."""
-    from vtk_mls.arrays import ImageGeometry
     from vtk_mls.files.blocks import blocks
+    from vtk_mls.vtk.arrays import ImageGeometry
 
     sources, targets = blocks(algorithm.GetInputDataObject(0, 0)), blocks(algorithm.GetOutput())
     return [
@@ -158,8 +158,8 @@ def _far(algorithm, is_field):
 
     The data are where p is. Fields and output grids are where q is, but for fields of the inverse.
     """
-    from vtk_mls import arrays
     from vtk_mls.files.blocks import blocks
+    from vtk_mls.vtk import arrays
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     rest = arrays.to_numpy(handles.GetPoints().GetData())

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls.reals import real, shown
+from vtk_mls.base.validation import as_float, short_repr
 
 if TYPE_CHECKING:
-    from vtk_mls.control_points import ControlPoints
     from vtk_mls.cuts.plane import Plane
+    from vtk_mls.handles.control_points import ControlPoints
 
 
 class Cut:
@@ -98,9 +98,9 @@ class Obstacle(Cut):
 
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """The three finite numbers that an argument `name` must be."""
-    numbers = real(name, value, "three numbers")
+    numbers = as_float(name, value, "three numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {shown(value)}")
+        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
     return numbers
 
 
@@ -109,7 +109,7 @@ def direction(name: str, value: ArrayLike) -> NDArray[np.float64]:
     along = vector(name, value)
     largest = np.abs(along).max()
     if largest == 0:
-        raise ValueError(f"`{name}` must not be zero, got {shown(value)}")
+        raise ValueError(f"`{name}` must not be zero, got {short_repr(value)}")
     along = along / largest  # its square may be 0 or infinite
     return along / np.linalg.norm(along)
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.linear_algebra import dots, unit
 from vtk_mls.cuts.cut import Obstacle, direction, freeze, vector
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import dots, unit
 
 if TYPE_CHECKING:
-    from vtk_mls.control_points import ControlPoints
+    from vtk_mls.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.linear_algebra import dots
 from vtk_mls.cuts.cut import Cut, direction, freeze, vector
-from vtk_mls.linear_algebra import dots
 
 if TYPE_CHECKING:
-    from vtk_mls.control_points import ControlPoints
+    from vtk_mls.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False)

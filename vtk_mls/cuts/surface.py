@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.linear_algebra import cross, dots, transformed, unit
+from vtk_mls.base.validation import as_float
 from vtk_mls.cuts.cut import Obstacle, freeze
 from vtk_mls.cuts.plane import Plane
-from vtk_mls.linear_algebra import cross, dots, transformed, unit
-from vtk_mls.reals import real
 
 if TYPE_CHECKING:
-    from vtk_mls.control_points import ControlPoints
+    from vtk_mls.handles.control_points import ControlPoints
 
 # No direction that surfaces have by design: a segment through an edge counts as moved along it.
 _ASIDE = np.array([0.5377, 0.2863, 0.7930])
@@ -52,8 +52,8 @@ class Surface(Obstacle):
         def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
-        points = real("points", self.points)
-        rows = real("triangles", self.triangles)
+        points = as_float("points", self.points)
+        rows = as_float("triangles", self.triangles)
         triangles = np.where(np.isfinite(rows), rows, -1).astype(np.int64)
         if (triangles != rows).any():
             raise TypeError("`triangles` must be whole numbers, rows of `points`")
@@ -86,7 +86,7 @@ class Surface(Obstacle):
     @classmethod
     def polygon(cls, outline: ArrayLike) -> Surface:
         """The flat surface within `outline` (n, 3), a closed line of any shape, in order."""
-        outline = real("outline", outline)
+        outline = as_float("outline", outline)
         if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
             raise ValueError(f"`outline` must be at least three points (n, 3), got {outline.shape}")
         # A fan around the middle: where its triangles overlap, crossings come in pairs.

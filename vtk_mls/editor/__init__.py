@@ -1,6 +1,6 @@
 """An editor of deformations under the mouse: in any window of VTK."""
 
-from vtk_mls import lazy
+from vtk_mls.base import lazy
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:

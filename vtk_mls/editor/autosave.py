@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import HalfPlane, Plane, Surface, options
+from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor.state import State
-from vtk_mls.engine import caches
+from vtk_mls.engine.device import caches
 from vtk_mls.files.replacing import replacing
+from vtk_mls.model import options
 
 _FOLDER = "vtk_mls", "unsaved"
 _CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}

@@ -9,8 +9,8 @@ from vtkmodules.vtkInteractionWidgets import (
 )
 
 from vtk_mls import HalfPlane, Plane
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.half_sheet import HalfSheet
-from vtk_mls.linear_algebra import unit
 
 _FACE, _BRIGHT = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0)
 _OPACITY, _GRASPED = 0.18, 0.35  # of the sheet

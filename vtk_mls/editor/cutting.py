@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import HalfPlane, Plane
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.cut_widget import CutWidget, next_half
 from vtk_mls.editor.incision import Incision
-from vtk_mls.linear_algebra import unit
 
 _OF_PLANE = "The blue sheet cuts, and the mouse moves it; C: just half of it."
 _OF_HALF = "The blue sheet cuts as far as its red edge, and the mouse moves it; I: another half."

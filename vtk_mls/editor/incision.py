@@ -7,7 +7,8 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from vtk_mls import Surface, arrays
+from vtk_mls import Surface
+from vtk_mls.vtk import arrays
 
 _DEPTH, _OUT = 0.4, 0.15  # of the size of the data, into them and out of them
 _COLOUR = (1.0, 0.35, 0.45)

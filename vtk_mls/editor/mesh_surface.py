@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 
-from vtk_mls.linear_algebra import unit
+from vtk_mls.base.linear_algebra import unit
 
 _TOLERANCE = 1e-6  # of a ray, as a share of its length
 

@@ -10,9 +10,10 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
-from vtk_mls.linear_algebra import unit
+from vtk_mls import Grid
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def scalar_image(image):

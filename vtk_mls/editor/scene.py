@@ -8,11 +8,11 @@ from vtkmodules.vtkCommonCore import vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.shown_mesh import ShownMesh
 from vtk_mls.editor.shown_volume import ShownVolume
-from vtk_mls.linear_algebra import unit
 
 TOP, BOTTOM = (0.16, 0.19, 0.25), (0.05, 0.06, 0.09)
 _FROM = np.array((0.55, -1.0, 0.45))  # where the eye is at first: to the left, in front, above

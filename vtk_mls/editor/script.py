@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 
 from vtk_mls import HalfPlane, Plane
-from vtk_mls.options import OPTIONS
+from vtk_mls.model.options import OPTIONS
 
 _TEXT = '''\
 """Makes the deformed data that were edited with `vtk-mls view` again.

@@ -8,14 +8,15 @@ from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls import Deformation, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Deformation
 from vtk_mls.editor import looks
 from vtk_mls.editor.scalar_image import scalar_image
 from vtk_mls.editor.visible_voxels import VisibleVoxels
 from vtk_mls.editor.volume_surface import VolumeSurface
 from vtk_mls.files import provenance
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _STEP, _COARSE_STEP = 0.5, 1.2  # of a voxel, along a ray
 

@@ -16,9 +16,10 @@ from vtkmodules.vtkRenderingCore import (
     vtkTextActor,
 )
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid
 from vtk_mls.editor.projection import Projection
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _MARGIN = 0.2  # of the size, beyond the data at rest
 # Whence one looks along x, y, z, and what is up: in LPS as radiologists do.

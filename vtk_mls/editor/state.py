@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import Deformation, kinds, options
+from vtk_mls import Deformation, kinds
+from vtk_mls.model import options
 
 # The options, with the defaults of the editor.
 _Options = make_dataclass(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.base.interpolation import sample
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import looks
-from vtk_mls.interpolation import sample
-from vtk_mls.linear_algebra import unit
 from vtk_mls.rendering.volume_ray import light_along
 
 _STEP = 0.5  # along a ray, of the smallest spacing

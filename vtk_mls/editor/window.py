@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
-from vtk_mls import display
+from vtk_mls.base import display
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 

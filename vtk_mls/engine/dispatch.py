@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 import os
 
-from vtk_mls import reference
-from vtk_mls.announcements import warn
-from vtk_mls.engine import device as devices
-from vtk_mls.engine import device_check, drivers
-from vtk_mls.engine.device import DeviceError
+from vtk_mls.base.messages import warn
+from vtk_mls.engine.device import device_check, devices, drivers
+from vtk_mls.engine.device.devices import DeviceError
+from vtk_mls.reference import engine as reference
 
 
 def engine_for(name=None):

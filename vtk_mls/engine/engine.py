@@ -9,14 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vtk_mls import interpolation, recycled, vector_fields
-from vtk_mls.engine import array_types, differences, kernel_arguments, void_corners
-from vtk_mls.engine import device as devices
-from vtk_mls.engine.inverse import InverseSearch
-from vtk_mls.engine.launcher import Launcher, RegionMap
-from vtk_mls.engine.sampler import samplers
-from vtk_mls.progress import SILENT
-from vtk_mls.sampling import Sampling
+from vtk_mls.base import buffer_pool, interpolation
+from vtk_mls.base.progress import SILENT
+from vtk_mls.base.sampling import Sampling
+from vtk_mls.engine.device import devices
+from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch.launcher import Launcher, RegionMap
+from vtk_mls.engine.map.inverse import InverseSearch
+from vtk_mls.engine.sample import differences, void_corners
+from vtk_mls.engine.sample.sampler import samplers
+from vtk_mls.queries import vector_fields
 
 
 @functools.cache
@@ -133,8 +135,8 @@ class Engine:
 
     @_question
     def displacement_field(self, deformation, grid, progress=SILENT):
-        displacement = recycled.empty((grid.size, 3), np.float32)
-        void_distance = recycled.empty(grid.size if deformation.cuts else 0, np.float32)
+        displacement = buffer_pool.empty((grid.size, 3), np.float32)
+        void_distance = buffer_pool.empty(grid.size if deformation.cuts else 0, np.float32)
         launches = self._launches(deformation)
         for part in progress.over(self.launcher.slabs(grid.size, deformation, 16)):
             with ExitStack() as buffers:
@@ -155,7 +157,7 @@ class Engine:
 
     @_question
     def jacobian_field(self, deformation, grid, progress=SILENT):
-        result = recycled.empty((grid.size, 9), np.float32)
+        result = buffer_pool.empty((grid.size, 9), np.float32)
         launches = self._launches(deformation)
         slabs = self.launcher.slabs(grid.size, deformation, 36)
         rivals = self._rivals(deformation, slabs)
@@ -177,7 +179,7 @@ class Engine:
         covariant=None,
     ):
         target, covariant = sampling.target, covariant or {}
-        results = [recycled.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
+        results = [buffer_pool.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         arrays = samplers(self.launcher, arrays, sampling, covariant)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     import numpy as np
 
+    from vtk_mls.base.grid import Grid
+    from vtk_mls.base.progress import Progress
+    from vtk_mls.base.sampling import Sampling
     from vtk_mls.deformation import Deformation
-    from vtk_mls.grid import Grid
-    from vtk_mls.progress import Progress
-    from vtk_mls.sampling import Sampling
 
 
 class Engine(Protocol):

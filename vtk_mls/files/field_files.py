@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vtk_mls.base.grid import Grid
 from vtk_mls.files import formats, meta_image, nifti, nrrd
 from vtk_mls.files.volumes import Volume
-from vtk_mls.grid import Grid
 
 _FORMATS = {  # what writes it, and lines of its header
     "NIFTI": (nifti, ("intent_code: 1006",)),

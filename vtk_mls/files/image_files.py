@@ -17,10 +17,10 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
-from vtk_mls import arrays
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.files import meta_image, nifti, nrrd, provenance, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _HEADERS = {
     "NRRD": provenance.NRRD_HEADER,

@@ -9,8 +9,8 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
-from vtk_mls import arrays
 from vtk_mls.files import mesh_frames, vtk_io
+from vtk_mls.vtk import arrays
 
 _COLORS = "_Colors"  # by which a PLY writer finds them
 

@@ -14,8 +14,8 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet
 
-from vtk_mls import arrays
 from vtk_mls.files import frames, provenance, vtk_io
+from vtk_mls.vtk import arrays
 
 _FIELD = "SPACE"
 _DISPLACEMENT = "Displacement"

@@ -25,7 +25,7 @@ import contextlib
 
 import numpy as np
 
-from vtk_mls.announcements import warn
+from vtk_mls.base.messages import warn
 from vtk_mls.files import frames, volumes
 from vtk_mls.files.volumes import Volume
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from vtkmodules.vtkCommonDataModel import vtkPointSet
 
-from vtk_mls import arguments, arrays
+from vtk_mls.base import validation
 from vtk_mls.files import provenance
 from vtk_mls.files.landmarks import Landmarks
+from vtk_mls.vtk import arrays
 
 _DISPLACEMENT, _WEIGHT, _LABEL = "Displacement", "Weight", "Label"
 
@@ -19,11 +20,11 @@ def landmarks(path: Path, point_set: vtkPointSet, is_alone: bool) -> Landmarks:
     weight = _WEIGHT if data.HasArray(_WEIGHT) else None
     if is_alone or data.HasArray(_DISPLACEMENT):
         points, partners, weights = arrays.control_points(point_set, _DISPLACEMENT, weight)
-        arguments.points("deformed", partners)
+        validation.points("deformed", partners)
     else:
         points = arrays.to_numpy(point_set.GetPoints().GetData()).astype(float)
         weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
-    arguments.points("rest", points)
+    validation.points("rest", points)
     is_lps = bool(provenance.kept(point_set, provenance.FILE_SPACE))
     frame = "LPS" if is_lps else "".join(provenance.kept(point_set, provenance.SPACE))
     labels = arrays.texts(data, _LABEL)

@@ -39,7 +39,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.announcements import warn
+from vtk_mls.base.messages import warn
 from vtk_mls.files import column_names, counted_headers
 from vtk_mls.files.counted_headers import is_number, is_numbered, is_wider
 from vtk_mls.files.frames import signs

@@ -6,7 +6,7 @@ vtkStringArray.
 
 from __future__ import annotations
 
-from vtk_mls import arrays
+from vtk_mls.vtk import arrays
 
 SPACE = "Space"  # name of the frame of control points
 FILE_SPACE = "FileSpace"  # name of the file's own frame; the dataset itself is in LPS

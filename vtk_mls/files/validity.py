@@ -20,8 +20,8 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
-from vtk_mls import arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _HIGHER_ORDER = 60  # cells of this type and above have any number of points from a least one on
 

@@ -1,6 +1,6 @@
 """VTK filters: ports and properties over `vtk_mls.Deformation`."""
 
-from vtk_mls import lazy
+from vtk_mls.base import lazy
 
 # Types of these are in __init__.pyi.
 __all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField"]

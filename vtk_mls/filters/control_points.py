@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, provenance
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.own_control_points import OwnControlPoints, numbers_of
 from vtk_mls.filters.property_methods import with_properties
-from vtk_mls.reals import shown
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 
 @with_properties(property_tables.CONTROL_POINTS)
@@ -64,7 +64,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():
             raise ValueError(
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "
-                f"its maximum, got {shown(self.GetBounds())}"
+                f"its maximum, got {short_repr(self.GetBounds())}"
             )
         return lattice(dimensions, bounds)
 

@@ -10,8 +10,9 @@ from vtkmodules.vtkFiltersCore import (
     vtkTriangleFilter,
 )
 
-from vtk_mls import HalfPlane, Plane, Surface, arrays
-from vtk_mls.filters.cells import without_empty
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import without_empty
 
 
 def own_cuts(kind, origin, normal, inward):

@@ -13,14 +13,15 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import Grid, Sampling, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid, Sampling
 from vtk_mls.filters import extents, property_tables, times, warping
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
 from vtk_mls.filters.resampling import Resampling
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _SEAM = (
     "`Input` has images in several blocks, each of which is deformed by itself: what crosses a "

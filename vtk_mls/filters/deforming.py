@@ -6,15 +6,17 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vtkUniformGridAMR
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
-from vtk_mls import Deformation, arrays, options
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Deformation
 from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, times, void_arrays
 from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, requested_extent
+from vtk_mls.model import options
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata
 
 _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the control points

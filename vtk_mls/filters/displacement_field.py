@@ -9,13 +9,14 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid
 from vtk_mls.files import nifti, provenance
 from vtk_mls.filters import extents, gradients, parallel, property_tables, times, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 # Points whose forward images are looked for at once.
 _CHUNK = 1 << 20

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import arrays
+from vtk_mls.vtk import arrays
 
 
 def scalars(image, name):

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkGlyph3D
 from vtkmodules.vtkFiltersSources import vtkArrowSource
 
-from vtk_mls.filters.control_point_polydata import DISPLACEMENT, fill_polydata
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, fill_polydata
 
 
 def fill_arrows(polydata, rest, deformed):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls.reals import real, shown
+from vtk_mls.base.validation import as_float, short_repr
 
 
 class OwnControlPoints:
@@ -54,7 +54,7 @@ class OwnControlPoints:
 def numbers_of(name, values, row):
     """The float64 array of shape (n, *row) of the property `name`."""
     try:
-        return real(name, values).reshape(len(values), *row)
+        return as_float(name, values).reshape(len(values), *row)
     except (TypeError, ValueError):
         expected = "rows of three numbers" if row else "numbers"
-        raise ValueError(f"`{name}` must be {expected}, got {shown(values)}") from None
+        raise ValueError(f"`{name}` must be {expected}, got {short_repr(values)}") from None

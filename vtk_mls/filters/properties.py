@@ -10,8 +10,8 @@ from __future__ import annotations
 import re
 from dataclasses import KW_ONLY, dataclass
 
-from vtk_mls.grid import Grid
-from vtk_mls.reals import shown
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.validation import short_repr
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Dimensions(Vector):
         except (TypeError, ValueError):
             raise ValueError(
                 f"`{self.name}` must be three positive integers (nx, ny, nz), "
-                f"got {shown(dimensions)}"
+                f"got {short_repr(dimensions)}"
             ) from None
 
 
@@ -188,7 +188,7 @@ class Choice(Property):
         choice = getattr(algorithm, self.attribute)
         if choice not in self.choices:
             listed = ", ".join(self.choices)
-            raise ValueError(f"`{self.name}` must be one of {listed}, got {shown(choice)}")
+            raise ValueError(f"`{self.name}` must be one of {listed}, got {short_repr(choice)}")
         return choice
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling, options
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -17,6 +17,7 @@ from vtk_mls.filters.properties import (
     Vector,
     of_option,
 )
+from vtk_mls.model import options
 
 
 def _of_section(section, is_interactive=False):

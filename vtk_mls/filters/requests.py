@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonExecutionModel import (
     vtkStreamingDemandDrivenPipeline,
 )
 
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def ask_for_all(info):

@@ -7,11 +7,12 @@ from functools import partial
 
 import numpy as np
 
-from vtk_mls import arrays, interpolation, recycled
+from vtk_mls.base import buffer_pool, interpolation
 from vtk_mls.files import provenance
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.extents import of_cells
+from vtk_mls.vtk import arrays
 
 
 class Resampling:
@@ -146,7 +147,7 @@ class Resampling:
         is_wanted = sampling is self.sampling and self.deformation.cuts
         if not is_wanted or self._void_distance is not None:
             return None
-        self._void_distance = recycled.empty(self.target.shape, np.float32)
+        self._void_distance = buffer_pool.empty(self.target.shape, np.float32)
         return self._void_distance
 
     def _mark_points(self, progress):

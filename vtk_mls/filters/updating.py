@@ -5,7 +5,7 @@ from __future__ import annotations
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING
 
-from vtk_mls.announcements import warn
+from vtk_mls.base.messages import warn
 
 
 def update(algorithm, progress=None):

@@ -6,7 +6,8 @@ import numpy as np
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
-from vtk_mls import arrays, recycled
+from vtk_mls.base import buffer_pool
+from vtk_mls.vtk import arrays
 
 # Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
 # of each column of an image with hidden cells at the end of the z axis, whatever axis the column
@@ -24,7 +25,7 @@ def add_void(attributes, void_distance):
         As of `DisplacementField.void_distance`.
     """
     arrays.add(attributes, "VoidDistance", void_distance.ravel())
-    void = recycled.empty(void_distance.size, bool)
+    void = buffer_pool.empty(void_distance.size, bool)
     arrays.add(attributes, "Void", np.less(void_distance.ravel(), 0, out=void))
 
 
@@ -39,7 +40,7 @@ def hide(attributes, hidden):
     """Mark points or cells as hidden, beside what their ghost array says already."""
     is_points = attributes.IsA("vtkPointData")
     flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
-    ghosts = recycled.empty(hidden.size, np.uint8)
+    ghosts = buffer_pool.empty(hidden.size, np.uint8)
     np.multiply(hidden.ravel().view(np.uint8), np.uint8(flag), out=ghosts)
     before = attributes.GetArray(arrays.GHOSTS)
     if before is not None:

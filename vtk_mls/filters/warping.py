@@ -17,13 +17,13 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
-from vtk_mls import arrays
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.cells import FACES, is_empty, make_boxes_free, without_empty
-from vtk_mls.filters.orientation import count_inverted
-from vtk_mls.filters.splitting import crossed, make_points_real, set_positions, split
-from vtk_mls.vector_fields import contravariant, covariant
+from vtk_mls.queries.vector_fields import contravariant, covariant
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import FACES, is_empty, make_boxes_free, without_empty
+from vtk_mls.vtk.orientation import count_inverted
+from vtk_mls.vtk.splitting import crossed, make_points_real, set_positions, split
 
 # Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
 # the control points or of the distance from them: more than the device's float32 blurs.

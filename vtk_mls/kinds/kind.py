@@ -71,7 +71,7 @@ class Kind:
         return None
 
     def fit(self, weighted) -> Fit:
-        """The maps that fit `weighted`, a `vtk_mls.weights.WeightedPoints`, best."""
+        """The maps that fit `weighted`, a `vtk_mls.reference.weights.WeightedPoints`, best."""
         raise NotImplementedError
 
     def functions(self, control_points) -> int:

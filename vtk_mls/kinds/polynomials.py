@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.kinds.kind import Fit, Kind
-from vtk_mls.linear_algebra import transformed
 
 # Exponents of the monomials of degree 1, 2 and 3, in this order also in the kernels.
 MONOMIALS = np.array(

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vtk_mls.base.linear_algebra import finite, unit
 from vtk_mls.kinds.kind import Fit, Kind
-from vtk_mls.linear_algebra import finite, unit
 
 # The rotation about a line of control points hangs on the product of the two sets' widths.
 TWIST_TOLERANCE = 1e-5

@@ -13,8 +13,6 @@ from contextlib import suppress
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
-from vtk_mls import arrays
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.editor import looks
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.mesh_surface import MeshSurface
@@ -23,6 +21,8 @@ from vtk_mls.editor.visible_voxels import VisibleVoxels
 from vtk_mls.paraview import undo
 from vtk_mls.paraview.handle_rows import pending
 from vtk_mls.paraview.server_manager import blocks_of, input_of, is_remote
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _COUNT = 3  # along each axis
 _MAX_CELLS = 10**6  # of a mesh: to find what is nearest takes a second

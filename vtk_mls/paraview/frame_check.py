@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _READERS = ("vtkNIfTIReader", "vtkNrrdReader", "vtkPNrrdReader", "vtkMetaImageReader")
 

@@ -21,9 +21,9 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
-from vtk_mls.arrays import add, from_numpy
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.paraview.beside_widget import BesideWidget
+from vtk_mls.vtk.arrays import add, from_numpy
 
 _DRAGGED = (1.0, 0.67, 0.0)
 _PIXELS, _SELECTED_PIXELS = 10, 16  # diameters

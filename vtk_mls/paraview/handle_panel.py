@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from vtk_mls.filters import property_tables
-from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.paraview.property_xml import element, joined, visibility
 from vtk_mls.paraview.xml import (
     arrays_of,
@@ -14,6 +13,7 @@ from vtk_mls.paraview.xml import (
     vector,
     xml,
 )
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
 
 # What the mouse does, as the panel says it above all properties.
 MOUSE_HELP = """Drag a handle in the view: with Ctrl it goes along the surface under the mouse.

@@ -7,8 +7,9 @@ from itertools import permutations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Grid, arrays
-from vtk_mls.arrays import ImageGeometry
+from vtk_mls import Grid
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def along_world(image):

@@ -7,9 +7,9 @@ from contextlib import suppress
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.paraview.image_axes import along_world
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 class MLSImageReader(Algorithm):

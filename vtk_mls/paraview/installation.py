@@ -12,7 +12,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from vtk_mls.resources import resource
+from vtk_mls.base.resources import resource
 
 _SECONDS = 120
 SCENE = Path(__file__).with_name("scene.py")

@@ -10,14 +10,14 @@ import sys
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from vtk_mls import announcements
+from vtk_mls.base import messages
 
 
 def start():
     """Tell announcements to whom looks at the GUI, or at the terminal that it was started from."""
-    if not any(isinstance(each, _Told) for each in announcements.LOG.handlers):
-        announcements.LOG.addHandler(_Told())
-        announcements.LOG.propagate = False
+    if not any(isinstance(each, _Told) for each in messages.LOG.handlers):
+        messages.LOG.addHandler(_Told())
+        messages.LOG.propagate = False
 
 
 class _Told(logging.Handler):

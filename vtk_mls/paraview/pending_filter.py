@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.filters import MLSDeform, properties, property_tables
 from vtk_mls.paraview.server_manager import elements, is_pending
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _GRID = property_tables.OUTPUT_GRID, *property_tables.GIVEN_GRID
 _TABLE = [each for each in property_tables.DEFORM if each is not property_tables.CUTS]

@@ -8,11 +8,12 @@ from textwrap import fill, indent
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPointSet, vtkPolyData
 
-from vtk_mls import arguments, arrays
+from vtk_mls.base.validation import short_repr
 from vtk_mls.filters import property_tables
-from vtk_mls.filters.control_point_polydata import fill_polydata
 from vtk_mls.filters.properties import Items
-from vtk_mls.reals import shown
+from vtk_mls.model import arguments
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 # What arguments say otherwise: control points and cuts.
 _ARGUMENTS = {
@@ -63,7 +64,7 @@ def apply(algorithm, options):
         try:
             each.assign(algorithm, value)
         except TypeError as error:
-            raise TypeError(f"`{name}` must be {each.values}, got {shown(value)}") from error
+            raise TypeError(f"`{name}` must be {each.values}, got {short_repr(value)}") from error
 
 
 def in_words_of_options(sentence, algorithm):

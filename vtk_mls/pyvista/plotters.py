@@ -8,10 +8,10 @@ import numpy as np
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import arrays
 from vtk_mls.filters import cut_inputs, property_tables
-from vtk_mls.filters.control_point_polydata import DISPLACEMENT, WEIGHT, fill_polydata
 from vtk_mls.pyvista import options as arguments
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, fill_polydata
 
 # What an edit changes, as properties of filters; and all that a picture depends on.
 _EDITED = *property_tables.MAP, *property_tables.CUT_OPTIONS

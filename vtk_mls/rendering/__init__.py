@@ -1,6 +1,6 @@
 """What is deformed, drawn while it moves: nothing is resampled."""
 
-from vtk_mls import lazy
+from vtk_mls.base import lazy
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
-from vtk_mls import arrays, guesses
-from vtk_mls.filters.splitting import height_function
+from vtk_mls.queries import first_guesses as guesses
+from vtk_mls.queries.vector_fields import covariant
 from vtk_mls.rendering.drawn_mesh import jacobians
-from vtk_mls.vector_fields import covariant
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.splitting import height_function
 
 # Points up to which the map itself takes no longer than its interpolation, and nodes of the grid.
 MOST_EXACT, _NODES = 1 << 18, 1 << 18

@@ -10,13 +10,13 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 
 from vtk_mls import Deformation, Grid
-from vtk_mls.arrays import ImageGeometry
 from vtk_mls.rendering import shader, volume_checks
 from vtk_mls.rendering.errors import RenderingError
 from vtk_mls.rendering.map_box import MapBox
 from vtk_mls.rendering.map_layers import layers
 from vtk_mls.rendering.map_texture import MapTexture
 from vtk_mls.rendering.messages import Messages
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _GROWTHS = 8  # of the box in one update
 _drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom

@@ -8,11 +8,11 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes, vtkPolyData
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
-from vtk_mls import arrays
+from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import gradients, warping
-from vtk_mls.filters.cells import is_empty, without_empty
-from vtk_mls.filters.splitting import make_points_real, set_positions, split
-from vtk_mls.progress import SILENT
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import is_empty, without_empty
+from vtk_mls.vtk.splitting import make_points_real, set_positions, split
 
 _POINT = "_Point"
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.arrays import ImageGeometry
-from vtk_mls.grid import Grid
+from vtk_mls.base.grid import Grid
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _MARGIN = 0.15  # of the size, on each side
 _GROWTH = 0.4  # likewise, of a side where the volume reaches the end

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.progress import SILENT
 
 _NOWHERE = 1e30  # from a void
 # How far from a cut its faces are looked for, in diagonals of a cell: all nodes of a cell with a

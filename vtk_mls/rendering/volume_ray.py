@@ -9,9 +9,9 @@ from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
-from vtk_mls.arrays import ImageGeometry
-from vtk_mls.interpolation import sample
+from vtk_mls.base.interpolation import sample
 from vtk_mls.rendering import deformed_volume
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _HIDES = 0.5  # opacity of all that is before it
 _STEP = 0.5  # of the smallest spacing

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from vtk_mls.options import OPTIONS
+from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
 # Methods of the editor that need no value.

@@ -6,7 +6,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
-from vtk_mls import options
+from vtk_mls.model import options
 from vtk_mls.web.transfers import MOST_OF_HANDLES
 
 _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")

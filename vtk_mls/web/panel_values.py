@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import HalfPlane, Plane, Surface
-from vtk_mls.options import values_of as values_of_options
+from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first one of how far handles are apart
 

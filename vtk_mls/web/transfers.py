@@ -156,7 +156,7 @@ async def _try(reader, path):
 
 def _state_of(points, state):
     """The state with control points of a file."""
-    from vtk_mls import arrays
+    from vtk_mls.vtk import arrays
 
     rest = arrays.to_numpy(points.GetPoints().GetData())
     shift = points.GetPointData().GetArray("Displacement")

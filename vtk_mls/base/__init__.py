@@ -1,0 +1,1 @@
+"""Foundations that need only numpy: validation, grids, sampling, interpolation, progress."""

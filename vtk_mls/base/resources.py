@@ -1,0 +1,23 @@
+"""Where the kernels and the ParaView plugin lie: inside an installed wheel, or beside the package
+in a checkout (an editable install is one)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def resource(name: str) -> Path:
+    """Folder of the data files `name`: "opencl" or "paraview_plugin".
+
+    Raises
+    ------
+    FileNotFoundError
+        If the installation lacks the folder.
+    """
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / name, package.parent / name):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(
+        f"vtk_mls has no folder `{name}` in {package} nor beside it: install vtk-mls again"
+    )

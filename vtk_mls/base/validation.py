@@ -1,0 +1,101 @@
+"""Validation of arguments.
+
+Errors are one sentence with the argument, the expected value, and the value that was given.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_LONG = 60
+
+
+def as_float(name, value, expected="numbers"):
+    """A float64 copy of `value`, of any shape.
+
+    Raises
+    ------
+    TypeError
+        If it is not made of real numbers, or of such as no float holds; naming it `name`.
+    """
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind != "c":
+            return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise TypeError(f"`{name}` must be {expected}, got {short_repr(value)}")
+
+
+def short_repr(value):
+    """What `value` is, on one short line."""
+    if isinstance(value, np.ndarray) and value.size > 4:
+        return f"an array of shape {value.shape} of {value.dtype}"
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no integers of thousands of digits
+        text = f"an {type(value).__name__}"
+    return text if len(text) <= _LONG else f"{text[: _LONG - 3]}..."
+
+
+def coordinates(value: ArrayLike, name: str = "points") -> NDArray[Any]:
+    """Rows of three numbers (n, 3), float32 or float64; they need not be finite."""
+    array = value
+    if not isinstance(value, np.ndarray) or value.dtype != np.float32:
+        array = as_float(name, value, "numbers of shape (n, 3)")
+    if array.size == 0 and array.ndim <= 2:
+        array = array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"`{name}` must have the shape (n, 3), got {array.shape}")
+    return np.ascontiguousarray(array)
+
+
+def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Rows of three finite numbers (n, 3), float64; a copy."""
+    array = coordinates(value, name).astype(np.float64)
+    if not np.isfinite(array).all():
+        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
+    return array
+
+
+def single_precision(name, value):
+    """Real numbers of any shape, float32."""
+    if isinstance(value, np.ndarray) and value.dtype == np.float32:
+        return value
+    return as_float(name, value).astype(np.float32)
+
+
+def native_array(array):
+    """An array, contiguous, in the byte order of this machine, which arrays of files may lack."""
+    array = array.view(np.uint8) if array.dtype == bool else array
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+
+
+def number(name, value):
+    """A float."""
+    array = as_float(name, value, "a number")
+    if array.ndim:
+        raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
+    return float(array)
+
+
+def choice(name, value, choices):
+    """One of `choices`, strings or numbers."""
+    if not np.isscalar(value) or value not in choices:
+        listed = ", ".join(map(str, choices))
+        raise ValueError(f"`{name}` must be one of {listed}, got {short_repr(value)}")
+    return value
+
+
+def output_array(name, value, shape, dtype):
+    """A contiguous array that is to be filled."""
+    fits = isinstance(value, np.ndarray) and (value.shape, value.dtype) == (shape, dtype)
+    if not (fits and value.flags.c_contiguous and value.flags.writeable):
+        raise ValueError(
+            f"`{name}` must be a writeable, contiguous array of {np.dtype(dtype)} with the shape "
+            f"{shape}, got {short_repr(value)}"
+        )

@@ -1,0 +1,1 @@
+"""OpenCL devices: discovery, drivers and the check before the first use."""

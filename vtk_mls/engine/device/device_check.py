@@ -1,0 +1,360 @@
+"""Checks an OpenCL device once before its first use, in a child process.
+
+Drivers miscompile, crash and hang. The child runs the kernels on the device and compares them with
+the numpy reference (`kernel_checks`). The result says whether the device may be used, and with how
+many points per work item. It is kept in the user's cache folder, one file per driver, processor and
+version of the kernels.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import json
+import os
+import platform
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from vtk_mls.base.messages import inform, warn
+from vtk_mls.base.resources import resource
+from vtk_mls.engine.device import caches, devices
+
+try:
+    import fcntl
+except ImportError:  # Windows: processes that start together all run the check
+    fcntl = None
+
+# Seconds without output from the child. A step takes a few seconds; a busy machine needs more.
+STEP_TIMEOUT = 120
+# A failure at every width, or a timeout, may be the fault of a busy machine: checked again then.
+RETRY_SECONDS = 24 * 3600
+MARK = "vtk_mls device check: "  # before each JSON line of the child
+_TIMED_OUT = "it does not come to an end"
+# Standard input is not free: pvpython reads it.
+_CHILD = """
+import json, sys
+with open(__file__.rpartition("child.py")[0] + "request.json") as file:
+    request = json.load(file)
+sys.path[:] = request["path"]
+from vtk_mls.commands import kernel_checks
+kernel_checks.main(request)
+"""
+# The child is not a process of the parent's MPI job.
+_MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDRA|HYDI)_")
+
+
+@dataclass(frozen=True)
+class Result:
+    """The result of the check of one device.
+
+    Attributes
+    ----------
+    lanes : int
+        Points per work item that the device computes right; 0 if the device must not be used.
+    failures : tuple of str
+        Why more points per work item fail.
+    speed : float
+        Points per second of a rigid map with 15 control points; 0 if it was not measured.
+    is_checked : bool
+        False if no child process could run; `lanes` is a width known to be safe then.
+    """
+
+    lanes: int
+    failures: tuple[str, ...] = ()
+    speed: float = 0.0
+    is_checked: bool = True
+
+
+_results: dict[str, Result] = {}  # by file name
+_lock = threading.RLock()
+
+
+def results(found: list[devices.Device], recheck: bool = False) -> list[Result]:
+    """The result for each device; devices without one are checked now.
+
+    Parameters
+    ----------
+    found : list of Device
+    recheck : bool, optional
+        Check all of them again.
+    """
+    with _lock:
+        pending = _unchecked(found, recheck)
+        if pending:
+            with _one_process_at_a_time():
+                # another process may have checked them meanwhile
+                for name, result in _check(_unchecked(pending.values(), recheck)):
+                    _results[name] = result
+        return [_results[_file_name(device)] for device in found]
+
+
+def cached_result(device: devices.Device) -> Result | None:
+    """The result for `device` without a check."""
+    with _lock:
+        _unchecked([device])
+        return _results.get(_file_name(device))
+
+
+def result_path(device: devices.Device) -> Path | None:
+    """The file that keeps the result for `device`; None if nothing can be kept."""
+    folder = caches.folder()
+    return folder and folder / "vtk_mls" / "devices" / _file_name(device)
+
+
+@functools.cache
+def identity(device: devices.Device) -> str:
+    """Everything that a result depends on: drivers, processor, kernels."""
+    drivers = sorted({(d.platform, d.driver) for d in devices.list_devices()})
+    return repr((description(device)[1:], drivers, _processor(), _kernels()))
+
+
+def description(device: devices.Device) -> list[str]:
+    """Identifies `device` in any process that has the same drivers."""
+    about = [device.key, device.name, device.platform, device.kind]
+    return [*about, device.version, device.driver]
+
+
+def _processor():
+    """The processor that a CPU driver compiles for: several machines may share a home folder."""
+    try:
+        with open("/proc/cpuinfo") as info:
+            lines = info.read(8192).splitlines()
+    except OSError:
+        return platform.machine(), platform.processor()
+    return [line for line in lines if line.startswith(("model name", "flags", "Features"))][:2]
+
+
+@functools.cache
+def _kernels():
+    """A digest of the kernels and of everything that the check runs."""
+    package = Path(__file__).parents[2]
+    names = "commands/kernel_checks", "engine/launch/kernel_arguments", "engine/map/cut_tables"
+    files = [*sorted(resource("opencl").rglob("*.[ch]*")), *(package / f"{n}.py" for n in names)]
+    files += [*sorted(package.glob("kinds/*.py")), *sorted(package.glob("cuts/*.py"))]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
+# Files
+
+
+def _file_name(device):
+    return hashlib.sha256(identity(device).encode()).hexdigest()[:24] + ".json"
+
+
+def _unchecked(found, recheck=False):
+    """Devices without a result, by file name; results in files are read."""
+    named = {_file_name(device): device for device in found}
+    if recheck:
+        return named
+    for name, device in named.items():
+        if name not in _results and (result := _read(device)) is not None:
+            _results[name] = result
+    return {name: device for name, device in named.items() if name not in _results}
+
+
+def _read(device):
+    try:
+        record = json.loads(result_path(device).read_text())
+        lanes, failures, speed = (record[key] for key in ("lanes", "failures", "speed"))
+        result = Result(int(lanes), tuple(map(str, failures)), float(speed))
+        is_old = not 0 <= time.time() - record["time"] < RETRY_SECONDS
+    except (OSError, AttributeError, KeyError, TypeError, ValueError):
+        return None
+    is_doubtful = result.lanes == 0 or any(_TIMED_OUT in failure for failure in result.failures)
+    if result.lanes not in (0, 1, 4, 8, 16) or (is_doubtful and is_old):
+        return None
+    return result
+
+
+def _write(device, result):
+    """Keep a result; a folder that cannot be written costs a check in each process, no more."""
+    path = result_path(device)
+    with contextlib.suppress(OSError):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, new = tempfile.mkstemp(dir=path.parent)
+            with os.fdopen(handle, "w") as file:
+                json.dump({"device": str(device), **asdict(result), "time": time.time()}, file)
+            os.replace(new, path)
+
+
+@contextlib.contextmanager
+def _one_process_at_a_time():
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):
+            if fcntl is not None and (cache := caches.folder()) is not None:
+                folder = cache / "vtk_mls" / "devices"
+                folder.mkdir(parents=True, exist_ok=True)
+                fcntl.flock(stack.enter_context(open(folder / "lock", "w")), fcntl.LOCK_EX)
+        yield
+
+
+# The check
+
+
+class _FailedError(Exception):
+    """The device failed the check."""
+
+
+class _UncheckableError(Exception):
+    """The child failed for reasons other than the device."""
+
+
+def _check(pending):
+    """File names and results of devices, checked one after the other."""
+    if not pending:
+        return
+    python = interpreter()
+    if python is None:
+        warn(
+            "OpenCL devices cannot be checked, for this program has no Python to start: "
+            "they are used with the widest vectors that are known to be safe"
+        )
+        for name, device in pending.items():
+            yield name, Result(device.widths[0], is_checked=False)
+        return
+    names = ", ".join(f"{device.name} ({device.platform})" for device in pending.values())
+    inform(f"Testing OpenCL on {names} before its first use, once: up to a minute or two ...")
+    for name, device in pending.items():
+        result = _check_device(device, python)
+        if result.is_checked:
+            _write(device, result)
+        yield name, result
+
+
+def _check_device(device, python):
+    """Try fewer and fewer points per work item until the check passes."""
+    failures = []
+    for lanes in device.widths:
+        try:
+            return Result(lanes, tuple(failures), _run_child(device, lanes, python))
+        except _UncheckableError as error:
+            warn(
+                f"{device} cannot be checked ({error}): it is used with the widest "
+                "vectors that are known to be safe"
+            )
+            return Result(device.widths[0], is_checked=False)
+        except _FailedError as error:
+            points = f"{lanes} point{'s' * (lanes > 1)} per work item"
+            failures.append(f"with {points} {error}")
+            warn(f"{device}: {failures[-1]}")
+    warn(
+        f"{device} is not used, for it fails at every width; `vtk-mls doctor --retest` tries again"
+    )
+    return Result(0, tuple(failures))
+
+
+def _run_child(device, lanes, python):
+    """Points per second of a device that computes right, with caches of the child's own."""
+    with tempfile.TemporaryDirectory(prefix="vtk_mls-", ignore_cleanup_errors=True) as folder:
+        script = Path(folder, "child.py")
+        script.write_text(_CHILD)
+        path = [os.path.abspath(entry) for entry in sys.path]
+        request = {"path": path, "device": description(device), "lanes": lanes}
+        script.with_name("request.json").write_text(json.dumps(request))
+        try:
+            child = subprocess.Popen(
+                [*python, str(script)],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                env=_child_environment(folder),
+                text=True,
+                errors="replace",
+            )
+        except OSError as error:
+            raise _UncheckableError(str(error)) from error
+        with child:
+            try:
+                return _speed_from(child)
+            finally:
+                child.kill()
+
+
+def _child_environment(folder):
+    variables = {k: v for k, v in os.environ.items() if not _MPI_VARIABLES.match(k)}
+    return {
+        **variables,
+        "XDG_CACHE_HOME": folder,
+        "POCL_CACHE_DIR": os.path.join(folder, "pocl"),
+        "CUDA_CACHE_PATH": os.path.join(folder, "cuda"),
+    }
+
+
+def _speed_from(child):
+    """Read the output of the child up to the speed.
+
+    Raises
+    ------
+    _FailedError, _UncheckableError
+    """
+    step, last_line = "start", ""
+    for line in _lines_of(child):
+        if line is None:
+            raise _FailedError(f"{_TIMED_OUT} ({step}: no answer for {STEP_TIMEOUT:.0f} s)")
+        if not line.startswith(MARK):
+            last_line = line.strip() or last_line
+            continue
+        message = json.loads(line[len(MARK) :])
+        if "failure" in message:
+            raise _FailedError(message["failure"])
+        if "uncheckable" in message:
+            raise _UncheckableError(message["uncheckable"])
+        if "speed" in message:
+            return float(message["speed"])
+        step = message["step"]
+    status = child.wait()
+    words = f": {last_line[:200]}" if last_line else ""
+    if step == "start" and status > 0:  # Python itself, or one of its imports
+        raise _UncheckableError(f"its process ends with status {status}{words}")
+    how = f"status {status}"
+    if status < 0:
+        with contextlib.suppress(ValueError):
+            how = f"signal {-status}, {signal.Signals(-status).name}"
+    raise _FailedError(f"the process ends by {how} ({step}{words})")
+
+
+def _lines_of(child):
+    """Lines of output; None after `STEP_TIMEOUT` seconds without one, which ends the child."""
+    while True:
+        timed_out = threading.Event()
+        timer = threading.Timer(STEP_TIMEOUT, lambda flag=timed_out: (flag.set(), child.kill()))
+        timer.start()
+        try:
+            line = child.stdout.readline()
+        finally:
+            timer.cancel()
+        if timed_out.is_set():
+            yield None
+        if not line:
+            return
+        yield line
+
+
+def interpreter() -> list[str] | None:
+    """The command of a Python like this one; None if there is none, as in some embedded ones."""
+    version = "{}.{}".format(*sys.version_info)
+    program = Path(os.path.realpath("/proc/self/exe")) if os.name == "posix" else None
+    folders = [Path(sys.executable).parent] if sys.executable else []
+    folders += [program.parent] if program else []
+    suffix = ".exe" if sys.platform == "win32" else ""
+    candidates = [sys.executable, getattr(sys, "_base_executable", None)]
+    candidates += [Path(sys.base_prefix, "bin", f"python{version}")]
+    candidates += [Path(sys.base_prefix, f"python{suffix}")]
+    candidates += [folder / f"pvpython{suffix}" for folder in folders]
+    found = [str(path) for path in candidates if path and os.access(path, os.X_OK)]
+    patterns = (r"python[\d.]*(\.exe)?", r"(pv|vtk)python[\d.]*(\.exe)?")  # the latter load more
+    for pattern in patterns:
+        for candidate in found:
+            if re.fullmatch(pattern, Path(candidate).name.lower()):
+                return [candidate]
+    return None

@@ -1,0 +1,1 @@
+"""Kernel launches: programs, memory and arguments."""

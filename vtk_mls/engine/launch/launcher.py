@@ -1,0 +1,269 @@
+"""Kernels of an OpenCL device: built when first asked for, launched in slabs."""
+
+from __future__ import annotations
+
+import weakref
+from contextlib import ExitStack
+
+import numpy as np
+
+from vtk_mls.engine.device import devices
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.memory import Memory
+from vtk_mls.engine.map.coarse_map import CoarseMap
+from vtk_mls.engine.map.cut_tables import cut_tables
+from vtk_mls.engine.map.origin_nodes import OriginNodes
+
+# Control points times functions times points of one launch: some tenths of a second on two CPU
+# cores, so that progress shows and abort is heard.
+_WORK_PER_LAUNCH = 3e8
+# Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
+_CACHED = 1 << 19
+# Points whose forward images are searched for at a time.
+_SEARCHED = 1 << 18
+
+
+class Launcher:
+    """Launches kernels on one device.
+
+    Attributes
+    ----------
+    device : Device
+    memory : Memory
+    """
+
+    def __init__(self, device):
+        self.device, self.memory = device, Memory(device)
+        self.constant = self.memory.constant
+        self._kernels = {}
+        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+
+    # Slices of the work
+
+    def slabs(self, count, deformation, bytes_per_item, most=None):
+        """Slices of `count` items that fit the memory and take a moment each."""
+        cost = max(
+            len(c) * (1 + c.kind.functions(c))
+            for c in (region.control_points for region in deformation.regions)
+        )
+        limit = min(
+            _WORK_PER_LAUNCH / cost,
+            self.memory.limit / 4 / bytes_per_item,
+            self.device.handle.max_mem_alloc_size / bytes_per_item,
+            most or count,
+        )
+        step = max(1024, int(limit) // 1024 * 1024)
+        return [slice(start, min(count, start + step)) for start in range(0, count, step)]
+
+    def sampled_slabs(self, count, deformation, bytes_per_item):
+        """Slabs of `count` points of a grid at which arrays are sampled."""
+        most = _CACHED if self.memory.in_place else None
+        return self.slabs(count, deformation, bytes_per_item, most)
+
+    def search_slabs(self, count, deformation):
+        """Slabs of `count` points whose forward images are searched for."""
+        return self.slabs(count, deformation, 64, _SEARCHED)
+
+    # Kernels
+
+    def launch(self, name, constants, count, *arguments):
+        """Launch a kernel for `count` points."""
+        known = self._kernels.get((name, constants))
+        if known is None:
+            kernel = devices.kernel(self.device, name, constants)
+            known = self._kernels[name, constants] = kernel, dict(constants)["LANES"]
+        kernel, lanes = known
+        items = -(-count // lanes)
+        local = 64 if self.device.kind == "gpu" else 16
+        kernel(self.memory.queue, (-(-items // local) * local,), (local,), *arguments)
+
+    def sums(self, double):
+        """Build constants of kernels that sum in double or in float."""
+        if double:
+            return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
+        return [("LANES", self.device.lanes), ("SUM", "float")]
+
+    def map(self, deformation, region, grid, is_rival):
+        """Build constants and shared kernel arguments of the map in a region."""
+        control_points, alpha = region.control_points, deformation.alpha
+        kind = control_points.kind
+        numbers = kernel_arguments.filled(
+            kernel_arguments.MAP_NUMBERS,
+            count=len(control_points),
+            alpha=alpha,
+            **kind.numbers(control_points),
+        )
+        constants = [
+            ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
+            ("FIT", kind.kernel),
+            *kernel_arguments.MAP_CONSTANTS,
+            *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
+            *kind.constants().items(),
+        ]
+        if control_points not in self._uploaded:
+            tables = kernel_arguments.control_points(control_points), kind.table(control_points)
+            self._uploaded[control_points] = [
+                self.constant(kernel_arguments.not_empty(table)) for table in tables
+            ]
+        arguments = [numbers, *self._uploaded[control_points]]
+        if deformation.cuts:
+            extra, numbers, tables = cut_tables(deformation, region, grid, is_rival)
+            constants += extra
+            arguments += [numbers, *map(self.constant, tables)]
+        return tuple(constants), arguments
+
+
+class RegionMap:
+    """The map of a deformation in one region, as the kernels evaluate it.
+
+    Attributes
+    ----------
+    region : Region
+    control_points : ControlPoints
+        Of the region; their local frame is that of the kernels.
+    """
+
+    def __init__(self, launcher, deformation, region):
+        self.launcher, self.memory = launcher, launcher.memory
+        self.deformation, self.region = deformation, region
+        self.control_points = region.control_points
+        # planes of "point_displacement": in the rest frame of cuts also the void distance
+        self.displacements = 4 if deformation.in_rest_frame else 3
+        # by grid, None at points, and whether a rival: a question launches many kernels on one
+        self._described = {}
+        searches = deformation.in_rest_frame and deformation.obstacles
+        self._nodes = OriginNodes(self) if searches else None
+        self._coarse_map = CoarseMap(self) if deformation.map_tolerance > 0 else None
+
+    def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
+        """Launch a kernel at `points` (3, m) of the local frame.
+
+        After the points it takes `arguments`, arrays that it changes, and arrays that it writes.
+        """
+        count = points.shape[1]
+        if count == 0:
+            return
+        with ExitStack() as buffers:
+            read = buffers.enter_context(self.memory.read(points))
+            arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
+            written = [buffers.enter_context(array) for array in arrays]
+            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
+
+    def at_points(self, name, planes, points):
+        """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
+        return self.at_local_points(name, planes, self.local_points(points))
+
+    def at_local_points(self, name, planes, points):
+        """The same at `points` (3, m) of the local frame."""
+        result = np.empty((planes, points.shape[1]), np.float32)
+        self.launch_at(name, points, outputs=[result])
+        return result
+
+    def origins(self, points, starts=None):
+        """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None.
+
+        Searches for the origins begin at `starts` (m, 3), if they are given.
+        """
+        control_points = self.control_points
+        if starts is None or not self.deformation.obstacles:
+            planes = self.at_points("point_displacement", self.displacements, points)
+        else:
+            planes = self._at_pairs("point_search", self.displacements, points, starts)
+        displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
+        distance = None
+        if self.deformation.in_rest_frame:
+            distance = control_points.scale * planes[3].astype(np.float64)
+        return points + displacement, distance
+
+    def jacobian(self, points, origins=None):
+        """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
+        if origins is None or not self.deformation.obstacles:
+            return self.at_points("point_jacobian", 9, points)
+        return self._at_pairs("origin_jacobian", 9, points, origins)
+
+    def _at_pairs(self, name, planes, points, others):
+        """What a kernel writes at `points` and `others` (m, 3) of the world: (planes, m)."""
+        result = np.empty((planes, len(points)), np.float32)
+        if len(points) > 0:
+            at, other = self.local_points(points), self.local_points(others)
+            with self.memory.read(other) as buffer:
+                self.launch_at(name, at, [buffer], outputs=[result])
+        return result
+
+    def void_outputs(self, buffer, may_lack=False):
+        """Kernel arguments for void distances in a buffer.
+
+        Without one there are none; for kernels that may lack it, if there are cuts, null.
+        """
+        if buffer is None and not (may_lack and self.deformation.cuts):
+            return []
+        return [buffer, np.float32(self.control_points.scale)]
+
+    def launch_on_grid(self, name, grid, part, *arguments, is_rival=False, coarsely=False):
+        """Launch a kernel for the points `part` of a grid.
+
+        A rival has those of other regions that are void. Coarsely, displacements may be
+        interpolated between nodes, as far as the deformation's `map_tolerance` lets them.
+        """
+
+        def nodes():
+            return self._nodes.around(grid, part) if self._nodes else []
+
+        if coarsely and not is_rival and self._coarse_map and self._coarse_map.pays_off(grid):
+            return self._coarse_map.launch(name, grid, part, nodes, *arguments)
+        points = kernel_arguments.grid_points(grid, part, self.control_points)
+        count = part.stop - part.start
+        self.launch(name, (grid.whole, is_rival), count, points, *nodes(), *arguments)
+
+    def launch_listed(self, name, grid, numbers, *arguments, is_rival=False):
+        """Launch a kernel for the points of a grid with the `numbers` (m,) int64, which grow."""
+        points = kernel_arguments.grid_points(grid, slice(0, len(numbers)), self.control_points)
+        span = slice(numbers[0], numbers[-1] + 1)
+        nodes = self._nodes.around(grid, span) if self._nodes else []
+        with self.memory.read(numbers) as listed:
+            self.launch(
+                *(name, (grid.whole, is_rival), len(numbers), points, *nodes, listed, *arguments),
+                constants=(("LISTED", 1),),
+            )
+
+    def local_points(self, points, offset=0):
+        """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
+        device = self.launcher.device
+        centre = self.control_points.centre + offset
+        if not device.has_float64:
+            points, centre = (points - centre).astype(np.float32), np.zeros(3)
+        local = np.empty((3, len(points)), np.float32)
+        if len(points) == 0:
+            return local
+        real = np.float64 if device.has_float64 else np.float32
+        frame = kernel_arguments.local_frame(real, self.control_points.scale, centre)
+        constants = [
+            ("LANES", device.lanes),
+            ("COORDINATE", "double" if points.dtype == np.float64 else "float"),
+            ("REAL", "double" if device.has_float64 else "float"),
+        ]
+        if device.has_float64:
+            constants.append(("USE_FP64", 1))
+        read, written = self.memory.read, self.memory.written
+        with read(np.ascontiguousarray(points)) as x, written(local) as out:
+            self.launcher.launch(
+                "local_points",
+                tuple(constants),
+                len(points),
+                np.int64(len(points)),
+                x,
+                frame,
+                out,
+            )
+        return local
+
+    def launch(self, name, described, count, *arguments, constants=()):
+        of_map, shared = self.described(*described)
+        self.launcher.launch(name, (*of_map, *constants), count, *shared, *arguments)
+
+    def described(self, *grid_and_rival):
+        """Build constants and shared kernel arguments of the map, as `Launcher.map` has them."""
+        if grid_and_rival not in self._described:
+            shared = self.launcher.map(self.deformation, self.region, *grid_and_rival)
+            self._described[grid_and_rival] = shared
+        return self._described[grid_and_rival]

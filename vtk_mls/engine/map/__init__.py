@@ -1,0 +1,1 @@
+"""The map on a device: nodes, cuts and the inverse."""

@@ -1,0 +1,221 @@
+"""The map of a grid, interpolated between nodes wherever that is close to it: coarse_map.cl."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.engine.launch import kernel_arguments
+
+STEP = 4  # points of the grid from node to node
+_AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
+# Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
+# most so many times: 6.5 times in the worst of 2,100 random sets.
+_SAFETY = 8
+MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
+MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
+_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_OFF, _ELSEWHERE = 1, 2  # bits of what coarse_check.cl says of a cell
+# What interpolates what a kernel computes, and its own build constants.
+_COARSE = {
+    "grid_displacement": ("coarse_displacement", ()),
+    "grid_source_index": ("coarse_source_index", ()),
+    "grid_source_frame": ("coarse_source_index", (("FRAMES", 1),)),
+}
+
+
+def _polynomials():
+    """Of each node around a cell the polynomial that is 1 there and 0 at the others."""
+    for node in _AROUND:
+        others = [other for other in _AROUND if other != node]
+        yield np.poly1d(others, r=True) / float(np.prod([node - other for other in others]))
+
+
+def _weights(t):
+    """Of the nodes around a cell, for what is at t between its first and the next node."""
+    return [float(polynomial(t)) for polynomial in _polynomials()]
+
+
+def _slopes(t):
+    """The same for the derivative there, from point to point."""
+    return [float(polynomial.deriv()(t)) / STEP for polynomial in _polynomials()]
+
+
+def _in_c(rows):
+    return "{" + ", ".join("{" + ", ".join(f"{w!r}f" for w in row) + "}" for row in rows) + "}"
+
+
+CONSTANTS = (
+    ("COARSE_STEP", STEP),
+    ("COARSE_WEIGHTS", _in_c([_weights(k / STEP) for k in range(STEP)])),
+    ("COARSE_SLOPES", _in_c([_slopes(k / STEP) for k in range(STEP)])),
+)
+
+
+class CoarseMap:
+    """The map of a region at nodes over a grid, and the cells between that keep to a tolerance.
+
+    Nodes are points of the whole grid, and some beyond its end, cells between them likewise: parts
+    find the same ones.
+
+    Parameters
+    ----------
+    map_ : RegionMap
+    """
+
+    def __init__(self, map_):
+        self.map = map_
+        self._grid = None
+        self._pays_off = {}  # by whole grid
+
+    def pays_off(self, grid):
+        """Whether a grid has far fewer nodes, and cells near control points, than points."""
+        whole = grid.whole
+        if whole not in self._pays_off:
+            self._pays_off[whole] = self._has_few_nodes(whole) and self._has_few_near_cells(whole)
+        return self._pays_off[whole]
+
+    def _has_few_nodes(self, whole):
+        cells = cells_of(whole)[1]
+        return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
+
+    def _has_few_near_cells(self, whole):
+        bound = 27 * len(self.map.control_points) / np.prod(cells_of(whole)[1])
+        return bound < MAX_NEAR_FRACTION or self._near(whole).mean() < MAX_NEAR_FRACTION
+
+    def launch(self, name, grid, part, between, *arguments):
+        """Launch a kernel for the points `part` of a grid.
+
+        It gets all points of cells that are far from the map; the kernel that interpolates those of
+        all others. Both take the `arguments`, the former the nodes `between` which searches begin
+        before.
+        """
+        if grid is not self._grid:
+            self._find(grid)
+            self._grid = grid
+        points = kernel_arguments.grid_points(grid, part, self.map.control_points)
+        first, cells = cells_of(grid)
+        nx, ny, _ = grid.dimensions
+        low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
+        described = (grid.whole, False)
+        here = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
+        to_local = grid.index_to_world / self.map.control_points.scale
+        to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
+        record = kernel_arguments.filled(
+            kernel_arguments.COARSE, **here, **self._around, to_slopes=to_slopes
+        )
+        kernel, constants = _COARSE[name]
+        self._launch_blocks(
+            *(kernel, described, here, points, record, self._nodes, *arguments), constants=constants
+        )
+        layer = cells[0] * cells[1]
+        a, b = np.searchsorted(self._far, [(low - first[2]) * layer, (high + 1 - first[2]) * layer])
+        if a == b:
+            return
+        record = kernel_arguments.filled(
+            kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
+        )
+        self.map.launch(
+            *(name, described, (b - a) * STEP**3, points, *between(), record, self._listed),
+            *arguments,
+            constants=(*CONSTANTS, ("CELLS", 1)),
+        )
+
+    def _launch_blocks(self, name, described, here, *arguments, constants=()):
+        """Launch a kernel whose work items take so many cells along x as others take points."""
+        lanes = dict(self.map.launcher.sums(False))["LANES"]
+        nx, ny, nz = map(int, here["cells"])
+        self.map.launch(
+            *(name, described, -(-nx // lanes) * lanes * ny * nz, *arguments),
+            constants=(*CONSTANTS, *constants),
+        )
+
+    def _find(self, grid):
+        """Find the nodes around a grid, and its cells that are far from the map."""
+        first, cells = cells_of(grid)
+        most = cells_of(grid.whole)[1]
+        # cells beside those of the grid are looked at, too
+        low, high = np.maximum(first - 1, 0), np.minimum(first + cells + 1, most)
+        checked = high - low
+        self._around = {"first_node": low, "nodes": checked + len(_AROUND) - 1}
+        self._nodes = self._at_nodes(grid, low, checked + len(_AROUND) - 1, _AROUND[0] * STEP)
+        far = self._check(grid, low, checked)
+        elsewhere = (far & _ELSEWHERE).astype(bool)
+        off = np.zeros(cells[::-1] + 2, bool)
+        inner = tuple(slice(a, a + n) for a, n in zip((low - first + 1)[::-1], checked[::-1]))
+        off[inner] = far & _OFF
+        far = _beside(off) | self._near(grid)
+        far &= ~elsewhere[tuple(slice(a, a + n) for a, n in zip((first - low)[::-1], cells[::-1]))]
+        self._far = np.flatnonzero(far).astype(np.int32)
+        self._listed = self.map.memory.constant(kernel_arguments.not_empty(self._far))
+
+    def _check(self, grid, low, checked):
+        """What coarse_check.cl says of the cells from `low` on (nz, ny, nx)."""
+        middles = self._at_nodes(grid, low, checked, STEP / 2)
+        here = {"first_cell": low, "cells": checked}
+        record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
+        to_index = grid.world_to_index * self.map.control_points.scale
+        limit = self.map.deformation.map_tolerance / _SAFETY
+        check = kernel_arguments.filled(
+            kernel_arguments.CHECK,
+            to_index=kernel_arguments.transform(to_index, np.zeros(3)),
+            limit2=limit**2,
+        )
+        points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
+        far = np.empty(checked[::-1], np.uint8)
+        with self.map.memory.written(far) as out:
+            self._launch_blocks(
+                *("coarse_check", (grid.whole, False), here, points, record, check),
+                *(self._nodes, middles, out),
+            )
+        return far
+
+    def _at_nodes(self, grid, first, dimensions, start):
+        """A buffer with the map at every STEP-th point of the whole grid from `start` on.
+
+        Of these the `dimensions` from `first` on.
+        """
+        whole, map_ = grid.whole, self.map
+        every = Grid(
+            first + dimensions, whole.at([[start] * 3])[0], STEP * whole.spacing, whole.direction
+        )
+        nodes = every.part(first, dimensions)
+        planes = 4 if map_.deformation.cuts else 3
+        size = 4 * (planes * nodes.size + _SPARE)
+        table = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, size)
+        for part in map_.launcher.slabs(nodes.size, map_.deformation, 4 * planes):
+            points = kernel_arguments.grid_points(nodes, part, map_.control_points)
+            count = part.stop - part.start
+            map_.launch(
+                *("node_displacement", (None, False), count, points, np.int64(nodes.size), table)
+            )
+        return table
+
+    def _near(self, grid):
+        """Which cells (nz, ny, nx) of a grid are beside one with a control point, or have one.
+
+        Narrow peaks and kinks there may be between all nodes.
+        """
+        first, cells = cells_of(grid)
+        near = np.zeros(cells[::-1] + 2, bool)
+        at = grid.whole.index_of(self.map.control_points.deformed) // STEP - (first - 1)
+        at = at[np.all((at >= 0) & (at < cells + 2), axis=1)].astype(int)
+        near[tuple(at.T[::-1])] = True
+        return _beside(near)
+
+
+def _beside(cells):
+    """Which inner ones of `cells` are set or beside one that is."""
+    for axis in range(3):
+        n = cells.shape[axis] - 2
+        a, b, c = (cells.take(range(k, k + n), axis) for k in range(3))
+        cells = a | b | c
+    return cells
+
+
+def cells_of(grid):
+    """The first cell that a grid's points are in, and how many, along each axis: (3,) ints."""
+    first = np.array(grid.first) // STEP
+    last = (np.array(grid.first) + grid.dimensions - 1) // STEP
+    return first, last - first + 1

@@ -1,0 +1,167 @@
+"""The search for the inverse of the map on an OpenCL device."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.launcher import RegionMap
+from vtk_mls.engine.map.lattice import Lattice
+from vtk_mls.queries import first_guesses as guesses
+
+# Samples of the map, from which Newton's method starts again where it fails.
+_SAMPLES = 1 << 12
+_STARTS = 4  # so many of them, one after the other
+_WIDER = 2  # levels beyond that of x, from which there are starts, too: v may lie there
+# Residual tolerances of Broyden's method and of the whole search, local units.
+_QUICK, _FOUND = 5e-6, 1e-5
+
+
+class InverseSearch:
+    """Solves G(v) = x in one region.
+
+    Unknowns are displacements v - x, in local units, where x is less the mean displacement.
+    Broyden's method starts from first guesses interpolated on a lattice. The points for which it
+    does not converge, and those beyond the lattice, are solved for by Newton's method with
+    backtracking: from the map with p and q exchanged, and if that fails, where the cuts belong to
+    the material from other `motions`, then from the samples of the map whose images are nearest to
+    x.
+
+    Nothing that is done for a point depends on the other points: points with equal coordinates get
+    the same v to the bit, in every call.
+    """
+
+    def __init__(self, launcher, deformation, region):
+        self.launcher, self.deformation = launcher, deformation
+        self.map = RegionMap(launcher, deformation, region)
+        self.exchanged = RegionMap(launcher, deformation.exchanged_frame, region.exchanged)
+        self.box = guesses.usual_box(region.control_points)
+        self.lattice = Lattice(launcher, self.box, self._first_guesses)
+        self._samples = {}  # by level
+
+    def forward(self, points):
+        """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
+        control_points = self.map.control_points
+        local = self.map.local_points(points, control_points.mean_displacement)
+        displacement, residual = self._broyden(local)
+        lost = np.flatnonzero(~(residual <= _QUICK))  # NaN, too
+        solved, residual[lost] = self._newton_restarted(np.ascontiguousarray(local[:, lost]))
+        displacement[lost] = self._in_world(solved)
+        residual[lost[np.abs(local[:, lost]).max(axis=0) > guesses.FARTHEST]] = np.inf
+        return displacement, residual <= _FOUND
+
+    def _in_world(self, displacement):
+        """v - x (m, 3), world units, of local displacements (3, m)."""
+        control_points = self.map.control_points
+        return control_points.scale * displacement.T - control_points.mean_displacement
+
+    def _first_guesses(self, local):
+        """Displacements (3, m) at the nodes x `local` (3, m) of the lattice."""
+        return self._newton(local, self._exchanged_displacement(local))[0]
+
+    def _broyden(self, local):
+        """v - x (m, 3) float32, world units, for x `local` (3, m); the residuals (m,)."""
+        count, control_points = local.shape[1], self.map.control_points
+        displacement, residual = np.empty((count, 3), np.float32), np.empty(count, np.float32)
+        arguments = [*self.lattice.around(local), kernel_arguments.world(control_points)]
+        outputs = [displacement, residual]
+        self.map.launch_at("point_forward", local, arguments, outputs=outputs)
+        return displacement, residual
+
+    def _newton_restarted(self, local):
+        """Displacements (3, m) for x `local` (3, m), from several starts; the residuals (m,)."""
+        displacement, residual = self._newton(local, self._exchanged_displacement(local))
+
+        def lost():
+            return np.flatnonzero(residual > _FOUND)
+
+        def restart(rows, points, start):
+            again, remaining = self._newton(points, start)
+            better = remaining < residual[rows]
+            displacement[:, rows[better]] = again[:, better]
+            residual[rows[better]] = remaining[better]
+            return remaining <= _FOUND
+
+        if self.deformation.in_rest_frame and len(rows := lost()) > 0:
+            points = np.ascontiguousarray(local[:, rows])
+            for motion in self._motions(points):
+                restart(rows, points, motion)
+        rows = lost()
+        rows = rows[np.abs(local[:, rows]).max(axis=0) <= guesses.FARTHEST]  # not NaN
+        levels = guesses.levels(self.box, local[:, rows].T)
+        for level in np.unique(levels):
+            remaining = rows[levels == level]
+            for wider in range(_WIDER + 1):
+                remaining = self._restart_from_samples(level + wider, local, remaining, restart)
+        return displacement, residual
+
+    def _restart_from_samples(self, level, local, rows, restart):
+        """Restart at `rows` of x `local` (3, m) from samples of a level; the rows that are left."""
+        samples = self._samples_of(level)
+        tried = np.full(len(rows), -1, np.float32)
+        for _ in range(_STARTS):
+            if samples is None or len(rows) == 0:
+                break
+            points = np.ascontiguousarray(local[:, rows])
+            start = np.empty_like(points)
+            self.map.launch_at("nearest_sample", points, samples, [tried], [start])
+            is_lost = ~restart(rows, points, start)
+            rows, tried = rows[is_lost], tried[is_lost]
+        return rows
+
+    def _motions(self, local):
+        """The `motions` (3, m) of x `local` (3, m), one after the other."""
+        control_points = self.map.control_points
+        rest = control_points.local(control_points.rest - control_points.mean_displacement)
+        deformed = control_points.local(control_points.deformed)
+        return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
+
+    def _newton(self, local, displacement):
+        """Displacements (3, m) by Newton's method, from those that are given; the residuals."""
+        residual = np.empty(local.shape[1], np.float32)
+        self.map.launch_at("point_inverse", local, changed=[displacement], outputs=[residual])
+        return displacement, residual
+
+    def _exchanged_displacement(self, local):
+        """Displacements (3, m) of the map with p and q exchanged, at x `local` (3, m)."""
+        control_points, other = self.map.control_points, self.exchanged.control_points
+        ratio = control_points.scale / other.scale
+        offset = (
+            control_points.centre + control_points.mean_displacement - other.centre
+        ) / other.scale
+        points = kernel_arguments.planes(local.T * ratio + offset)
+        displacement = np.empty_like(local)
+        self.exchanged.launch_at("point_displacement", points, outputs=[displacement])
+        mean_displacement = (
+            other.mean_displacement + control_points.mean_displacement
+        ) / control_points.scale
+        return (displacement / ratio + mean_displacement[:, None]).astype(np.float32)
+
+    def _samples_of(self, level):
+        """Kernel arguments: number and table of samples with det(J) > 0; None if there are none.
+
+        They are found once, over a `level` of the box.
+        """
+        if level not in self._samples:
+            self._samples[level] = self._sampled(guesses.doubled(self.box, level))
+        return self._samples[level]
+
+    def _sampled(self, box):
+        """Samples over a `box` (2, 3), local units, as `_samples_of` has them."""
+        control_points = self.map.control_points
+        local = guesses.cubic_grid(box, _SAMPLES).points()
+        world = control_points.centre + control_points.scale * local
+        v = local[self.map.region.holds(self.deformation.moved_planes, world)]
+        if len(v) == 0:
+            return None
+        local = kernel_arguments.planes(v)
+        slope = np.empty((9, len(v)), np.float32)
+        self.map.launch_at("point_jacobian", local, outputs=[slope])
+        usable = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
+        displacement = self.map.at_local_points("point_displacement", self.map.displacements, local)
+        if self.deformation.in_rest_frame:
+            usable &= displacement[3] >= 0
+        if not usable.any():
+            return None
+        table = kernel_arguments.samples(local[:, usable], (local + displacement[:3])[:, usable])
+        return np.int32(len(table)), self.map.memory.constant(table)

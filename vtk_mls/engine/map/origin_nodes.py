@@ -1,0 +1,67 @@
+"""First guesses for searches over grids, from few nodes: origin_nodes.cl."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.kernel_arguments import NODE_BYTES, NODE_STEP
+
+# Nodes that are found at once, in whole layers: what follows needs the last layer again.
+_NODES = 1 << 18
+
+
+class OriginNodes:
+    """Where the material at the nodes around points comes from, in one region.
+
+    Nodes are points of the whole grid, some beyond its end: parts find the same ones. They are kept
+    for the launches that follow.
+
+    Parameters
+    ----------
+    map_ : RegionMap
+    """
+
+    def __init__(self, map_):
+        self.map = map_
+        self._grid = None
+
+    def around(self, grid, part):
+        """Kernel arguments: the nodes around the points `part` of a grid."""
+        nx, ny, _ = grid.dimensions
+        low, high = (grid.first[2] + n // (nx * ny) for n in (part.start, part.stop - 1))
+        if grid is not self._grid or not self._layers[0] <= low <= high < self._layers[1]:
+            self._find(grid, low, high)
+        return self._arguments
+
+    def _find(self, grid, low, high):
+        """Find the nodes around the layers `low` to `high` of a grid, and some that follow."""
+        first = np.array(grid.first) // NODE_STEP
+        last = (np.array(grid.first) + grid.dimensions - 1) // NODE_STEP + 1
+        first[2], end = low // NODE_STEP, last[2]
+        nx, ny, _ = last - first + 1
+        launcher, deformation = self.map.launcher, self.map.deformation
+        at_once = launcher.slabs(_NODES, deformation, NODE_BYTES)[0].stop
+        last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
+        self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
+        record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
+        self._arguments = [record, self._table(_every(grid.whole, first, last))]
+
+    def _table(self, nodes):
+        """A buffer with what is found at the `nodes`, a grid."""
+        launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
+        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_BYTES * nodes.size)
+        for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
+            for part in launcher.slabs(nodes.size, deformation, NODE_BYTES):
+                points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
+                count = part.stop - part.start
+                self.map.launch(name, (None, False), count, points, *extra, table)
+        return table
+
+
+def _every(whole, first, last):
+    """The nodes `first` to `last` (3,) of a grid, as part of a grid of all nodes."""
+    nodes = Grid(last + 1, whole.origin, NODE_STEP * whole.spacing, whole.direction)
+    return nodes.part(first, last - first + 1)

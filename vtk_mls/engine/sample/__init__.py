@@ -1,0 +1,1 @@
+"""Sampling on a device: values, gradients and void cells."""

@@ -1,0 +1,46 @@
+"""The gradient of an array on a grid, by differences on an OpenCL device."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.base import buffer_pool
+from vtk_mls.engine.launch import array_types, kernel_arguments
+
+_REACH = 2  # slices on either side that a difference takes
+_MOST = 1 << 24  # points of a launch, so that progress shows
+
+
+def gradient(launcher, array, grid, progress):
+    """`vector_fields.gradient` of an array (nz, ny, nx) that the device can read."""
+    memory, (nx, ny, nz) = launcher.memory, grid.dimensions
+    result = buffer_pool.empty((*grid.shape, 3), np.float32)
+    constants = array_types.constants(array, launcher)
+    matrix = grid.world_to_index.T
+    to_world = kernel_arguments.transform(matrix, np.zeros(3))
+    lanes = dict(constants)["LANES"]
+    row = -(-nx // lanes) * lanes  # points that a launch counts
+    for start, stop in progress.over(_slabs(nz, nx * ny, array.itemsize, memory)):
+        low, high = max(start - _REACH, 0), min(stop + _REACH, nz)
+        if memory.in_place:
+            low, high = 0, nz
+        slices = kernel_arguments.filled(
+            kernel_arguments.SLICES,
+            size=(nx, ny, nz),
+            first=low,
+            start=start,
+            stop=stop,
+            to_world=to_world,
+        )
+        count = row * ny * (stop - start)
+        with memory.read(array[low:high]) as values, memory.written(result[start:stop]) as out:
+            launcher.launch("gradient", constants, count, slices, values, out)
+    return result
+
+
+def _slabs(count, size, itemsize, memory):
+    """First and past-the-last slice of slabs of `count` slices, of `size` points each."""
+    step = max(1, _MOST // size)
+    if not memory.in_place:
+        step = max(1, min(step, int(memory.limit / 2 / size / (12 + itemsize)) - 2 * _REACH))
+    return [(start, min(start + step, count)) for start in range(0, count, step)]

@@ -1,0 +1,175 @@
+"""Sampling of arrays on an OpenCL device."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls.base import interpolation
+from vtk_mls.base.grid import Grid
+from vtk_mls.engine.device import devices
+from vtk_mls.engine.launch import array_types, kernel_arguments
+
+_TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
+
+
+class _Piece(NamedTuple):
+    """The points `first` to `stop` of a slab, and what they need of an array.
+
+    Their continuous indices in the whole source are in three planes.
+    """
+
+    first: int
+    stop: int
+    index: cl.Buffer | cl.SVM
+    values: cl.Buffer | cl.SVM
+    grid: Grid  # where the values are
+
+
+class Rule(NamedTuple):
+    """How the values of an array are found."""
+
+    method: str  # "nearest", "linear" or "cubic"
+    background: float | int
+    # whether they are covariant vectors, which are 0 outside: None, or if they get length 1
+    covariant: bool | None = None
+    version: Hashable = None  # tells the contents of the array from all others, if it is not None
+
+    @property
+    def planes(self):
+        """Planes that tell where points come from: indices, for covariant vectors Jacobians."""
+        return 3 if self.covariant is None else 12
+
+
+class Sampler:
+    """The values of one array at the points of slabs.
+
+    The array is on the device as a whole, or where it does not fit only the slices that points
+    need.
+
+    Parameters
+    ----------
+    launcher : Launcher
+    array : (nz, ny, nx) or (nz, ny, nx, components) array
+    source : Grid
+        Where its values are.
+    rule : Rule
+    fits : bool
+        Whether the array can be on the device as a whole.
+    """
+
+    def __init__(self, launcher, array, source, rule, fits):
+        self.launcher, self.memory = launcher, launcher.memory
+        self.array, self.source, self.rule, self.fits = array, source, rule, fits
+        self._whole = None
+
+    def sample(self, index, result):
+        """Write into `result` (m, ...) the values at the indices in a buffer, in planes."""
+        if not array_types.is_for_device(self.array, self.launcher.device):
+            points = self.memory.planes(index, len(result)).T.astype(np.float64)
+            result[:] = interpolation.sample(
+                self.array, points, self.rule.method, self.rule.background, self.source
+            )
+            return
+        for piece in self._pieces(index, len(result)):
+            self._launch(piece, result[piece.first : piece.stop])
+
+    def _pieces(self, index, count):
+        """The pieces that together make a slab of `count` points."""
+        if self.fits:
+            if self._whole is None:
+                self._whole = self._all_values()
+            yield _Piece(0, count, index, self._whole, self.source)
+            return
+        planes = self.memory.planes(index, count, self.rule.planes)
+        pieces = [(0, count)]
+        while pieces:
+            first, stop = pieces.pop()
+            low, high = _slices_needed(planes[2, first:stop], self.source)
+            slices = self.array[low:high]
+            if not self.memory.fits(slices.nbytes):
+                if stop - first == 1:
+                    raise devices.DeviceError(
+                        f"a few slices of the image ({slices.nbytes} bytes) do not fit the memory "
+                        f"of {self.launcher.device}; use another `device`"
+                    )
+                middle = (first + stop) // 2
+                pieces += [(middle, stop), (first, middle)]
+                continue
+            own = np.ascontiguousarray(planes[:, first:stop])
+            with self.memory.read(own) as moved, self.memory.read(slices) as values:
+                nx, ny, _ = self.source.dimensions
+                grid = self.source.part((0, 0, low), (nx, ny, high - low))
+                yield _Piece(first, stop, moved, values, grid)
+
+    def _all_values(self):
+        """The array as an argument of kernels."""
+        if self.memory.in_place or self.rule.version is None:
+            return self.memory.read(self.array).argument
+        return self.memory.resident(self.array, self.rule.version)
+
+    def _launch(self, piece, result):
+        """Launch the kernel for one piece of a slab."""
+        array, count = self.array, piece.stop - piece.first
+        shared = array_types.constants(array, self.launcher)
+        lanes = dict(shared)["LANES"]
+        values = array_types.c_type(array) + (str(lanes) if lanes > 1 else "")
+        rounding = "_sat_rte" if array.dtype.kind in "iu" else ""
+        constants = (
+            *(*shared, ("VALUES", values), ("CAST", f"convert_{values}{rounding}")),
+            ("TAPS", _TAPS[self.rule.method]),
+        )
+        background, covariant = self.rule.background, []
+        if self.rule.covariant is not None:
+            constants += (("COVARIANT", 1),)
+            background, covariant = 0, [np.int32(self.rule.covariant)]
+        described = kernel_arguments.filled(
+            kernel_arguments.ARRAY,
+            size=self.source.whole.dimensions,
+            first=piece.grid.first,
+            there=piece.grid.dimensions,
+            components=np.prod(array.shape[3:]),
+        )
+        with self.memory.written(result) as out:
+            self.launcher.launch(
+                "resample",
+                constants,
+                count,
+                np.int64(count),
+                piece.index,
+                described,
+                array.dtype.type(interpolation.cast(background, array.dtype)),
+                *covariant,
+                piece.values,
+                out,
+            )
+
+
+def samplers(launcher, arrays, sampling, covariant):
+    """A Sampler for each of `arrays`, which share the memory of the device.
+
+    Of vectors whose number is in `covariant` that says whether they get length 1.
+    """
+    size = sum(array.nbytes for array in arrays)
+    fits = launcher.memory.in_place or launcher.memory.fits(size)
+    return [
+        Sampler(
+            *(launcher, array, sampling.source),
+            Rule(method, sampling.background, covariant.get(number), sampling.version(number)),
+            fits,
+        )
+        for number, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))
+    ]
+
+
+def _slices_needed(z, grid):
+    """First and past-the-last slice that interpolation at the indices `z` can touch."""
+    z = z[(z >= -0.5) & (z <= grid.whole.dimensions[2] - 0.5)] - grid.first[2]
+    if len(z) == 0:
+        return 0, 1
+    count = grid.dimensions[2]
+    low, high = np.clip((int(z.min()) - 1, int(z.max()) + 2), 0, count - 1)
+    return int(low), int(high) + 1

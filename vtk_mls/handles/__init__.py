@@ -1,0 +1,1 @@
+"""Handles: the places that the map carries, and where it carries them."""

@@ -1,0 +1,216 @@
+"""The options of a deformation: name, default, range and help of each, in one table.
+
+`Deformation`, the filters and ParaView's panels, the command line, the editor and its page, saved
+scripts, PyVista and the reference pages take them from `OPTIONS`. Control points and cuts are data,
+not options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
+from typing import Any
+
+import numpy as np
+
+from vtk_mls import kinds
+from vtk_mls.base.validation import as_float, short_repr
+
+CUT_FRAMES = ("rest", "deformed")
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option.
+
+    Attributes
+    ----------
+    name : str
+        In snake_case, as an argument of `Deformation`.
+    default : object
+        In Python, in the filters and on the command line; a number, a text, or None.
+    label : str
+        Of a control in a panel.
+    help : str
+        For every user.
+    more : str
+        For those who write programs.
+    choices : tuple
+        Possible values; empty for a number in a range, or a text.
+    choice_labels : tuple of str
+        Of the choices in a panel, where their names alone are not clear.
+    is_valid : callable, optional
+        Whether a finite number is possible.
+    expected : str
+        Possible values, for errors; the list of the choices if not given.
+    slider : (low, high, step), optional
+        Usual range of a number, for sliders and keys.
+    interactive_default : object
+        In ParaView and in the editor; as `default` if not given.
+    section : {"map", "cut", "computing"}
+        Of panels; options for computing are advanced.
+    needs : (str, object), optional
+        The option has an effect only while another has a value.
+    """
+
+    name: str
+    default: Any
+    label: str
+    help: str
+    _: KW_ONLY
+    more: str = ""
+    choices: tuple = ()
+    choice_labels: tuple = ()
+    is_valid: Callable[[float], bool] | None = None
+    expected: str = ""
+    slider: tuple | None = None
+    interactive_default: Any = None
+    section: str = "map"
+    needs: tuple | None = None
+
+    def __post_init__(self):
+        if self.interactive_default is None:
+            object.__setattr__(self, "interactive_default", self.default)
+
+    @property
+    def property_name(self) -> str:
+        """In CamelCase, as of filters and proxies."""
+        return "".join(part.capitalize() for part in self.name.split("_"))
+
+    @property
+    def flag(self) -> str:
+        """On the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    def checked(self, value: Any, name: str = "") -> Any:
+        """The value with the type of the default.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Naming the option, or `name`.
+        """
+        name = name or self.name
+        if self.choices:
+            if not np.isscalar(value) or value not in self.choices:
+                expected = self.expected or f"one of {', '.join(map(str, self.choices))}"
+                raise ValueError(f"`{name}` must be {expected}, got {short_repr(value)}")
+            return int(value) if isinstance(self.default, int) else value
+        if self.is_valid is None:
+            return value
+        number = as_float(name, value, "a number")
+        if number.ndim:
+            raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
+        if not (np.isfinite(number) and self.is_valid(number)):
+            raise ValueError(f"`{name}` must be {self.expected}, got {short_repr(value)}")
+        return float(number)
+
+    def limited(self, value: float, present: float) -> float:
+        """The nearest value in the range of the slider, which a `present` one outside extends."""
+        low, high, _ = self.slider
+        return round(float(np.clip(value, min(low, present), max(high, present))), 3)
+
+
+# In the order of panels.
+OPTIONS = (
+    Option(
+        "kind",
+        "rigid",
+        "Kind",
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
+        most freely.""",
+        choices=tuple(kinds.KINDS),
+    ),
+    Option(
+        "degree",
+        2,
+        "Degree",
+        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
+        choices=(1, 2, 3),
+        expected="1, 2 or 3",
+        needs=("kind", "polynomial"),
+    ),
+    Option(
+        "alpha",
+        1.0,
+        "How locally handles act (alpha)",
+        """How local the influence of a control point is: its weight at distance r is
+        1 / r^(2 alpha). Must be greater than 0.""",
+        is_valid=lambda alpha: alpha > 0,
+        expected="a positive number",
+        slider=(0.5, 4.0, 0.1),
+    ),
+    Option(
+        "blend",
+        1.0,
+        "Share of the deformation",
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.""",
+        is_valid=lambda blend: True,
+        expected="a finite number",
+        slider=(0.0, 1.0, 0.05),
+    ),
+    Option(
+        "cut_frame",
+        "rest",
+        "The cut stays",
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through them
+        is lost.""",
+        more="The paper's are in the deformed space.",
+        choices=CUT_FRAMES,
+        choice_labels=("with the material", "where it was laid"),
+        section="cut",
+    ),
+    Option(
+        "nu",
+        2.0,
+        "How sharply it parts (nu)",
+        """How fast the influence of control points behind a cut falls with the length of the detour
+        around it. Must be greater than 1.""",
+        more="The damping exponent of Eq. 28.",
+        is_valid=lambda nu: nu > 1,
+        expected="a number above 1",
+        slider=(1.1, 8.0, 0.1),
+        section="cut",
+    ),
+    Option(
+        "map_tolerance",
+        0.0,
+        "Map tolerance",
+        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
+        found faster, from fewer points. The default of Python and the shell, 0, finds each point's
+        own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts all are
+        exact.""",
+        is_valid=lambda tolerance: tolerance >= 0,
+        expected="a number from 0 on",
+        interactive_default=0.02,
+        section="computing",
+    ),
+    Option(
+        "device",
+        None,
+        "Device",
+        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+        platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
+        section="computing",
+    ),
+)
+
+
+def named(name: str) -> Option:
+    """The option with a name."""
+    return next(option for option in OPTIONS if option.name == name)
+
+
+ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
+    named, ("alpha", "nu", "blend", "cut_frame", "map_tolerance")
+)
+# Arguments of `Deformation`; a blend moves the control points instead.
+DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
+
+
+def values_of(source: Any, options: tuple[Option, ...] = OPTIONS) -> dict[str, Any]:
+    """Values by name, from attributes of `source`."""
+    return {option.name: getattr(source, option.name) for option in options}

@@ -1,0 +1,1 @@
+"""Questions about a deformation that any engine can answer."""

@@ -1,0 +1,1 @@
+"""The specification in float64 numpy, as an engine."""

@@ -1,0 +1,1 @@
+"""VTK data as numpy arrays, and mesh algorithms."""

@@ -1,0 +1,445 @@
+"""VTK <-> numpy, in both directions, only here."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from vtkmodules.vtkCommonCore import (
+    VTK_BIT,
+    VTK_DOUBLE,
+    VTK_FLOAT,
+    VTK_ID_TYPE,
+    VTK_UNSIGNED_CHAR,
+    vtkDataArray,
+    vtkIdTypeArray,
+    vtkStringArray,
+)
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+
+from vtk_mls.base.grid import Grid
+
+GHOSTS = vtkDataSetAttributes.GhostArrayName()
+_EMPTY = (0, -1, 0, -1, 0, -1)
+# Geometries whose grids are asked for at each update.
+_KEPT = 32
+_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class ImageGeometry:
+    """Where the points of a vtkImageData are, in VTK's own terms.
+
+    Attributes
+    ----------
+    extent : (6,) ints
+        First and last index along each axis; the first need not be 0.
+    origin, spacing : (3,) floats, world coordinates and units
+        The origin is the place of index (0, 0, 0), in the extent or not. Along an axis of one point
+        the spacing may be 0, which counts as 1.
+    direction : (9,) floats
+        Direction matrix, row by row.
+    """
+
+    extent: tuple
+    origin: tuple = (0.0, 0.0, 0.0)
+    spacing: tuple = (1.0, 1.0, 1.0)
+    direction: tuple = _IDENTITY
+
+    @classmethod
+    def of_image(cls, image):
+        """Of a vtkImageData."""
+        matrix = image.GetDirectionMatrix()
+        direction = tuple(matrix.GetElement(i, j) for i in range(3) for j in range(3))
+        return cls(image.GetExtent(), image.GetOrigin(), image.GetSpacing(), direction)
+
+    @classmethod
+    def of_information(cls, info):
+        """Whole extent and placement that pipeline information announces; empty without them."""
+        extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT()) or _EMPTY
+        keys = (vtkDataObject.ORIGIN(), vtkDataObject.SPACING(), vtkDataObject.DIRECTION())
+        given = (info.Get(key) if info.Has(key) else None for key in keys)
+        defaults = (cls.origin, cls.spacing, cls.direction)
+        return cls(extent, *(value or default for value, default in zip(given, defaults)))
+
+    @classmethod
+    def of_grid(cls, grid):
+        """Of a `Grid`, its first point at index (0, 0, 0)."""
+        extent = tuple(i for n in grid.dimensions for i in (0, n - 1))
+        direction = tuple(grid.direction.ravel().tolist())
+        return cls(extent, tuple(grid.origin.tolist()), tuple(grid.spacing.tolist()), direction)
+
+    def announce(self, info):
+        """Set pipeline information."""
+        info.Set(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT(), self.extent, 6)
+        info.Set(vtkDataObject.ORIGIN(), self.origin, 3)
+        info.Set(vtkDataObject.SPACING(), self.spacing, 3)
+        info.Set(vtkDataObject.DIRECTION(), self.direction, 9)
+
+    def apply_to(self, image):
+        """Give a vtkImageData this extent, origin, spacing and direction."""
+        image.SetExtent(self.extent)
+        image.SetOrigin(self.origin)
+        image.SetSpacing(self.spacing)
+        image.SetDirectionMatrix(self.direction)
+
+    def part(self, extent):
+        """This, cut to another extent."""
+        return ImageGeometry(tuple(extent), self.origin, self.spacing, self.direction)
+
+    def holds(self, extent):
+        """Whether another, non-empty extent lies within."""
+        ends = zip(self.extent[::2], extent[::2], extent[1::2], self.extent[1::2])
+        return all(first <= low <= high <= last for first, low, high, last in ends)
+
+    def grid_within(self, whole):
+        """The points as a part of the `Grid` of a whole that holds them."""
+        return _part_of(whole, self.extent)
+
+    @property
+    def is_empty(self):
+        """Whether there is no point."""
+        return any(first > last for first, last in zip(self.extent[::2], self.extent[1::2]))
+
+    @property
+    def grid(self):
+        """The points as a `Grid`, whose origin is the extent's first point."""
+        return _grid_of(self)
+
+
+@functools.lru_cache(_KEPT)
+def _grid_of(geometry):
+    first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
+    direction = np.reshape(geometry.direction, (3, 3))
+    is_flat = (first == last) & (np.array(geometry.spacing) == 0)
+    spacing = np.where(is_flat, 1.0, geometry.spacing)
+    base = Grid((1, 1, 1), geometry.origin, spacing, direction)
+    origin = base.at(np.where(is_flat, 0, first)[None])[0]
+    return Grid(last - first + 1, origin, base.spacing, base.direction)
+
+
+@functools.lru_cache(_KEPT)
+def _part_of(whole, extent):
+    first, last, start = (np.array(ends) for ends in (extent[::2], extent[1::2], whole.extent[::2]))
+    return whole.grid.part(first - start, last - first + 1)
+
+
+def to_numpy(array):
+    """Values of a vtkDataArray.
+
+    Parameters
+    ----------
+    array : vtkDataArray
+        Of any type and layout.
+
+    Returns
+    -------
+    (n,) or (n, components) array
+        A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
+    """
+    n, components = array.GetNumberOfTuples(), array.GetNumberOfComponents()
+    shape = (n,) if components == 1 else (n, components)
+    if array.GetDataType() == VTK_BIT:
+        if n == 0:
+            return np.empty(shape, np.uint8)
+        return np.unpackbits(np.frombuffer(array, np.uint8), count=n * components).reshape(shape)
+    dtype = _dtype(array)
+    if n == 0:
+        return np.empty(shape, dtype)
+    if not array.HasStandardMemoryLayout():
+        standard = vtkDataArray.CreateDataArray(array.GetDataType())
+        standard.DeepCopy(array)
+        array = standard
+    return np.frombuffer(array, dtype, n * components).reshape(shape)
+
+
+def from_numpy(values, vtk_type):
+    """A vtkDataArray of the type `vtk_type` that shares the memory of `values` if it can.
+
+    Memory is shared from VTK 9.7 on. Before, nothing could keep it alive for shallow copies of the
+    array, which ParaView makes, and it is copied.
+
+    Parameters
+    ----------
+    values : (n,) or (n, components) array
+        Of the dtype that `to_numpy` gives for the type; VTK would read another as if it were that.
+
+    Raises
+    ------
+    TypeError
+        For another dtype.
+    """
+    array = vtkDataArray.CreateDataArray(vtk_type)
+    if vtk_type != VTK_BIT and values.dtype != _dtype(array):
+        raise TypeError(
+            f"`values` must be {_dtype(array)} for a {array.GetClassName()}, got {values.dtype}"
+        )
+    array.SetNumberOfComponents(1 if values.ndim == 1 else values.shape[1])
+    flat = np.ascontiguousarray(values).ravel()
+    if vtk_type == VTK_BIT:
+        array.SetNumberOfTuples(len(values))
+        np.frombuffer(array, np.uint8)[:] = np.packbits(flat != 0)
+    elif hasattr(array, "GetBuffer"):
+        array.SetVoidArray(flat, flat.size, 1)
+        array.GetBuffer()._numpy_reference = flat
+    elif flat.size:
+        array.SetNumberOfTuples(len(values))
+        np.frombuffer(array, flat.dtype)[:] = flat
+    return array
+
+
+def ids(values):
+    """A vtkIdTypeArray of integers (n,), whatever their size and that of vtkIdType."""
+    return from_numpy(values.astype(_ID, copy=False), VTK_ID_TYPE)
+
+
+def add(attributes, name, values):
+    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType.
+
+    The array may share their memory, as `from_numpy` says.
+    """
+    if values.dtype == bool:
+        values = values.view(np.uint8)
+    if values.dtype == np.int64:
+        array = ids(values)
+    else:
+        vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR}
+        array = from_numpy(values, vtk_type[values.dtype.str[1:]])
+    array.SetName(name)
+    attributes.AddArray(array)
+
+
+def add_texts(attributes, name, texts):
+    """Add an array of texts, (n,) str."""
+    array = vtkStringArray()
+    array.SetName(name)
+    array.SetNumberOfValues(len(texts))
+    for i, text in enumerate(texts):
+        array.SetValue(i, text)
+    attributes.AddArray(array)
+
+
+def texts(attributes, name):
+    """The texts of an array (n,); none if there is no such array, or one of something else."""
+    array = attributes.GetAbstractArray(name)
+    if not isinstance(array, vtkStringArray):
+        return []
+    values = [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+    # bytes are what is not UTF-8
+    return [each if isinstance(each, str) else each.decode("latin-1") for each in values]
+
+
+def replace(attributes, name, values):
+    """Give an array of point or cell data other values; it stays an active attribute if it is."""
+    old = attributes.GetArray(name)
+    array = from_numpy(values, old.GetDataType())
+    array.SetName(name)
+    array.CopyComponentNames(old)
+    attributes.AddArray(array)  # in place of the old one, with its role
+
+
+def name_normals(dataset):
+    """Give active normals that have no name one, in a copy: VTK's filters would lose them."""
+    for attributes in (dataset.GetPointData(), dataset.GetCellData()):
+        normals = attributes.GetNormals()
+        if normals is not None and not normals.GetName():
+            named = normals.NewInstance()
+            named.ShallowCopy(normals)
+            name = "Normals"
+            while attributes.HasArray(name):
+                name += "_"
+            named.SetName(name)
+            attributes.SetNormals(named)
+
+
+def image_values(attributes, grid):
+    """All arrays of an image's point or cell data in their order, as numpy arrays.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    grid : Grid
+        Where the values are.
+
+    Returns
+    -------
+    list of (nz, ny, nx) or (nz, ny, nx, components) arrays
+        Views as of `to_numpy`. An array that is not numeric (strings) gives the indices of its
+        own tuples.
+    """
+    values = []
+    for array in _arrays(attributes):
+        if array.GetNumberOfTuples() != grid.size:
+            raise ValueError(
+                f"array `{array.GetName()}` must have one tuple for each of the {grid.size} points "
+                f"or cells of the image, got {array.GetNumberOfTuples()}"
+            )
+        flat = to_numpy(array) if is_numeric(array) else np.arange(grid.size)
+        values.append(flat.reshape(grid.shape + flat.shape[1:]))
+    return values
+
+
+def check_lengths(dataset):
+    """Raise if a point or cell array of a vtkDataSet is too short: VTK would read past its end."""
+    for attributes, what, count in (
+        (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
+        (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
+    ):
+        for array in _arrays(attributes):
+            if array.GetNumberOfTuples() < count:
+                raise ValueError(
+                    f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
+                    f"of the mesh, got {array.GetNumberOfTuples()}"
+                )
+
+
+def set_image_values(attributes, values, source):
+    """Fill an image's point or cell data.
+
+    Parameters
+    ----------
+    attributes : vtkDataSetAttributes
+    values : list of arrays, as `image_values` gives them
+        An index that is negative leaves a string empty.
+    source : vtkDataSetAttributes
+        Gives types, names, component names, lookup tables and the active attributes.
+    """
+    set_values(attributes, [new.reshape(-1, *new.shape[3:]) for new in values], source)
+
+
+def set_rows(attributes, source, rows):
+    """Fill point or cell data with the tuples `rows` (n,) of those of `source`."""
+    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in _arrays(source)]
+    set_values(attributes, values, source)
+
+
+def set_values(attributes, values, source):
+    """Fill point or cell data with one of `values`, (n,) or (n, components), per array of `source`.
+
+    Otherwise as `set_image_values`.
+    """
+    for new, old in zip(values, _arrays(source)):
+        if is_numeric(old):
+            array = from_numpy(new, old.GetDataType())
+            array.SetLookupTable(old.GetLookupTable())
+        else:
+            array = _picked(old, new)
+        array.SetName(old.GetName())
+        array.CopyComponentNames(old)
+        attributes.AddArray(array)
+    for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+        active = source.GetAbstractAttribute(kind)
+        # the same id at several points is no global id any more
+        if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
+            position = [array is active for array in _arrays(source)].index(True)
+            attributes.SetActiveAttribute(position, kind)
+
+
+def set_roles(attributes, source):
+    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`."""
+    for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+        active = source.GetAbstractAttribute(kind)
+        if active is not None and attributes.HasArray(active.GetName()):
+            attributes.SetActiveAttribute(active.GetName(), kind)
+
+
+def cell_types(grid):
+    """VTK's number for the type of each cell of a vtkUnstructuredGrid: (n,) integers."""
+    return to_numpy(cell_type_array(grid))
+
+
+def cell_type_array(grid):
+    """The vtkDataArray of a vtkUnstructuredGrid with the types of its cells."""
+    try:
+        return grid.GetCellTypes()  # VTK 9.6
+    except TypeError:
+        return grid.GetCellTypesArray()
+
+
+def is_numeric(array):
+    """Whether a vtkAbstractArray holds numbers."""
+    return isinstance(array, vtkDataArray)
+
+
+def control_points(polydata, displacement, weight=None):
+    """What control-point polydata says.
+
+    Parameters
+    ----------
+    polydata : vtkPointSet
+    displacement : str
+        Point vector array with q - p.
+    weight : str, optional
+        Point array with a factor for each.
+
+    Returns
+    -------
+    rest, deformed : (n, 3) float64, world coordinates
+        p and q.
+    weights : (n,) float64 or None
+
+    Raises
+    ------
+    ValueError
+        If there is no point, or an array is missing or has the wrong shape.
+    """
+    count = polydata.GetNumberOfPoints()
+    if count == 0:
+        raise ValueError(
+            "`ControlPoints` has no points; a deformation needs at least one control point"
+        )
+    rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
+    moved = _control_point_values(polydata, displacement, 3).astype(np.float64)
+    weights = (
+        None if weight is None else _control_point_values(polydata, weight, 1).astype(np.float64)
+    )
+    return rest, rest + moved, weights
+
+
+def _control_point_values(polydata, name, components):
+    data = polydata.GetPointData()
+    array = data.GetArray(name)
+    if array is None:
+        there = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
+        raise ValueError(
+            f"`ControlPoints` has no numeric point array `{name}`; it has {there or 'none'}"
+        )
+    if array.GetNumberOfComponents() != components:
+        raise ValueError(
+            f"array `{name}` of `ControlPoints` must have {components} "
+            f"component{'s' * (components > 1)}, got {array.GetNumberOfComponents()}"
+        )
+    if array.GetNumberOfTuples() != polydata.GetNumberOfPoints():
+        raise ValueError(
+            f"array `{name}` of `ControlPoints` must have one tuple per point, got "
+            f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points"
+        )
+    return to_numpy(array)
+
+
+def _arrays(attributes):
+    return [attributes.GetAbstractArray(i) for i in range(attributes.GetNumberOfArrays())]
+
+
+def _dtype(array):
+    """The dtype of a vtkDataArray that is not of bits; whether char has a sign is VTK's matter."""
+    if array.GetDataType() in (VTK_FLOAT, VTK_DOUBLE):
+        kind = "f"
+    else:
+        kind = "i" if array.GetDataTypeMin() < 0 else "u"
+    return np.dtype(f"{kind}{array.GetDataTypeSize()}")
+
+
+_ID = _dtype(vtkIdTypeArray())
+
+
+def _picked(array, index):
+    """The tuples `index` of a vtkAbstractArray; none where negative."""
+    result = array.NewInstance()
+    result.SetNumberOfComponents(array.GetNumberOfComponents())
+    result.SetNumberOfTuples(len(index))
+    for to in np.flatnonzero(index >= 0).tolist():
+        result.SetTuple(to, int(index[to]), array)
+    return result
