@@ -17,7 +17,7 @@ SECTIONS = {
 HEAD = """# Formats of files
 
 What `vtk-mls`, `vtk_mls.io` and ParaView's dialogs know. Data in memory are in LPS; where a file
-says another frame, it is taken to LPS and written in its own again ([Left is left](frames.md)).
+says another frame, it is taken to LPS and written in its own again ([Coordinate frames](frames.md)).
 Made by `python docs/formats_page.py` from `vtk_mls/files/formats.py`.
 """
 COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
