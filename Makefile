@@ -1,31 +1,31 @@
-# make demo     deform a real volume in four ways: .vti files and a picture in demo-output/
-# make check    what one runs all day: style, and the tests of core, engine, filters and project
-# make test     that, and files, commands, and the newest ParaView that is found here
-# make matrix   all tests, in every ParaView, which it makes first
-# make environments  install the wheel in empty environments, oldest to newest, and try it there
-# make drivers  run the kernels under a simulator of OpenCL and under a compiler for GPUs
-# make fuzz     try random cases until something fails (CASES=10000)
+# make demo     deform a real volume in four ways; write .vti files and a picture to demo-output/
+# make check    style, and the tests of core, engine, filters and project: for every day
+# make test     all tests, with the newest installed ParaView
+# make matrix   all tests in every supported ParaView, which it installs
+# make environments  test the wheel in empty environments, from the oldest packages to the newest
+# make drivers  run the kernels under an OpenCL simulator and a GPU compiler
+# make fuzz     test random cases until one fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
-# make docs     build the documentation site in docs/_build/html; runs its figures and gallery
-# make bench    measure against other programs (LARGE=1: also 256^3), and leave build/bench.json;
-#               the first GPU, or else what VTK_MLS_DEVICE names
+# make docs     build the documentation site in docs/_build/html; run its figures and gallery
+# make bench    compare speed with other programs (LARGE=1: also 256^3) and write build/bench.json;
+#               uses the first GPU, or else the device in VTK_MLS_DEVICE
 # make lint     check style and types only
-# make types    check the types of the public API, and of a program that uses it
-# make clean    remove what these commands made
+# make types    check the types of the public API and of a program that uses it
+# make clean    remove all files that these commands made
 #
-# OPENCL=pocl takes a smaller OpenCL for the CPU than OPENCL=cpu does, and OPENCL=opencl none.
+# OPENCL=pocl installs a smaller OpenCL for the CPU than OPENCL=cpu; OPENCL=opencl installs none.
 #
-# Everything is installed in .venv; stamp files remember what is there. Commands run as
-# `.venv/bin/python -m ...`: with relative paths they also work in a folder with a space in its name.
+# Everything is installed in .venv; stamp files mark installed extras. Commands run as
+# `.venv/bin/python -m ...`, which also works in a folder with a space in its name.
 .DELETE_ON_ERROR:
 .PHONY: demo check test matrix environments drivers fuzz accuracy pages docs bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
 CHECKED := tests/core tests/engine tests/filters tests/project
-# What has the mouse: two at a time on any machine. A busy one can lose an event, so what fails is
-# tried once more, and listed under RERUN.
+# Tests with the mouse: two at a time. A busy machine can lose an event, so a failed test runs once
+# more and is listed under RERUN.
 BY_MOUSE := tests/paraview tests/web tests/editor/test_window.py
 SECOND_TRY := --numprocesses 2 --reruns 1 -rR
 PY := .venv/bin/python
@@ -88,7 +88,7 @@ clean:
 	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
 	  docs/_build docs/gallery docs/reference/made
 
-# 3D Slicer's own readers, whose VTK must not meet ours
+# Readers of 3D Slicer, in their own environment because of their VTK
 .venv-slicer/made.stamp: .venv/made.stamp
 	$(PYTHON) -m venv --clear .venv-slicer
 	@.venv-slicer/bin/python -m pip install --quiet --disable-pip-version-check slicer-core || { \
@@ -96,7 +96,7 @@ clean:
 	  rm -rf .venv-slicer/bin; }
 	@touch $@
 
-# Oclgrind, in an environment of its own: drivers disturb each other in a process
+# Oclgrind, in its own environment: drivers in one process interfere
 .venv-oclgrind/made.stamp:
 	$(PYTHON) -m venv --clear .venv-oclgrind
 	@.venv-oclgrind/bin/python -m pip install --quiet --disable-pip-version-check \

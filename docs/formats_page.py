@@ -14,10 +14,10 @@ SECTIONS = {
     "Control points and landmarks": (formats.POINTS, formats.POINT_DATA),
     "Surfaces of cuts": (formats.SURFACE,),
 }
-HEAD = """# Formats of files
+HEAD = """# File formats
 
-What `vtk-mls`, `vtk_mls.io` and ParaView's dialogs know. Data in memory are in LPS; where a file
-says another frame, it is taken to LPS and written in its own again ([Coordinate frames](frames.md)).
+Formats of `vtk-mls`, `vtk_mls.io` and ParaView's dialogs. Data in memory are in LPS. Readers convert
+files in other frames to LPS; writers convert back ([Coordinate frames](frames.md)).
 Made by `python docs/formats_page.py` from `vtk_mls/files/formats.py`.
 """
 COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
