@@ -44,7 +44,7 @@ class OpenedBrain:
         window.SetOffScreenRendering(True)
         window.SetSize(*size)
         self._size, self._scene = size, Scene(window, [io.read_dataset(folder / NAME)])
-        handles = handles_on(self._scene.shown, self._scene.bounds, 3)
+        handles = handles_on(self._scene.items, self._scene.bounds, 3)
         seen = self._scene.projection.pixels(handles)
         right = seen[seen[:, 0] > size[0] / 2]
         self._grabbed = right[right[:, 2].argmin(), :2]
@@ -64,8 +64,8 @@ class OpenedBrain:
         self._scene.show(opened, 32, True)
         width, height = self._size
         pixels = [(x, y) for x in range(0, width, _EVERY) for y in range(0, height, _EVERY)]
-        surfaces, projection = self._scene.surfaces(), self._scene.projection
-        hits = [surfaces.hit(projection, pixel) for pixel in pixels]
+        picker = self._scene.picker()
+        hits = [picker.hit(pixel) for pixel in pixels]
         is_hit = np.array([hit is not None for hit in hits])
         origins = opened.backward([hit for hit in hits if hit is not None]) - cut.point
         is_face = np.zeros(len(pixels), bool)

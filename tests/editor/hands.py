@@ -1,4 +1,4 @@
-"""An editor in a window off the screen, and hands for it: events as an interactor has them."""
+"""An editor in an offscreen window, and simulated mouse and key events."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def ball_image(geometry=None):
 
 
 def ball_mesh():
-    """A ball of triangles in the same place."""
+    """The surface of the same ball."""
     source = vtkSphereSource()
     source.SetCenter(*[(SIZE - 1) / 2] * 3)
     source.SetRadius(SIZE / 3)
@@ -47,7 +47,7 @@ def ball_mesh():
 
 
 class Hands:
-    """Moves the mouse and presses keys in an editor's window.
+    """Moves the mouse and presses keys in the window of an editor.
 
     Attributes
     ----------
@@ -63,19 +63,19 @@ class Hands:
         self.interactor = vtkRenderWindowInteractor()
         self.interactor.SetRenderWindow(window)
         self.interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-        # VTK's own answer is to end a loop that is not there
+        # without this observer VTK would end an event loop that does not run
         self.interactor.AddObserver("ExitEvent", lambda *_: None)
         self.editor = Editor(self.interactor, data, state, **options)
         self._pixel = np.zeros(2, int)
 
     def send(self, event, pixel=None, keys="", symbol=None):
-        """Send an event with a mouse at a pixel, modifiers, and the symbol of a key."""
+        """Send an event with the pixel of the mouse, modifiers, and the symbol of a key."""
         self._pixel = self._pixel if pixel is None else np.rint(pixel).astype(int)
         x, y = self._pixel.tolist()
         code = symbol if symbol and len(symbol) == 1 else chr(0)
         modifiers = int("Ctrl" in keys), int("Shift" in keys)
         self.interactor.SetEventInformation(x, y, *modifiers, code, 0, symbol)
-        # VTK prints what its observers raise, and goes on
+        # VTK prints exceptions of observers, and continues
         raised, usual = [], sys.excepthook
         sys.excepthook = lambda kind, error, trace: raised.append(error)
         try:
@@ -86,7 +86,7 @@ class Hands:
             raise raised[0]
 
     def tick(self):
-        """Let time pass."""
+        """Send a timer event."""
         self.send("TimerEvent")
 
     def press(self, symbol, keys=""):
@@ -98,7 +98,7 @@ class Hands:
         self.send("MouseMoveEvent", pixel, keys)
 
     def drag(self, start, by, keys="", steps=4, released=True):
-        """Drag from a pixel to another one."""
+        """Drag from the pixel `start` by an offset in pixels."""
         start, by = np.array(start, float), np.array(by, float)
         self.move(start, keys)
         self.send("LeftButtonPressEvent", start, keys)
@@ -111,9 +111,25 @@ class Hands:
     def click(self, pixel, keys=""):
         self.drag(pixel, (0, 0), keys, steps=1)
 
+    @property
+    def state(self):
+        return self.editor.state
+
+    @property
+    def message(self):
+        return self.editor.message
+
+    def hit(self, pixel):
+        """The visible point (3,) at a pixel."""
+        return self.editor.scene.picker().hit(pixel)
+
+    def pixels(self, points):
+        """Pixels and depths (n, 3) of points (n, 3)."""
+        return self.editor.scene.projection.pixels(points)
+
     def pixel_of(self, row):
-        """Where a handle is seen."""
-        return self.editor.projection.pixels(self.editor.state.deformed[[row]])[0, :2]
+        """The pixel (2,) of a handle."""
+        return self.pixels(self.state.deformed[[row]])[0, :2]
 
     def picture(self):
         """(height, width, 3) float, 0 to 255."""
@@ -128,6 +144,6 @@ class Hands:
 
     @property
     def camera(self):
-        """Where the camera is, and whither it looks."""
+        """Position and focal point of the camera."""
         camera = self.editor.scene.renderer.GetActiveCamera()
         return camera.GetPosition(), camera.GetFocalPoint()

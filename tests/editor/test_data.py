@@ -1,4 +1,4 @@
-"""Data of any kind open, look as they should, or are refused in one sentence."""
+"""Data of many types are drawn correctly, or refused with one sentence."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 from vtk_mls import io
-from vtk_mls.editor import looks
-from vtk_mls.editor.scalar_image import scalar_image
+from vtk_mls.editor import transfer_functions
+from vtk_mls.editor.scene_volume import scalar_image
 from vtk_mls.files import provenance
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -46,7 +46,7 @@ def points_alone():
     return cloud
 
 
-ODD = {
+UNUSUAL = {
     "two voxels": lambda: image_with(np.array([0.0, 1.0]), (2, 1, 1)),
     "one voxel": lambda: image_with(np.array([1.0]), (1, 1, 1)),
     "a slice": lambda: image_with(np.arange(20.0), (5, 4, 1)),
@@ -54,25 +54,25 @@ ODD = {
     "all the same": lambda: image_with(np.zeros(27), (3, 3, 3)),
     "not finite": lambda: image_with(np.r_[np.nan, np.inf, np.arange(25.0)], (3, 3, 3)),
     "only NaN": lambda: image_with(np.full(27, np.nan), (3, 3, 3)),
-    "colours": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
+    "colors": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
     "points": points_alone,
 }
 
 
-_SLOW = "not finite", "only NaN", "colours"  # a shader to build for each
+_SLOW = "not finite", "only NaN", "colors"  # each builds a shader
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.matrix] * (name in _SLOW)) for name in ODD]
+    "name", [pytest.param(name, marks=[pytest.mark.matrix] * (name in _SLOW)) for name in UNUSUAL]
 )
-def test_odd_data_are_edited(name):
-    hands = Hands(ODD[name]())
-    front = int(hands.editor.projection.pixels(hands.editor.state.deformed)[:, 2].argmin())
+def test_unusual_data_are_edited(name):
+    hands = Hands(UNUSUAL[name]())
+    front = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
     hands.drag(hands.pixel_of(front), (20, 10))
     for key in "cavz":
         hands.press(key)
     hands.drag((120, 120), (10, 10), "Ctrl")
-    assert len(hands.editor.state) > 0
+    assert len(hands.state) > 0
 
 
 def test_an_image_without_values_is_refused():
@@ -80,22 +80,22 @@ def test_an_image_without_values_is_refused():
         Hands(image_with(None, (3, 3, 3)))
 
 
-def test_an_oblique_image_is_where_it_is():
+def test_an_oblique_image_is_drawn_and_picked_in_place():
     geometry = ImageGeometry(
         (3, SIZE + 2) * 3, (5.0, -3.0, 40.0), (1.0, 2.0, 0.5), tuple(TURNED.ravel())
     )
     hands = Hands(ball_image(geometry))
     grid = geometry.grid
-    centre = grid.at([[MIDDLE] * 3])[0]
-    np.testing.assert_allclose(hands.editor.state.rest.mean(axis=0), centre, atol=1)
-    hit = hands.editor.surfaces().hit(hands.editor.projection, (120, 120))
+    center = grid.at([[MIDDLE] * 3])[0]
+    np.testing.assert_allclose(hands.state.rest.mean(axis=0), center, atol=1)
+    hit = hands.hit((120, 120))
     radius = np.linalg.norm(grid.index_of([hit])[0] - MIDDLE)
     assert radius == pytest.approx(SIZE / 3, abs=1.5)
-    edge = hands.editor.projection.pixels(hit[None])[0, :2]
+    edge = hands.pixels(hit[None])[0, :2]
     np.testing.assert_allclose(edge, (120, 120), atol=1e-6)
 
 
-def test_what_faces_the_eye_is_bright_whatever_the_axes():
+def test_lighting_does_not_depend_on_the_direction_matrix():
     pictures = []
     mirrored = ImageGeometry((0, SIZE - 1) * 3, (SIZE - 1, SIZE - 1, 0), (1, 1, 1), _MIRRORED)
     for geometry in (None, mirrored):
@@ -117,26 +117,29 @@ def test_axes_of_any_order_keep_their_values(order, rng):
     image.SetDirectionMatrix(direction.ravel())
     image.SetSpacing(1, 2, 3)
     image.SetOrigin(7, 8, 9)
-    shown = scalar_image(image)
-    before, after = (ImageGeometry.of_image(each).grid for each in (image, shown))
+    drawn = scalar_image(image)
+    before, after = (ImageGeometry.of_image(each).grid for each in (image, drawn))
     assert (np.diag(after.direction) > 0).all()
     pairs = [
         {tuple(np.round(point, 6)): value for point, value in zip(grid.points().tolist(), flat)}
         for grid, flat in (
             (before, values.ravel()),
-            (after, arrays.to_numpy(shown.GetPointData().GetScalars())),
+            (after, arrays.to_numpy(drawn.GetPointData().GetScalars())),
         )
     ]
     assert pairs[0] == pairs[1]
 
 
-# A shader to build for each: first what a CT has, and what the textures of VTK do not know.
+# Each builds a shader. First the type of CT images, and a type that VTK's textures lack.
 _TYPES = (VTK_SHORT, VTK_LONG_LONG, *(VTK_BIT, VTK_SIGNED_CHAR, VTK_UNSIGNED_SHORT, VTK_INT))
 
 
 @pytest.mark.parametrize(
     "vtk_type",
-    [pytest.param(each, marks=[pytest.mark.matrix] * (i > 1)) for i, each in enumerate(_TYPES)],
+    [
+        pytest.param(vtk_type, marks=[pytest.mark.matrix] * (i > 1))
+        for i, vtk_type in enumerate(_TYPES)
+    ],
 )
 def test_an_image_of_any_type_is_shown(vtk_type):
     image, array = ball_image(), vtkDataArray.CreateDataArray(vtk_type)
@@ -150,23 +153,26 @@ def test_an_image_of_any_type_is_shown(vtk_type):
     hands.press("space")
     picture = hands.picture()
     assert picture[120, 120].max() > 100 > picture[5, 5].max()
-    shown = scalar_image(image).GetPointData().GetScalars()
-    np.testing.assert_array_equal(arrays.to_numpy(shown), arrays.to_numpy(array))
+    drawn = scalar_image(image).GetPointData().GetScalars()
+    np.testing.assert_array_equal(arrays.to_numpy(drawn), arrays.to_numpy(array))
 
 
-def test_looks_follow_the_values(rng):
+def test_presets_follow_the_values(rng):
     air, brain = rng.normal(5, 3, 5000), rng.normal(100, 10, 5000)
-    (look, *_) = looks.looks_of(np.r_[air, brain], False)
-    opacity = looks.opacity(look, np.array([5.0, 100.0]))
+    (preset, *_) = transfer_functions.presets_of(np.r_[air, brain], False)
+    opacity = transfer_functions.opacity(preset, np.array([5.0, 100.0]))
     assert opacity[0] == 0
     assert opacity[1] > 0.2
     hounsfield = np.r_[rng.normal(-1000, 20, 900), rng.normal(40, 20, 900), rng.normal(900, 90, 90)]
-    look, bone, _, *_ = looks.looks_of(hounsfield, False)
-    assert "CT" in look.name
-    assert looks.opacity(bone, np.array([40.0, 900.0])).tolist() == [0, pytest.approx(0.7, abs=0.1)]
-    (look,) = looks.looks_of(np.repeat([0, 1, 7], 50), True)
-    assert look.is_nearest
-    assert looks.opacity(look, np.array([0, 1, 7])).tolist() == [0, 0.85, 0.85]
+    preset, bone, _, *_ = transfer_functions.presets_of(hounsfield, False)
+    assert "CT" in preset.name
+    assert transfer_functions.opacity(bone, np.array([40.0, 900.0])).tolist() == [
+        0,
+        pytest.approx(0.7, abs=0.1),
+    ]
+    (preset,) = transfer_functions.presets_of(np.repeat([0, 1, 7], 50), True)
+    assert preset.is_nearest
+    assert transfer_functions.opacity(preset, np.array([0, 1, 7])).tolist() == [0, 0.85, 0.85]
 
 
 def test_labels_of_a_file_are_segments():
@@ -174,17 +180,17 @@ def test_labels_of_a_file_are_segments():
     provenance.keep(image, provenance.LABEL_ARRAYS, ["density"])
     hands = Hands(image)
     hands.press("v")
-    assert hands.editor.message == "segments"
+    assert hands.message == "segments"
 
 
-def test_a_mesh_is_coloured_by_its_numbers_if_wanted():
+def test_a_mesh_is_colored_by_its_scalars():
     mesh = ball_mesh()
     arrays.add(mesh.GetPointData(), "height", np.arange(mesh.GetNumberOfPoints(), dtype=float))
     mesh.GetPointData().SetActiveScalars("height")
     hands = Hands(mesh)
     before = hands.picture()
     hands.press("v")
-    assert hands.editor.message == "by height"
+    assert hands.message == "by height"
     assert np.abs(hands.picture() - before).mean() > 1
 
 
@@ -199,7 +205,7 @@ def test_a_mesh_is_coloured_by_its_numbers_if_wanted():
         (["ball.vti"], "`vtk-mls view --web` needs none"),
     ],
 )
-def test_the_command_says_what_is_wrong(arguments, sentence, tmp_path, monkeypatch):
+def test_errors_of_the_command(arguments, sentence, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     io.write_dataset(ball_image(), "ball.vti")
     for name in ("empty.vti", "empty.csv", "text.txt"):

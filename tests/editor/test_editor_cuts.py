@@ -1,4 +1,4 @@
-"""Cuts in the editor: by the widget, and along a line that is drawn on the surface."""
+"""Cuts in the editor: by the widget, and along a line on the surface."""
 
 from __future__ import annotations
 
@@ -19,40 +19,40 @@ def hands(request):
     return Hands(ball_image() if request.param == "volume" else ball_mesh())
 
 
-def test_c_goes_from_a_plane_to_half_of_it_to_none(hands):
+def test_c_makes_a_plane_then_a_half_plane_then_no_cut(hands):
     hands.press("c")
-    (plane,) = hands.editor.state.cuts
+    (plane,) = hands.state.cuts
     assert isinstance(plane, Plane)
     hands.press("c")
-    (half,) = hands.editor.state.cuts
+    (half,) = hands.state.cuts
     assert isinstance(half, HalfPlane)
     np.testing.assert_array_equal(half.normal, plane.normal)
     np.testing.assert_allclose(half.inward, (0, 0, 1), atol=1e-12)
     hands.press("i")
-    (other,) = hands.editor.state.cuts
+    (other,) = hands.state.cuts
     assert other.inward @ half.inward == pytest.approx(np.sqrt(0.5))
     hands.press("bracketright")
-    assert hands.editor.state.nu > 2
+    assert hands.state.nu > 2
     hands.press("c")
-    assert hands.editor.state.cuts == ()
+    assert hands.state.cuts == ()
     for _ in range(5):
         hands.press("z")
-    assert hands.editor.state.cuts == ()
-    assert "nothing" not in hands.editor.message
+    assert hands.state.cuts == ()
+    assert "nothing" not in hands.message
     hands.press("z")
-    assert "nothing to undo" in hands.editor.message
+    assert "nothing to undo" in hands.message
 
 
-def test_a_cut_lets_one_side_be_pulled_away(hands):
+def test_one_side_of_a_cut_can_be_pulled_away(hands):
     hands.press("c")
-    (plane,) = hands.editor.state.cuts
-    state = hands.editor.state
+    (plane,) = hands.state.cuts
+    state = hands.state
     side = np.flatnonzero(plane.height(state.rest) > 0)
     hands.editor.select(side)
     right = np.array((1.0, 0, 0)) * np.sign(plane.normal[0])
     moved = state.moved(side, state.rest[side] + 6 * right)
     assert hands.editor.change(moved)
-    seam = hands.editor.state.deformation()
+    seam = hands.state.deformation()
     assert seam.void([plane.point + 3 * right])[0]
     assert not seam.void([plane.point - 3 * right])[0]
 
@@ -60,7 +60,7 @@ def test_a_cut_lets_one_side_be_pulled_away(hands):
 def test_the_mouse_moves_the_plane(hands):
     hands.editor.scene.renderer.GetActiveCamera().Azimuth(30)
     hands.press("c")
-    (before,) = hands.editor.state.cuts
+    (before,) = hands.state.cuts
     handles = [hands.pixel_of(row) for row in range(27)]
     face = [
         pixel
@@ -70,16 +70,16 @@ def test_the_mouse_moves_the_plane(hands):
     camera = hands.camera
     for pixel in face:
         hands.drag(pixel, (25, 0))
-        (after,) = hands.editor.state.cuts
+        (after,) = hands.state.cuts
         if hands.camera == camera and not np.array_equal(after.point, before.point):
             break
         hands.editor.scene.renderer.GetActiveCamera().SetPosition(camera[0])
         hands.editor.scene.renderer.GetActiveCamera().SetViewUp(0, 0, 1)
     else:
-        raise AssertionError("nowhere does the mouse find the plane")
+        raise AssertionError("the mouse does not find the plane")
     assert isinstance(after, Plane)
     hands.press("z")
-    assert hands.editor.state.cuts == (before,)
+    assert hands.state.cuts == (before,)
 
 
 def test_a_line_on_the_surface_becomes_a_cut(hands):
@@ -87,16 +87,16 @@ def test_a_line_on_the_surface_becomes_a_cut(hands):
     hands.press("p")
     for x in (95, 120, 145):
         hands.click((x, 122))
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
     hands.press("p")
-    (cut,) = hands.editor.state.cuts
+    (cut,) = hands.state.cuts
     assert isinstance(cut, Surface)
     line = cut.points[3:6]
     np.testing.assert_allclose(np.linalg.norm(line - MIDDLE, axis=1), SIZE / 3, atol=1)
-    seen = hands.editor.projection.pixels(cut.points)[:, :2]
-    np.testing.assert_allclose(seen, np.tile([(95, 122), (120, 122), (145, 122)], (3, 1)), atol=2)
+    pixels = hands.pixels(cut.points)[:, :2]
+    np.testing.assert_allclose(pixels, np.tile([(95, 122), (120, 122), (145, 122)], (3, 1)), atol=2)
     hands.press("z")
-    assert hands.editor.state.cuts == ()
+    assert hands.state.cuts == ()
 
 
 def test_a_closed_line_cuts_straight_into_the_depth(hands):
@@ -104,27 +104,27 @@ def test_a_closed_line_cuts_straight_into_the_depth(hands):
     hands.press("p")
     for corner in corners:
         hands.click(corner)
-    hands.click((101, 107))  # where it began
-    assert "closed" in hands.editor.message
-    hands.click((160, 160))  # which is not drawn any more
+    hands.click((101, 107))  # the first point
+    assert "closed" in hands.message
+    hands.click((160, 160))  # a closed line does not grow
     hands.press("p")
-    (cut,) = hands.editor.state.cuts
+    (cut,) = hands.state.cuts
     out, line, deep = cut.points.reshape(3, 4, 3)
-    seen = hands.editor.projection.pixels(line)[:, :2]
-    np.testing.assert_allclose(seen, corners, atol=2)
+    pixels = hands.pixels(line)[:, :2]
+    np.testing.assert_allclose(pixels, corners, atol=2)
     np.testing.assert_allclose(np.linalg.norm(line - MIDDLE, axis=1), SIZE / 3, atol=1)
-    # all walls go the same direction, to the middle of the ball
+    # all walls have one direction, to the middle of the ball
     into = deep - line
     np.testing.assert_allclose(into, into[:1] + np.zeros((4, 3)), atol=1e-9)
     towards = MIDDLE - line.mean(axis=0)
     assert into[0] @ towards > 0.97 * np.linalg.norm(into[0]) * np.linalg.norm(towards)
-    # around it there is no gap: from inside to outside, the cut is always between
+    # the cut has no gap: it blocks all segments from inside to outside
     middle = line.mean(axis=0)
     outside = middle + 3 * (line - middle) - 0.5 * (out - line)
     assert cut.blocks(np.tile(middle + 0.3 * into[0], (4, 1)), outside).all()
 
 
-def test_what_a_closed_line_cuts_out_can_be_pulled_out():
+def test_a_piece_inside_a_closed_line_can_be_pulled_out():
     hands = Hands(ball_mesh(), State(LATTICE, LATTICE))
     hands.press("p")
     for corner in [(100, 100), (140, 100), (140, 140), (100, 140), (100, 100)]:
@@ -132,14 +132,14 @@ def test_what_a_closed_line_cuts_out_can_be_pulled_out():
     hands.press("p")
     hands.move((120, 120))
     hands.press("a")
-    row = len(hands.editor.state) - 1
+    row = len(hands.state) - 1
     hands.drag(hands.pixel_of(row), (0, 30), "Shift")
-    state = hands.editor.state
+    state = hands.state
     step = (state.deformed - state.rest)[row]
     moved = state.deformation().forward(state.rest[[row]] * 0.9 + MIDDLE * 0.1) - MIDDLE
     assert np.linalg.norm(step) > 1
-    beside = hands.editor.surfaces().hit(hands.editor.projection, (88, 120))
-    stays = state.deformation().backward([beside])[0] - beside
+    neighbor = hands.hit((88, 120))
+    stays = state.deformation().backward([neighbor])[0] - neighbor
     assert np.linalg.norm(stays) < 0.3 * np.linalg.norm(step)
     assert np.linalg.norm(moved) > SIZE / 3
 
@@ -148,7 +148,7 @@ def test_a_line_without_points_is_no_cut(hands):
     hands.press("p")
     hands.click((2, 2))
     hands.press("p")
-    assert "at least two points" in hands.editor.message
+    assert "at least two points" in hands.message
     hands.press("p")
     hands.press("Escape")
     camera = hands.camera
@@ -156,12 +156,12 @@ def test_a_line_without_points_is_no_cut(hands):
     assert hands.camera != camera
 
 
-def test_just_the_half_that_cuts_is_filled_up_to_its_edge():
+def test_only_the_cutting_half_is_filled_up_to_its_edge():
     hands = Hands(ball_mesh(), pixels=300)
     hands.press("c")
     camera = hands.editor.scene.renderer.GetActiveCamera()
     camera.SetFocalPoint((MIDDLE,) * 3)
-    camera.SetPosition(MIDDLE + 60 * hands.editor.state.cuts[0].normal)
+    camera.SetPosition(MIDDLE + 60 * hands.state.cuts[0].normal)
     camera.SetViewUp(0, 0, 1)
     hands.press("c")
     hands.press("Escape")
@@ -169,45 +169,45 @@ def test_just_the_half_that_cuts_is_filled_up_to_its_edge():
     without = hands.picture()
     hands.press(" ")
     for is_upper in (True, False):
-        assert (hands.editor.state.cuts[0].inward[2] > 0.5) == is_upper
+        assert (hands.state.cuts[0].inward[2] > 0.5) == is_upper
         change = hands.picture() - without
         corners = [np.abs(change[rows, 74:86]).mean() for rows in (slice(216, 226), slice(74, 84))]
-        assert [each > 20 for each in corners] == [is_upper, not is_upper]
-        edge, beside = change[149:152, 100:140, 1], change[156:160, 100:140, 1]
-        assert edge.mean() < min(-10, beside.mean() - 5)  # less green: the edge is red
+        assert [change_of_corner > 20 for change_of_corner in corners] == [is_upper, not is_upper]
+        edge, sheet = change[149:152, 100:140, 1], change[156:160, 100:140, 1]
+        assert edge.mean() < min(-10, sheet.mean() - 5)  # less green: the edge is red
         for _ in range(4):
             hands.press("i")
 
 
-def test_what_a_cut_is_for_is_said_with_its_first_picture():
-    hands, said = Hands(ball_mesh()), []
+def test_the_first_picture_of_a_cut_has_a_hint():
+    hands, messages = Hands(ball_mesh()), []
     window = hands.editor.scene.window
-    window.AddObserver("StartEvent", lambda *_: said.append(hands.editor.message))
+    window.AddObserver("StartEvent", lambda *_: messages.append(hands.message))
     hands.press("c")
-    assert len(said) == 1
-    assert said[0].startswith("The blue sheet cuts, and the mouse moves it")
+    assert len(messages) == 1
+    assert messages[0].startswith("The blue sheet cuts, and the mouse moves it")
     hands.press("c")
-    assert said[1].startswith("The blue sheet cuts as far as its red edge")
+    assert messages[1].startswith("The blue sheet cuts up to its red edge")
     hands.press("c")
-    assert said[2:] == [""]
+    assert messages[2:] == [""]
 
 
-@pytest.mark.parametrize("what", ["undo", "lay_lattice", "delete", "toggle_slices", "compare"])
-def test_whatever_is_done_lets_go_of_the_sheet(what):
-    """VTK's widget keeps keys for itself then; a page's buttons and its key S come all the same."""
+@pytest.mark.parametrize("action", ["undo", "lay_lattice", "delete", "toggle_slices", "compare"])
+def test_every_action_releases_the_cut_widget(action):
+    """VTK's widget blocks keys during a drag, but not the buttons and the key S of the page."""
     hands = Hands(ball_mesh())
     hands.press("c")
-    high, point = hands.editor.scene.bounds[1], hands.editor.state.cuts[0].point
+    high, point = hands.editor.scene.bounds[1], hands.state.cuts[0].point
     above = point[0], high[1], high[2] + 0.03 * SIZE * 2 / 3
-    start = hands.editor.projection.pixels([above])[0, :2]
+    start = hands.pixels([above])[0, :2]
     hands.drag(start, (20, 0), released=False)
-    assert hands.editor.state.cuts[0].point[0] > point[0] + 0.5
-    hands.editor.do(what)
-    state = hands.editor.settled
-    assert hands.editor.state is state
+    assert hands.state.cuts[0].point[0] > point[0] + 0.5
+    hands.editor.do(action)
+    state = hands.editor.document.committed
+    assert hands.state is state
     hands.move(start + (40, 0))
     hands.tick()
     hands.send("LeftButtonReleaseEvent")
-    assert hands.editor.state is state
-    hands.press("y" if what == "undo" else "z")
-    hands.drag(start + (20, 0), (10, 0))  # it can be held again
+    assert hands.state is state
+    hands.press("y" if action == "undo" else "z")
+    hands.drag(start + (20, 0), (10, 0))  # the widget can be dragged again

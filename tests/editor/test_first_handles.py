@@ -1,4 +1,4 @@
-"""Handles lie on what one sees of data that come without, not in the air beside it."""
+"""The initial handles lie on the visible data."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ MIDDLE, RADIUS = (SIZE - 1) / 2, SIZE / 3
 
 
 @pytest.mark.parametrize("data", [ball_image, ball_mesh])
-def test_none_is_beside_a_ball_and_the_middle_has_one(data):
+def test_handles_are_on_and_in_a_ball(data):
     hands = Hands(data())
     for count in (27, 64, 125):
-        rest = hands.editor.state.rest
+        rest = hands.state.rest
         assert 0.9 * count < len(rest) <= count
         radius = np.linalg.norm(rest - MIDDLE, axis=1)
         assert radius.max() < RADIUS + 1
@@ -38,7 +38,7 @@ def test_a_sheet_has_one_layer():
     np.testing.assert_allclose(rest[:, 2], 0, atol=1e-9)
 
 
-def test_two_balls_have_none_between_them():
+def test_no_handles_between_two_balls():
     append = vtkAppendPolyData()
     for x in (0.0, 10.0):
         ball = vtkSphereSource()
@@ -58,21 +58,21 @@ def test_points_without_cells():
     source.Update()
     points = vtkPolyData()
     points.SetPoints(source.GetOutput().GetPoints())
-    there = arrays.to_numpy(points.GetPoints().GetData())
+    positions = arrays.to_numpy(points.GetPoints().GetData())
     rest = Hands(points).editor.state.rest
     assert len(rest) > 15
-    away = np.linalg.norm(there - rest[:, None], axis=2).min(axis=1)
-    np.testing.assert_allclose(away, 0, atol=1e-6)
+    distances = np.linalg.norm(positions - rest[:, None], axis=2).min(axis=1)
+    np.testing.assert_allclose(distances, 0, atol=1e-6)
 
 
-def test_a_single_point_has_one():
+def test_a_single_point_has_one_handle():
     points = vtkPolyData()
     points.SetPoints(vtkPoints())
     points.GetPoints().InsertNextPoint(3, 4, 5)
     assert Hands(points).editor.state.rest.tolist() == [[3, 4, 5]]
 
 
-def test_an_empty_image_has_them_all_the_same():
+def test_an_empty_image_has_all_handles():
     image = ball_image()
     arrays.to_numpy(image.GetPointData().GetScalars())[:] = 0
     assert len(Hands(image).editor.state) == 27

@@ -1,4 +1,4 @@
-"""What goes wrong around an editor loses nothing, and is said in one sentence."""
+"""Failures around the editor lose no edits, and are reported in one sentence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vtk_mls.vtk import arrays
 
 
 def closed(hands):
-    """The window manager closes the window; then what `vtk-mls view` does at the end."""
+    """Close the window as a window manager, and detach as `vtk-mls view` does."""
     hands.send("ExitEvent")
     hands.editor.detach()
 
@@ -24,7 +24,7 @@ def name_and_modifiers(symbol):
     return key, " ".join(modifiers)
 
 
-def test_a_window_closed_during_a_drag_keeps_it(tmp_path):
+def test_closing_during_a_drag_keeps_it(tmp_path):
     hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.drag(hands.pixel_of(13), (20, 10), released=False)
     closed(hands)
@@ -32,19 +32,19 @@ def test_a_window_closed_during_a_drag_keeps_it(tmp_path):
     assert not state.is_resting[13]
 
 
-def test_a_window_closed_while_the_cut_is_moved_keeps_it(tmp_path):
+def test_closing_while_the_cut_moves_keeps_it(tmp_path):
     hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.press("c")
-    (cut,) = hands.editor.state.cuts
+    (cut,) = hands.state.cuts
     moved = type(cut)(cut.point + 1, cut.normal)
-    hands.editor.preview(hands.editor.settled.changed(cuts=(moved,)))
+    hands.editor.document.preview(hands.editor.document.committed.changed(cuts=(moved,)))
     closed(hands)
     state = Autosave("ball.vtp", tmp_path).offered
     np.testing.assert_allclose(state.cuts[0].point, cut.point + 1)
 
 
 @pytest.mark.parametrize("symbol", sorted(set(keys.actions()) - {"p", "Escape"}))
-def test_a_key_while_a_line_is_drawn_keeps_the_line(symbol, tmp_path, monkeypatch):
+def test_keys_keep_an_unfinished_line(symbol, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     hands = Hands(ball_mesh())
     hands.press("p")
@@ -53,27 +53,27 @@ def test_a_key_while_a_line_is_drawn_keeps_the_line(symbol, tmp_path, monkeypatc
     hands.press("a", "Ctrl")
     hands.click((140, 125))
     hands.press("p")
-    assert any(isinstance(cut, Surface) for cut in hands.editor.state.cuts)
+    assert any(isinstance(cut, Surface) for cut in hands.state.cuts)
 
 
-def test_a_driver_that_fails_is_told_and_the_next_edit_goes_on(monkeypatch):
+def test_a_driver_failure_is_reported_and_editing_continues(monkeypatch):
     hands = Hands(ball_mesh())
     show = hands.editor.scene.show
 
-    def broken(*arguments):
+    def fail(*arguments):
         raise RuntimeError("the device is lost: CL_DEVICE_NOT_AVAILABLE")
 
-    monkeypatch.setattr(hands.editor.scene, "show", broken)
+    monkeypatch.setattr(hands.editor.scene, "show", fail)
     hands.drag(hands.pixel_of(13), (20, 10))
-    assert "The device is lost" in hands.editor.message
-    assert hands.editor.state.is_resting.all()
+    assert "The device is lost" in hands.message
+    assert hands.state.is_resting.all()
     monkeypatch.setattr(hands.editor.scene, "show", show)
     hands.drag(hands.pixel_of(13), (20, 10))
-    assert not hands.editor.state.is_resting[13]
+    assert not hands.state.is_resting[13]
 
 
-def test_a_lost_context_is_made_anew():
-    """As when a driver starts again, or a window moves to another screen."""
+def test_a_lost_context_is_recreated():
+    """As after a restart of the driver, or on another screen."""
     hands = Hands(ball_image())
     hands.drag(hands.pixel_of(13), (25, 10))
     before = hands.picture()
@@ -87,19 +87,19 @@ def test_a_lost_context_is_made_anew():
 def test_500_handles_are_edited(rng):
     rest = rng.uniform(2, SIZE - 2, (500, 3))
     hands = Hands(ball_mesh(), State(rest, rest))
-    row = int(hands.editor.projection.pixels(rest)[:, 2].argmin())
+    row = int(hands.pixels(rest)[:, 2].argmin())
     hands.drag(hands.pixel_of(row), (15, 5))
-    assert np.flatnonzero(~hands.editor.state.is_resting).tolist() == [row]
+    assert np.flatnonzero(~hands.state.is_resting).tolist() == [row]
     hands.press("a", "Ctrl")
     hands.press("f")
     hands.press("z")
     hands.press("z")
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
 
 
 @pytest.mark.matrix
 def test_a_large_image_is_edited():
-    """512^3 voxels: everything that one does takes seconds, and no copy in float64 is made."""
+    """512^3 voxels without a copy in float64."""
     import resource
 
     image, size = vtkImageData(), 512
@@ -113,93 +113,93 @@ def test_a_large_image_is_edited():
     hands.drag(hands.pixel_of(13), (10, 5), steps=1)
     hands.press("m")
     hands.press("z")
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
     assert grown < 6, f"{grown:.1f} GiB more"
 
 
-def test_handles_that_are_gone_are_neither_hovered_nor_selected(tmp_path):
-    """The mouse stays over a handle while others, and fewer, take its place."""
+def test_removed_handles_are_neither_hovered_nor_selected(tmp_path):
+    """The mouse stays over a handle while fewer handles replace it."""
     fewer = State([(3, 3, 3), (20, 20, 20)], [(4, 3, 3), (20, 20, 20)])
     Autosave("ball.vtp", tmp_path).keep(fewer)
     hands = Hands(ball_mesh(), autosave=Autosave("ball.vtp", tmp_path))
-    seen = hands.editor.projection.pixels(hands.editor.state.deformed)
-    row = int(seen[:, 2].argmin())  # no other one is before it
+    pixels = hands.pixels(hands.state.deformed)
+    row = int(pixels[:, 2].argmin())  # no other handle is in front of it
     assert row >= len(fewer)
     hands.move(hands.pixel_of(row))
     hands.click(hands.pixel_of(row))
     hands.press("Return")
-    assert hands.editor.state.rest.tolist() == fewer.rest.tolist()
+    assert hands.state.rest.tolist() == fewer.rest.tolist()
     assert hands.editor.selected.tolist() == []
     hands.press("z")
     hands.move(hands.pixel_of(row))
-    assert hands.editor.hovered == row
+    assert hands.editor.document.hovered == row
     for count in (64, 125, 8, 27):
         hands.press("l")
-        assert len(hands.editor.state) == count
-        assert hands.editor.hovered is None
+        assert len(hands.state) == count
+        assert hands.editor.document.hovered is None
     hands.move(hands.pixel_of(row))
-    assert hands.editor.hovered == row
+    assert hands.editor.document.hovered == row
     hands.editor.select([1, row])
-    hands.editor.change(hands.editor.state.without(np.arange(row, 27)))
+    hands.editor.change(hands.state.without(np.arange(row, 27)))
     assert hands.editor.selected.tolist() == [1]
-    assert hands.editor.hovered is None
+    assert hands.editor.document.hovered is None
 
 
-def test_a_device_that_fails_between_edits_is_told_and_nothing_is_lost(monkeypatch):
-    """Handles that are added, slices, lines and rays ask the map, too."""
+def test_a_device_failure_between_edits_is_reported_and_loses_nothing(monkeypatch):
+    """New handles, slices, lines and rays evaluate the map, too."""
     hands = Hands(ball_image(), pixels=360)
     hands.drag(hands.pixel_of(13), (25, 10))
     hands.press("p")
     hands.click((160, 190))
     hands.click((200, 190))
-    state, works = hands.editor.state, Deformation.backward
+    state, backward = hands.state, Deformation.backward
 
-    def broken(*arguments):
+    def fail(*arguments):
         raise RuntimeError("the device is lost; set `VTK_MLS_DEVICE`")
 
-    def told():
-        assert hands.editor.message == "The device is lost; set `VTK_MLS_DEVICE`."
-        assert hands.editor.state is state
+    def assert_reported():
+        assert hands.message == "The device is lost; set `VTK_MLS_DEVICE`."
+        assert hands.state is state
         hands.editor.say("")
 
-    monkeypatch.setattr(Deformation, "backward", broken)
+    monkeypatch.setattr(Deformation, "backward", fail)
     hands.press("p")
-    told()
+    assert_reported()
     hands.click((180, 200))
-    told()
+    assert_reported()
     hands.move((180, 200))
     hands.press("a")
-    told()
+    assert_reported()
     hands.press("m")
-    told()
+    assert_reported()
     hands.send("MouseWheelForwardEvent", (340, 60))
-    told()
+    assert_reported()
     hands.click((345, 50))
-    told()
+    assert_reported()
     hands.press("v")
-    told()
+    assert_reported()
     hands.press("m")
-    monkeypatch.setattr(Deformation, "backward", works)
+    monkeypatch.setattr(Deformation, "backward", backward)
     hands.press("p")
-    (cut,) = hands.editor.state.cuts
+    (cut,) = hands.state.cuts
     assert len(cut.points) == 6
 
 
 @pytest.mark.parametrize("modifier", ["Ctrl", "Shift"])
-def test_a_device_that_fails_during_a_drag_is_told(modifier, monkeypatch):
+def test_a_device_failure_during_a_drag_is_reported(modifier, monkeypatch):
     hands = Hands(ball_image())
     hands.drag(hands.pixel_of(13), (25, 10))
-    camera, works = hands.camera, Deformation.backward
+    camera, backward = hands.camera, Deformation.backward
     hands.send("LeftButtonPressEvent", hands.pixel_of(13))
 
-    def broken(*arguments):
+    def fail(*arguments):
         raise MemoryError
 
-    monkeypatch.setattr(Deformation, "backward", broken)
+    monkeypatch.setattr(Deformation, "backward", fail)
     hands.move(hands.pixel_of(13) + (10, 0), modifier)
-    assert hands.editor.message == "There is not enough memory."
-    monkeypatch.setattr(Deformation, "backward", works)
+    assert hands.message == "There is not enough memory."
+    monkeypatch.setattr(Deformation, "backward", backward)
     hands.send("LeftButtonReleaseEvent")
     assert hands.camera == camera
-    assert hands.editor.grabbed is None
+    assert hands.editor.document.grabbed is None

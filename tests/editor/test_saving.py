@@ -1,4 +1,4 @@
-"""What the editor saves is, to the bit, what the command and the script make of the saved files."""
+"""The command and the script reproduce the saved files bit by bit."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def state(rng, **options):
     return State(rest, rest + rng.normal(size=rest.shape), weights, **options)
 
 
-def command_of(script):
-    """The arguments of the commands that a script names."""
+def commands_of(script):
+    """The arguments of the commands in a script."""
     lines = [line.strip() for line in script.read_text().splitlines()]
     return [shlex.split(line)[1:] for line in lines if line.startswith("vtk-mls deform ")]
 
@@ -54,34 +54,35 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     hands = Hands(data, state(np.random.default_rng(3), **STATES[name]), paths=paths)
     hands.press("s")
     folder = tmp_path / "ball-edited"
-    assert f"Saved in {folder.name}" in hands.editor.message
-    made = sorted(folder.glob("ball-deformed.*"))
-    assert len(made) == 2
-    before = {path: path.read_bytes() for path in [*made, folder / "displacement-field.nrrd"]}
+    assert f"Saved in {folder.name}" in hands.message
+    deformed = sorted(folder.glob("ball-deformed.*"))
+    assert len(deformed) == 2
+    before = {path: path.read_bytes() for path in [*deformed, folder / "displacement-field.nrrd"]}
     grid = ImageGeometry.of_image(data[0]).grid
-    shown = hands.editor.state.deformation().displacement_field(grid).displacement
+    displacement = hands.state.deformation().displacement_field(grid).displacement
     field = io.read_dataset(folder / "displacement-field.nrrd").GetPointData().GetScalars()
-    np.testing.assert_allclose(arrays.to_numpy(field).reshape(shown.shape), shown, atol=1e-5)
+    saved = arrays.to_numpy(field).reshape(displacement.shape)
+    np.testing.assert_allclose(saved, displacement, atol=1e-5)
 
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, folder / "deform.py"],
         env={**os.environ, "PYTHONPATH": str(PROJECT)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    assert {path: path.read_bytes() for path in made} == {path: before[path] for path in made}
+    assert process.returncode == 0, process.stderr
+    assert all(path.read_bytes() == before[path] for path in deformed)
 
     monkeypatch.chdir(folder)
-    for path in made:
+    for path in deformed:
         path.unlink()
-    arguments = command_of(folder / "deform.py")
-    for each in arguments:
-        status, _, stderr = run(*each)
+    commands = commands_of(folder / "deform.py")
+    for command in commands:
+        status, _, stderr = run(*command)
         assert status == 0, stderr
-    assert {path: path.read_bytes() for path in made} == {path: before[path] for path in made}
-    options = [each for each in arguments[0] if each.startswith("--")]
+    assert all(path.read_bytes() == before[path] for path in deformed)
+    options = [argument for argument in commands[0] if argument.startswith("--")]
     status, _, stderr = run("field", "../ball.nii.gz", "handles.csv", "field.nrrd", *options)
     assert status == 0, stderr
     field = (folder / "field.nrrd").read_bytes()
@@ -89,26 +90,26 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.0}, {"map_tolerance": 0.25}])
-def test_the_tolerance_of_what_was_seen_is_that_of_the_script(options, tmp_path, monkeypatch):
-    """Without a word of it filters and the command have none."""
+def test_the_script_has_the_tolerance_of_the_editor(options, tmp_path, monkeypatch):
+    """The default of filters and of the command is no tolerance."""
     monkeypatch.chdir(tmp_path)
     hands = Hands(ball_image(), state(np.random.default_rng(3), **options))
     hands.press("s")
     script = tmp_path / "data-1-edited" / "deform.py"
     tolerance = options.get("map_tolerance", MAP_TOLERANCE.interactive_default)
-    assert hands.editor.state.map_tolerance == tolerance
-    says = [f"deform.SetMapTolerance({tolerance})"] if tolerance else []
-    assert [line for line in script.read_text().splitlines() if "MapTol" in line] == says
-    (command,) = command_of(script)
-    says = [f"--map-tolerance={tolerance}"] if tolerance else []
-    assert [each for each in command if "tolerance" in each] == says
+    assert hands.state.map_tolerance == tolerance
+    expected = [f"deform.SetMapTolerance({tolerance})"] if tolerance else []
+    assert [line for line in script.read_text().splitlines() if "MapTol" in line] == expected
+    (command,) = commands_of(script)
+    expected = [f"--map-tolerance={tolerance}"] if tolerance else []
+    assert [argument for argument in command if "tolerance" in argument] == expected
 
 
-def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypatch):
+def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     hands = Hands(ball_mesh(), state(np.random.default_rng(4)))
     hands.press("s")
-    edited, folder = hands.editor.state, tmp_path / "data-1-edited"
+    edited, folder = hands.state, tmp_path / "data-1-edited"
     for names in (
         ("handles.csv", None),
         ("handles-at-rest.mrk.json", "handles-moved.mrk.json"),
@@ -121,20 +122,20 @@ def test_handles_are_saved_for_slicer_and_begin_the_next_edit(tmp_path, monkeypa
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_where_it_is_saved_is_seen_while_handles_are_hidden(tmp_path, monkeypatch):
+def test_the_folder_is_shown_while_handles_are_hidden(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     hands = Hands(ball_mesh(), pixels=400)
     hands.press("space")
     before = hands.picture()
     hands.press("s")
-    assert "Saved in" in hands.editor.message
+    assert "Saved in" in hands.message
     assert (np.abs(hands.picture() - before).max(axis=2) > 60).sum() > 200
     hands.press("h")
     hands.press("h")
     np.testing.assert_allclose(hands.picture(), before, atol=3)
 
 
-def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
+def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     paths = [f"{folder}/ball.vtp" for folder in "abc"]
     for number, path in enumerate(paths):
@@ -144,13 +145,14 @@ def test_data_of_the_same_name_have_a_file_each(tmp_path, monkeypatch):
         io.write_dataset(mesh, path)
     hands = Hands([*map(io.read_dataset, paths)], state(np.random.default_rng(5)), paths=paths)
     hands.press("s")
-    made = [tmp_path / "ball-edited" / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")]
-    before = [path.read_bytes() for path in made]
+    folder = tmp_path / "ball-edited"
+    deformed = [folder / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")]
+    before = [path.read_bytes() for path in deformed]
     assert len(set(before)) == 3
-    monkeypatch.chdir(tmp_path / "ball-edited")
-    for each in command_of(tmp_path / "ball-edited" / "deform.py"):
-        assert run(*each)[::2] == (0, "")
-    assert [path.read_bytes() for path in made] == before
+    monkeypatch.chdir(folder)
+    for command in commands_of(folder / "deform.py"):
+        assert run(*command)[::2] == (0, "")
+    assert [path.read_bytes() for path in deformed] == before
 
 
 def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(
@@ -166,16 +168,16 @@ def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder
     assert (tmp_path / "data-1-edited-2").is_dir()
 
 
-def test_what_cannot_be_saved_is_said(tmp_path, monkeypatch):
+def test_a_failed_save_is_reported(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "data-1-edited").write_text("a file")
     hands = Hands(ball_mesh())
     hands.editor.saver.folder = tmp_path / "data-1-edited"
     hands.press("s")
-    assert "data-1-edited" in hands.editor.message.replace(" ", "")  # paths are broken, too
+    assert "data-1-edited" in hands.message.replace(" ", "")  # lines break within paths, too
     assert not hands.editor.save()
     hands.press("a", "Ctrl")
     hands.press("x")
     hands.editor.saver.folder = tmp_path / "none"
     assert not hands.editor.save()
-    assert "holds no control points" in hands.editor.message
+    assert "holds no control points" in hands.message

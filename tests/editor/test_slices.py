@@ -1,4 +1,4 @@
-"""Slices beside the 3-D view: what they show, and handles in them."""
+"""Slices beside the 3-D view: their pictures, and handles in them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from hands import SIZE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid
-from vtk_mls.editor import State, looks
+from vtk_mls.editor import State, transfer_functions
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 MIDDLE = (SIZE - 1) / 2
-CENTRE = 13  # of the lattice of 3 x 3 x 3
+CENTER = 13  # of a 3 x 3 x 3 lattice
 
 
 @pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
@@ -26,28 +26,28 @@ def hands(request):
 
 
 def panes(hands):
-    """By the axis that they are across."""
-    found = {}
+    """The panes, in the order of their axes."""
+    by_axis = {}
     for y in (60, 180, 300):
         pane = hands.editor.slices.pane_at((330, y))
-        found[pane.axis] = pane
-    return [found[axis] for axis in range(3)]
+        by_axis[pane.axis] = pane
+    return [by_axis[axis] for axis in range(3)]
 
 
-def seen_at(hands, pane, points):
+def pixels_in(hands, pane, points):
     return pane.projection.pixels(np.asarray(points, float).reshape(-1, 3))[:, :2]
 
 
 def column(hands, pane, x):
-    """Brightness along a line of a slice through its middle, at these world coordinates."""
+    """Brightness along a line through the middle of a slice, at world coordinates `x`."""
     along = (pane.axis + 1) % 3
     points = np.full((len(x), 3), MIDDLE)
     points[:, along] = x
-    at = np.rint(seen_at(hands, pane, points)).astype(int)
-    return hands.picture()[at[:, 1], at[:, 0]].max(axis=1)
+    pixels = np.rint(pixels_in(hands, pane, points)).astype(int)
+    return hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
 
 
-def test_a_key_shows_them_and_takes_them_away(hands):
+def test_a_key_shows_and_hides_slices(hands):
     size = hands.editor.scene.renderer.GetSize()
     assert size[0] == pytest.approx(0.66 * 360, abs=2)
     assert hands.editor.slices.pane_at((100, 100)) is None
@@ -59,17 +59,17 @@ def test_a_key_shows_them_and_takes_them_away(hands):
     assert hands.camera != camera
 
 
-def test_detached_they_are_gone_and_can_be_collected(hands, capfd):
+def test_detached_slices_are_removed_and_collected(hands, capfd):
     window = hands.editor.scene.window
     hands.editor.detach()
     del hands.editor
     gc.collect()
     window.Render()
-    assert all(each.GetViewport() == (0, 0, 1, 1) for each in window.GetRenderers())
-    assert "Traceback" not in capfd.readouterr().err  # of what VTK still calls
+    assert all(renderer.GetViewport() == (0, 0, 1, 1) for renderer in window.GetRenderers())
+    assert "Traceback" not in capfd.readouterr().err  # of observers that VTK still calls
 
 
-def test_they_show_what_is_there():
+def test_slices_show_the_image():
     hands = Hands(ball_image(), pixels=360)
     hands.press("x")
     hands.press("m")
@@ -84,41 +84,41 @@ def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
     camera = hands.camera
     for number, pane in enumerate(panes(hands)):
         before = hands.picture()
-        start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
-        at = hands.editor.state.deformed[CENTRE]
+        start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
+        position = hands.state.deformed[CENTER]
         hands.drag(start, (9, 6), steps=1)
-        moved = hands.editor.state.deformed[CENTRE]
-        assert moved[pane.axis] == pytest.approx(at[pane.axis], abs=1e-9)
-        np.testing.assert_allclose(seen_at(hands, pane, moved)[0], start + (9, 6), atol=0.5)
-        hands.editor.look_at(moved)  # or the next slice does not have the handle
+        moved = hands.state.deformed[CENTER]
+        assert moved[pane.axis] == pytest.approx(position[pane.axis], abs=1e-9)
+        np.testing.assert_allclose(pixels_in(hands, pane, moved)[0], start + (9, 6), atol=0.5)
+        hands.editor.look_at(moved)  # or the handle is not in the next slice
         assert np.abs(hands.picture() - before).mean() > 0.05, number
     assert hands.camera == camera
-    assert np.flatnonzero(~hands.editor.state.is_resting).tolist() == [CENTRE]
+    assert np.flatnonzero(~hands.state.is_resting).tolist() == [CENTER]
     for _ in range(3):
         hands.press("z")
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
 
 
-def test_a_deformed_slice_is_that_of_the_deformed_image():
+def test_slices_show_the_deformed_image():
     hands = Hands(ball_image(), pixels=360)
-    state = hands.editor.state
+    state = hands.state
     hands.editor.change(state.moved(np.arange(27), state.rest + (4.0, 0, 0)))
     hands.press("m")
     hands.press("space")
     pane = panes(hands)[2]
     points = MIDDLE + np.array([(-6.0, 0, 0), (9, 0, 0)])
-    at = np.rint(seen_at(hands, pane, points)).astype(int)
-    values = hands.picture()[at[:, 1], at[:, 0]].max(axis=1)
+    pixels = np.rint(pixels_in(hands, pane, points)).astype(int)
+    values = hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
     assert values[0] < 60
     assert values[1] > 200
 
 
-def test_the_mouse_and_its_wheel_lay_the_slices(hands):
+def test_mouse_and_wheel_move_the_slices(hands):
     pane = panes(hands)[2]
     camera = hands.camera
     target = np.array([MIDDLE + 3, MIDDLE - 4, MIDDLE])
-    hands.drag(seen_at(hands, pane, target - (1, 0, 0))[0], (0, 0))
-    hands.drag(seen_at(hands, pane, target)[0], (0, 0))
+    hands.drag(pixels_in(hands, pane, target - (1, 0, 0))[0], (0, 0))
+    hands.drag(pixels_in(hands, pane, target)[0], (0, 0))
     np.testing.assert_allclose(hands.editor.slices.point, target, atol=0.4)
     before = hands.editor.slices.point[2]
     hands.send("MouseWheelForwardEvent")
@@ -128,27 +128,27 @@ def test_the_mouse_and_its_wheel_lay_the_slices(hands):
     for event in ("RightButtonPressEvent", "MiddleButtonPressEvent"):
         hands.send(event)
     assert hands.camera == camera
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
 
 
 def test_handles_far_from_a_slice_are_not_in_it(hands):
     pane = panes(hands)[2]
-    start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
+    start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
     hands.editor.look_at(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
     hands.drag(start, (9, 6), steps=1)
-    assert hands.editor.state.is_resting.all()
+    assert hands.state.is_resting.all()
 
 
 def test_a_handle_is_added_in_a_slice(hands):
     pane, point = panes(hands)[0], np.array((MIDDLE, MIDDLE + 2, MIDDLE + 3))
-    hands.move(seen_at(hands, pane, point)[0])
+    hands.move(pixels_in(hands, pane, point)[0])
     hands.press("a")
-    assert len(hands.editor.state) == 28
-    np.testing.assert_allclose(hands.editor.state.rest[-1], point, atol=0.4)
+    assert len(hands.state) == 28
+    np.testing.assert_allclose(hands.state.rest[-1], point, atol=0.4)
 
 
-def test_the_plane_of_a_cut_is_in_the_3d_view_wherever_the_mouse_is(hands):
-    hands.move(seen_at(hands, panes(hands)[0], (MIDDLE, MIDDLE - 6, MIDDLE))[0])
+def test_the_cut_widget_is_in_the_3d_view_wherever_the_mouse_is(hands):
+    hands.move(pixels_in(hands, panes(hands)[0], (MIDDLE, MIDDLE - 6, MIDDLE))[0])
     before = hands.picture()
     hands.press("c")
     changed = np.abs(hands.picture() - before).max(axis=2) > 20
@@ -159,23 +159,23 @@ def test_the_plane_of_a_cut_is_in_the_3d_view_wherever_the_mouse_is(hands):
 
 def test_keys_during_a_drag_in_a_slice(hands):
     pane = panes(hands)[1]
-    start = seen_at(hands, pane, hands.editor.state.deformed[CENTRE])[0]
+    start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
     for key in ("m", "q", "z", "x"):
         hands.drag(start, (9, 6), steps=1, released=False)
         hands.press(key)
-        assert hands.editor.grabbed is None
+        assert hands.editor.document.grabbed is None
         hands.send("LeftButtonReleaseEvent")
         if key == "m":
             hands.press("m")
-            assert not hands.editor.state.is_resting[CENTRE]
+            assert not hands.state.is_resting[CENTER]
             hands.press("z")
         if key == "q":
             hands.press("z")
-    assert len(hands.editor.state) == 26
+    assert len(hands.state) == 26
 
 
 def oblique_image(is_mirrored):
-    """An image across all of the world's axes, whose values are a function of world coordinates."""
+    """An oblique image whose values are a function of world coordinates."""
     turn = np.array([(0.48, 0.64, 0.6), (-0.8, 0.6, 0.0), (-0.36, -0.48, 0.8)])
     direction = turn[:, [1, 0, 2]] if is_mirrored else turn
     grid = Grid((22, 30, 16), (3.0, -9.0, 4.0), (1.1, 0.7, 1.6), direction)
@@ -187,14 +187,14 @@ def oblique_image(is_mirrored):
 
 
 def values_at(points):
-    """Numbers that tell axes and directions from each other; a linear interpolation keeps them."""
+    """A linear function that differs along all axes."""
     return 400 + points @ (3.0, -7.0, 11.0)
 
 
-def assert_right(hands, grid, pane, rng):
-    """Pixels of a pane are grey by the values of what the deformation brings there."""
+def assert_gray(hands, grid, pane, rng):
+    """Pixels of a pane have the gray of the deformed image."""
     editor, picture = hands.editor, hands.picture()
-    look = editor.scene.shown[0].looks[0]
+    look = editor.scene.items[0].presets[0]
     left, low = pane.renderer.GetOrigin()
     width, height = pane.renderer.GetSize()
     pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
@@ -204,40 +204,40 @@ def assert_right(hands, grid, pane, rng):
     index = (origins - grid.origin) @ np.linalg.inv(grid.index_to_world).T
     last = np.array(grid.dimensions) - 1
     depth = np.minimum(index, last - index).min(axis=1)  # voxels from the border
-    at = np.delete(points - editor.slices.point, pane.axis, axis=1)
-    free = (np.abs(at) > 0.8).all(axis=1)  # of the lines of other slices
+    offsets = np.delete(points - editor.slices.point, pane.axis, axis=1)
+    free = (np.abs(offsets) > 0.8).all(axis=1)  # beside the lines of other slices
     for handle in editor.state.deformed:
-        free &= np.linalg.norm(seen_at(hands, pane, handle) - pixels, axis=1) > 9
-    shown = picture[pixels[:, 1], pixels[:, 0]].mean(axis=1)
-    wanted = looks.slice_colours(look, values_at(origins))[:, 0]
+        free &= np.linalg.norm(pixels_in(hands, pane, handle) - pixels, axis=1) > 9
+    grays = picture[pixels[:, 1], pixels[:, 0]].mean(axis=1)
+    expected = transfer_functions.slice_colors(look, values_at(origins))[:, 0]
     inside, outside = free & (depth > 1.5), free & (depth < -1.5)
     assert inside.sum() > 60
     assert outside.sum() > 60
-    assert np.abs(shown - wanted)[inside].max() < 8
-    assert shown[outside].max() < 16
+    assert np.abs(grays - expected)[inside].max() < 8
+    assert grays[outside].max() < 16
 
 
 @pytest.mark.parametrize("is_mirrored", [False, True])
-def test_slices_of_an_oblique_image_are_right_and_handles_move_in_them(is_mirrored, rng):
+def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirrored, rng):
     image, grid = oblique_image(is_mirrored)
     middle = grid.points().mean(axis=0)
     rest = middle + np.array([(0, 0, 0), (6, 5, 4), (-6, 5, -4), (6, -5, 4), (-6, -5, -4)])
     hands = Hands(image, State(rest, rest), pixels=720)
     hands.press("m")
     hands.editor.look_at(middle)
-    every = [hands.editor.slices.pane_at((700, y)) for y in (60, 360, 660)]
-    for pane in every:
-        assert_right(hands, grid, pane, rng)
-    for pane in every:
-        before = hands.editor.state.deformed[0]
+    all_panes = [hands.editor.slices.pane_at((700, y)) for y in (60, 360, 660)]
+    for pane in all_panes:
+        assert_gray(hands, grid, pane, rng)
+    for pane in all_panes:
+        before = hands.state.deformed[0]
         hands.editor.look_at(before)
-        start = seen_at(hands, pane, before)[0]
+        start = pixels_in(hands, pane, before)[0]
         hands.drag(start, (14, 9))
-        after = hands.editor.state.deformed[0]
-        np.testing.assert_allclose(seen_at(hands, pane, after)[0], start + (14, 9), atol=0.6)
+        after = hands.state.deformed[0]
+        np.testing.assert_allclose(pixels_in(hands, pane, after)[0], start + (14, 9), atol=0.6)
         assert after[pane.axis] == pytest.approx(before[pane.axis], abs=1e-9)
         assert (np.delete(after - before, pane.axis) != 0).all()
-        np.testing.assert_array_equal(hands.editor.state.deformed[1:], rest[1:])
+        np.testing.assert_array_equal(hands.state.deformed[1:], rest[1:])
     hands.editor.look_at(middle + (1, -1, 0.5))
-    for pane in every:
-        assert_right(hands, grid, pane, rng)
+    for pane in all_panes:
+        assert_gray(hands, grid, pane, rng)

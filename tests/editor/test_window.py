@@ -1,4 +1,4 @@
-"""`vtk-mls view` in a real window under Xvfb, by real mouse and keys."""
+"""`vtk-mls view` in a window under Xvfb, with mouse and keys."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from hands import ball_image, ball_mesh
 from vtk_mls import io
 from vtk_mls.files import control_point_files
 
-_PATIENCE = 180  # seconds
-# What a window manager sends for the button: WM_DELETE_WINDOW, from a client message.
+_TIMEOUT = 180  # seconds
+# Sends WM_DELETE_WINDOW, as a window manager does for its close button.
 _CLOSE = """
 import ctypes
 class Message(ctypes.Structure):
@@ -41,8 +41,8 @@ x.XCloseDisplay(display)
 def _screen():
     missing = [tool for tool in ("Xvfb", "xdotool") if not shutil.which(tool)]
     if missing:
-        said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
-        said(f"no {', '.join(missing)} on this system: tests/paraview/install.sh brings them")
+        report = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
+        report(f"no {', '.join(missing)} on this system: tests/paraview/install.sh installs them")
 
 
 class Window:
@@ -51,18 +51,18 @@ class Window:
     def __init__(self, process, environment):
         self._process, self._environment = process, environment
         self._wait(lambda: self._search(), "the window")
-        time.sleep(2)  # its first pictures
+        time.sleep(2)  # for the first pictures
 
     def do(self, *arguments):
         """Run xdotool."""
         command = ["xdotool", *map(str, arguments)]
-        done = subprocess.run(
+        process = subprocess.run(
             command, env=self._environment, capture_output=True, text=True, check=False
         )
-        return done.stdout
+        return process.stdout
 
     def press(self, *keys):
-        """Press keys in the window, one after the other."""
+        """Press keys in the window."""
         self.do("key", "--delay", 100, *keys)
 
     def drag(self, start, by):
@@ -71,54 +71,54 @@ class Window:
         time.sleep(0.3)
         self.do("mousedown", 1)
         for step in range(1, 11):
-            at = [a + b * step // 10 for a, b in zip(start, by)]
-            self.do("mousemove", *at)
+            pixel = [a + b * step // 10 for a, b in zip(start, by)]
+            self.do("mousemove", *pixel)
             time.sleep(0.03)
         self.do("mouseup", 1)
         time.sleep(0.5)
 
-    def click(self, at):
+    def click(self, pixel):
         """Click with the mouse's left button."""
-        self.drag(at, (0, 0))
+        self.drag(pixel, (0, 0))
 
     def end(self):
         """Press Q; (exit status, stderr)."""
         self.press("q")
-        _, stderr = self._process.communicate(timeout=_PATIENCE)
+        _, stderr = self._process.communicate(timeout=_TIMEOUT)
         return self._process.returncode, stderr
 
     def close(self):
-        """Have the window closed as by its button; (exit status, stderr)."""
+        """Close the window as by its button; (exit status, stderr)."""
         [number, *_] = self._search()
         code = _CLOSE.format(number)
         subprocess.run([sys.executable, "-c", code], env=self._environment, check=True)
-        _, stderr = self._process.communicate(timeout=_PATIENCE)
+        _, stderr = self._process.communicate(timeout=_TIMEOUT)
         return self._process.returncode, stderr
 
     def photograph(self, path):
-        """Leave a picture of the screen, where ImageMagick is there to take it."""
+        """Save a picture of the screen if ImageMagick is installed."""
         if shutil.which("import"):
             command = ["import", "-window", "root", str(path)]
             subprocess.run(command, env=self._environment, check=True)
 
     def wait_for(self, path):
-        """Wait until a file is there."""
+        """Wait until a file exists."""
         self._wait(path.exists, path)
 
     def _search(self):
         return self.do("search", "--name", "vtk-mls").split()
 
-    def _wait(self, is_there, what):
-        until = time.monotonic() + _PATIENCE
-        while not is_there():
+    def _wait(self, exists, name):
+        until = time.monotonic() + _TIMEOUT
+        while not exists():
             assert self._process.poll() is None, self._process.communicate()[1]
-            assert time.monotonic() < until, f"{what} did not come"
+            assert time.monotonic() < until, f"no sign of {name}"
             time.sleep(0.1)
 
 
 @contextmanager
 def window(folder, *arguments):
-    """`vtk-mls view` with these arguments, in a folder, which is also that of its caches."""
+    """`vtk-mls view` with these arguments, started in a folder."""
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x900x24", "-noreset"],
@@ -129,7 +129,7 @@ def window(folder, *arguments):
     with open(read) as file:
         display = f":{file.readline().strip()}"
     environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
-    environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # which other tests draw into
+    environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # set by other tests
     process = subprocess.Popen(
         [sys.executable, "-m", "vtk_mls", "view", *arguments],
         cwd=folder,
@@ -151,7 +151,7 @@ def window(folder, *arguments):
 def folder(tmp_path):
     io.write_dataset(ball_image(), tmp_path / "ball.vti")
     io.write_dataset(ball_mesh(), tmp_path / "ball.vtp")
-    # in the middle of the window, whatever the size of the data
+    # the first handle is in the middle of the window
     (tmp_path / "handles.csv").write_text(
         "px,py,pz,qx,qy,qz\n11.5,11.5,11.5,11.5,11.5,11.5\n2,2,2,2,2,2\n21,21,21,21,21,21\n"
     )
@@ -160,39 +160,40 @@ def folder(tmp_path):
 
 @pytest.mark.parametrize("name", ["ball.vti", pytest.param("ball.vtp", marks=pytest.mark.matrix)])
 def test_drag_undo_add_save_and_quit(name, folder):
-    with window(folder, name, "handles.csv") as shown:
-        shown.drag((600, 425), (80, -60))
-        shown.press("z", "y")
-        shown.do("mousemove", 560, 470)
+    with window(folder, name, "handles.csv") as viewer:
+        viewer.drag((600, 425), (80, -60))
+        viewer.press("z", "y")
+        viewer.do("mousemove", 560, 470)
         time.sleep(0.3)
-        shown.press("a", "s")
+        viewer.press("a", "s")
         edited = folder / "ball-edited"
-        shown.wait_for(edited / "deform.py")
-        status, stderr = shown.end()
+        viewer.wait_for(edited / "deform.py")
+        status, stderr = viewer.end()
     assert (status, stderr.replace("\n", "")) == (0, "")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert len(rest) == 4
     assert np.flatnonzero((rest != deformed).any(axis=1)).tolist()[0] == 0
-    made = edited / f"ball-deformed{name[4:]}"
-    before = made.read_bytes()
-    status, _, stderr = run("deform", str(folder / name), str(edited / "handles.csv"), str(made))
+    deformed = edited / f"ball-deformed{name[4:]}"
+    before = deformed.read_bytes()
+    paths = folder / name, edited / "handles.csv", deformed
+    status, _, stderr = run("deform", *map(str, paths))
     assert (status, stderr) == (0, "")
-    assert made.read_bytes() == before
+    assert deformed.read_bytes() == before
 
 
 def test_handles_are_deleted_and_cuts_made(folder, monkeypatch):
     (folder / "handles.csv").write_text(
         "px,py,pz,qx,qy,qz\n11.5,11.5,11.5,11.5,11.5,11.5\n2,2,2,2,2,2\n21,21,21,23,21,20\n"
     )
-    with window(folder, "ball.vtp", "handles.csv") as shown:
-        shown.click((600, 425))
-        shown.press("x", "c", "c", "p")
-        for at in ((540, 380), (600, 400), (660, 380)):
-            shown.click(at)
-        shown.press("p", "s")
+    with window(folder, "ball.vtp", "handles.csv") as viewer:
+        viewer.click((600, 425))
+        viewer.press("x", "c", "c", "p")
+        for pixel in ((540, 380), (600, 400), (660, 380)):
+            viewer.click(pixel)
+        viewer.press("p", "s")
         edited = folder / "ball-edited"
-        shown.wait_for(edited / "deform.py")
-        assert shown.end() == (0, "")
+        viewer.wait_for(edited / "deform.py")
+        assert viewer.end() == (0, "")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert rest.tolist() == [[2, 2, 2], [21, 21, 21]]
     assert deformed.tolist() == [[2, 2, 2], [23, 21, 20]]
@@ -200,29 +201,29 @@ def test_handles_are_deleted_and_cuts_made(folder, monkeypatch):
     assert len(cut.points) == 3 * 3
     lines = (edited / "deform.py").read_text().splitlines()
     (command,) = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
-    options = [each.partition("=")[0] for each in command[4:]]
+    options = [option.partition("=")[0] for option in command[4:]]
     assert options == ["--map-tolerance", "--cut-half-plane", "--cut-surface"]
-    made = edited / "ball-deformed.vtp"
-    before = made.read_bytes()
+    deformed = edited / "ball-deformed.vtp"
+    before = deformed.read_bytes()
     monkeypatch.chdir(edited)
     assert run(*command)[::2] == (0, "")
-    assert made.read_bytes() == before
+    assert deformed.read_bytes() == before
 
 
 @pytest.mark.parametrize("ended_by", ["killed", pytest.param("closed", marks=pytest.mark.matrix)])
-def test_what_an_ended_window_had_is_offered(ended_by, folder, monkeypatch):
+def test_edits_of_a_terminated_window_are_offered(ended_by, folder, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "caches"))
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # nothing to prove for new caches
-    with window(folder, "ball.vtp", "handles.csv") as shown:
-        shown.drag((600, 425), (80, -60))
-        shown.wait_for(folder / "caches" / "vtk_mls" / "unsaved")
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # needs no device check
+    with window(folder, "ball.vtp", "handles.csv") as viewer:
+        viewer.drag((600, 425), (80, -60))
+        viewer.wait_for(folder / "caches" / "vtk_mls" / "unsaved")
         time.sleep(0.5)
         if ended_by == "closed":
-            assert shown.close() == (0, "")
-    with window(folder, "ball.vtp") as shown:
-        shown.press("Return", "s")
-        shown.wait_for(folder / "ball-edited" / "deform.py")
-        status, stderr = shown.end()
+            assert viewer.close() == (0, "")
+    with window(folder, "ball.vtp") as viewer:
+        viewer.press("Return", "s")
+        viewer.wait_for(folder / "ball-edited" / "deform.py")
+        status, stderr = viewer.end()
     assert (status, stderr) == (0, "")
     rest, deformed, _ = control_point_files.read(folder / "ball-edited" / "handles.csv")
     assert len(rest) == 3

@@ -1,4 +1,4 @@
-"""A new user opens a brain in the window, with mouse and keyboard; each step leaves a picture."""
+"""A user cuts a brain open in the window; each step saves a picture."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ _PICTURES = PROJECT / "build" / "window"
 
 
 class Steps:
-    """Counts what the user does, and takes a picture after each."""
+    """Counts the actions of the user, and saves a picture after each."""
 
-    def __init__(self, shown):
-        self.count, self._shown = 0, shown
+    def __init__(self, viewer):
+        self.count, self._viewer = 0, viewer
         _PICTURES.mkdir(parents=True, exist_ok=True)
 
     def done(self, name):
         self.count += 1
         time.sleep(3)
-        self._shown.photograph(_PICTURES / f"{self.count}_{name}.png")
+        self._viewer.photograph(_PICTURES / f"{self.count}_{name}.png")
 
 
 def test_a_brain_is_cut_open_and_saved(tmp_path):
     copy_to(tmp_path)
     brain = OpenedBrain(tmp_path, _SIZE)
     grabbed = [round(share * (side - 1)) for share, side in zip(brain.grabbed, _SIZE)]
-    with window(tmp_path, NAME) as shown:
-        steps = Steps(shown)
+    with window(tmp_path, NAME) as viewer:
+        steps = Steps(viewer)
         steps.done("opened")
-        shown.press("c")
+        viewer.press("c")
         steps.done("plane")
-        shown.press("c")
+        viewer.press("c")
         steps.done("half")
-        shown.do("keydown", "ctrl")
-        shown.drag((_SIZE[0] // 2, 60), (550, 740))
-        shown.do("keyup", "ctrl")
+        viewer.do("keydown", "ctrl")
+        viewer.drag((_SIZE[0] // 2, 60), (550, 740))
+        viewer.do("keyup", "ctrl")
         steps.done("selected")
-        shown.drag(grabbed, (170, 20))
+        viewer.drag(grabbed, (170, 20))
         steps.done("dragged")
-        shown.press("s")
+        viewer.press("s")
         saved = tmp_path / "brain-edited"
-        shown.wait_for(saved / "deform.py")
+        viewer.wait_for(saved / "deform.py")
         steps.done("saved")
-        assert shown.end() == (0, "")
+        assert viewer.end() == (0, "")
     brain.check(saved)
     assert steps.count < MOST_ACTIONS

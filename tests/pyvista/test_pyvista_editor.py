@@ -35,7 +35,7 @@ def send(plotter, event, pixel, symbol=None):
 
 def drag(plotter, editor, by):
     """Drag the handle that is nearest to the eye; its row."""
-    pixels = editor.projection.pixels(editor.state.deformed)
+    pixels = editor.scene.projection.pixels(editor.state.deformed)
     row = int(pixels[:, 2].argmin())
     start = pixels[row, :2]
     send(plotter, "MouseMoveEvent", start)

@@ -45,7 +45,7 @@ def test_a_brain_is_cut_open_and_saved(browser, tmp_path):
         steps, keyboard = Steps(page), page.tab.keyboard
         steps.done("opened")
         page.tab.get_by_role("button", name="Half-plane").click()
-        page.says("The blue sheet cuts as far as its red edge")
+        page.says("The blue sheet cuts up to its red edge")
         steps.done("cut")
         box = page.tab.locator("canvas").bounding_box()
         brain = OpenedBrain(tmp_path, (round(box["width"]), round(box["height"])))

@@ -61,11 +61,9 @@ class _Shown:
     """As much of an editor as the panel asks for its table."""
 
     message = offer = status = ""
-    selected, grabbed, scene = (
-        np.zeros(0, int),
-        None,
-        SimpleNamespace(shown=[SimpleNamespace(looks=["plain"])]),
-    )
+    selected = np.zeros(0, int)
+    document = SimpleNamespace(grabbed=None)
+    scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 
     def __init__(self, state):
         self.state = state
@@ -138,18 +136,20 @@ def test_a_page_that_is_gone_holds_nothing():
     width, height = session.window.GetSize()
 
     def send(kind, by=0, **more):
-        x, y = session.editor.projection.pixels(session.editor.settled.deformed[[13]])[0, :2]
+        editor = session.editor
+        position = editor.document.committed.deformed[[13]]
+        x, y = editor.scene.projection.pixels(position)[0, :2]
         at = {"x": (x + by) / (width - 1), "y": 1 - y / (height - 1)}
         session.call(lambda: session.send({"type": kind, **at, **more})).result()
 
     send("move")
     send("down", button=0)
     send("move", by=40)
-    assert session.editor.grabbed == 13
+    assert session.editor.document.grabbed == 13
     picture._let_go()
     session.call(lambda: None).result()
-    assert session.editor.grabbed is None
-    assert not session.editor.settled.is_resting[13]
+    assert session.editor.document.grabbed is None
+    assert not session.editor.document.committed.is_resting[13]
     moved = session.editor.state
     send("move", by=80)
     assert session.editor.state is moved

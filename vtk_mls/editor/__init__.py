@@ -1,4 +1,4 @@
-"""An editor of deformations under the mouse: in any window of VTK."""
+"""An interactive editor of deformations for any VTK window."""
 
 from vtk_mls.base import lazy
 

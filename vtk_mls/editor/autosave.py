@@ -1,4 +1,4 @@
-"""Keeps unsaved edits in one file per data file; the next start offers them."""
+"""Keeps unsaved edits in one file per data file; the next session offers them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,12 @@ from vtk_mls.files.replacing import replacing
 from vtk_mls.model import options
 
 _FOLDER = "vtk_mls", "unsaved"
-_CUTS = {"plane": Plane, "half-plane": HalfPlane, "surface": Surface}
+# Class and arguments of each shape of cut.
+_CUTS = {
+    "plane": (Plane, ("point", "normal")),
+    "half-plane": (HalfPlane, ("point", "normal", "inward")),
+    "surface": (Surface, ("points", "triangles")),
+}
 
 
 class Autosave:
@@ -27,16 +32,16 @@ class Autosave:
     Parameters
     ----------
     path : path
-        Of the data.
+        Of the data file.
     folder : path, optional
-        Of the autosave files; in the user's cache folder if not given.
+        Of the autosave files; by default in the cache folder of the user.
     digest : str, optional
-        Of the bytes of data whose path has no meaning, such as an upload.
+        Of the bytes of the data, instead of the path of a temporary file.
 
     Attributes
     ----------
     offered : State or None
-        Unsaved state of an earlier session, until it is taken, dropped or replaced by a save.
+        Unsaved state of an earlier session, until it is restored or dropped, or a save ends it.
     """
 
     def __init__(self, path, folder=None, digest=None):
@@ -49,7 +54,7 @@ class Autosave:
         self._unsaved = None  # state of this session
 
     def keep(self, state):
-        """Keep the unsaved `state` of this session; None if everything is saved.
+        """Write the unsaved `state` of this session; None if everything is saved.
 
         Raises
         ------
@@ -63,23 +68,23 @@ class Autosave:
             self._remove()
             return
         if self._file is None:
-            raise OSError("there is no folder for unsaved handles; save them with S")
+            raise OSError("there is no cache folder for unsaved edits; save them with S")
         self._file.parent.mkdir(parents=True, exist_ok=True)
         with replacing(self._file) as new:
             new.write_text(_text(self._path, state), encoding="utf-8")
 
     def note_save(self):
-        """Everything is saved; an offer that was not taken ends."""
+        """Delete the file after a save, and end the offer."""
         self.offered = self._unsaved = None
         self._remove()
 
     def take(self):
-        """The offered state, which is not offered again; the file keeps it until a save."""
+        """Return the offered state and end the offer; the file keeps the state until a save."""
         state, self.offered = self.offered, None
         return state
 
     def drop(self):
-        """End the offer for good."""
+        """End the offer, and forget its state."""
         self.offered = None
         if self._unsaved is None:
             self._remove()
@@ -91,14 +96,14 @@ class Autosave:
             return ""
         saved_at = time.strftime("%d %B, %H:%M", time.localtime(self._offered_time))
         return (
-            f"{len(self.offered)} handles of {saved_at} were not saved: Return brings them back, "
-            "N drops them."
+            f"{len(self.offered)} handles of {saved_at} were not saved: Return restores them, "
+            "N deletes them."
         )
 
     def _read(self):
-        """The state in the file, and its time in seconds; None without a readable file."""
+        """The state in the file, and its time in seconds; None if the file is not readable."""
         if self._file is not None:
-            with suppress(OSError, ValueError, KeyError, TypeError):
+            with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
                 return _state(self._file.read_text(encoding="utf-8")), self._file.stat().st_mtime
         return None
 
@@ -117,20 +122,17 @@ def _text(path, state):
         weights=None if state.weights is None else state.weights.tolist(),
         labels=list(state.labels),
         anchored=state.anchored.tolist(),
-        cuts=[_numbers(cut) for cut in state.cuts],
+        cuts=[_cut_values(cut) for cut in state.cuts],
     )
     return json.dumps(values)
 
 
-def _numbers(cut):
-    """The name of a cut's shape, and what makes it."""
-    name = next(name for name, kind in _CUTS.items() if isinstance(cut, kind))
-    attributes = {
-        "plane": ("point", "normal"),
-        "half-plane": ("point", "normal", "inward"),
-        "surface": ("points", "triangles"),
-    }[name]
-    return [name, [getattr(cut, attribute).tolist() for attribute in attributes]]
+def _cut_values(cut):
+    """The name of the shape of a cut, and its arguments."""
+    for name, (kind, attributes) in _CUTS.items():
+        if isinstance(cut, kind):
+            return [name, [getattr(cut, attribute).tolist() for attribute in attributes]]
+    raise TypeError(f"`cut` has no format in an autosave file, got {type(cut).__name__}")
 
 
 def _state(text):
@@ -142,6 +144,6 @@ def _state(text):
         None if weights is None else np.array(weights),
         values["labels"],
         values["anchored"],
-        cuts=[_CUTS[name](*numbers) for name, numbers in values["cuts"]],
+        cuts=[_CUTS[name][0](*arguments) for name, arguments in values["cuts"]],
         **{o.name: values[o.name] for o in options.OPTIONS if o.name in values},
     )

@@ -1,8 +1,10 @@
-"""A plane in the view for the mouse: a cut, or half of one with its edge."""
+"""The widget for a flat cut: a plane, or half of it with its edge."""
 
 from __future__ import annotations
 
 import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane
+from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkCutter
 from vtkmodules.vtkInteractionWidgets import (
     vtkImplicitPlaneRepresentation,
     vtkImplicitPlaneWidget2,
@@ -10,15 +12,17 @@ from vtkmodules.vtkInteractionWidgets import (
 
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.editor.half_sheet import HalfSheet
+from vtk_mls.editor import polydata
 
-_FACE, _BRIGHT = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0)
-_OPACITY, _GRASPED = 0.18, 0.35  # of the sheet
-# Where half of it is drawn instead: VTK's mouse grasps nothing that is not there at all.
-_UNSEEN, _FAINT = 0.004, 0.06
-_MARGIN = 0.1  # of the size, by which the sheet is larger than the data
-_BESIDE = 0.01  # of the size: how far from the middle, where handles may be
-_STEP = np.pi / 4  # by which a half-plane is turned in its plane
+_BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
+_OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane
+# Of the plane beneath a half-plane, which draws itself: VTK does not pick an invisible plane.
+_MIN_OPACITY, _GRABBED_MIN_OPACITY = 0.004, 0.06
+_HALF_OPACITIES = 0.3, 1.0  # of the sheet and its edge
+_HIDDEN_OPACITIES = 0.1, 0.45  # the same where data hide them
+_EDGE_WIDTH = 4
+_MARGIN = 0.1  # of the plane around the data, relative to their size
+_OFFSET = 0.01  # of the initial plane from the middle, where handles may be, likewise
 
 
 class CutWidget:
@@ -28,116 +32,152 @@ class CutWidget:
     ----------
     interactor : vtkRenderWindowInteractor
     scene : Scene
-        What is cut.
-    moved, ended : callable
-        Called with the cut while it is moved, and when the mouse lets it go.
     """
 
-    def __init__(self, interactor, scene, moved, ended):
-        self._bounds, self._cut, self._renderer = scene.bounds, None, scene.renderer
-        beyond = _MARGIN / 2 * np.ptp(self._bounds, axis=0)
-        corners = self._bounds + np.stack([-beyond, beyond])
-        self._half = HalfSheet(scene.renderer, scene.overlay, corners)
+    def __init__(self, interactor, scene):
+        self._bounds, self._renderer, self._interactor = scene.bounds, scene.renderer, interactor
+        self._cut, self._is_visible, self._is_held = None, True, False
+        self._moved = self._released = None
+        margin = _MARGIN / 2 * np.ptp(self._bounds, axis=0)
+        self._half = HalfSheet(scene, self._bounds + np.stack([-margin, margin]))
         self._plane, self._widget = _representation(self._bounds), vtkImplicitPlaneWidget2()
         self._widget.SetInteractor(interactor)
         self._widget.SetRepresentation(self._plane)
         self._widget.KeyPressActivationOff()
-        self._interactor, self._is_held = interactor, False
-        self._moved, self._ended = moved, ended
-        for event, what in (
-            ("StartInteractionEvent", self._hold),
-            ("InteractionEvent", self._move),
-            ("EndInteractionEvent", self._let_go),
-        ):
-            self._widget.AddObserver(event, what)
+        self._widget.AddObserver("StartInteractionEvent", self._on_start)
+        self._widget.AddObserver("InteractionEvent", self._on_move)
+        self._widget.AddObserver("EndInteractionEvent", self._on_end)
+
+    def set_callbacks(self, moved, released):
+        """Call `moved(cut)` at each movement of the mouse, and `released(cut)` at its end."""
+        self._moved, self._released = moved, released
 
     def show(self, cut):
         """Show a Plane or a HalfPlane, or nothing for None."""
         self._cut = cut
-        if (cut is not None) != bool(self._widget.GetEnabled()):
-            self._enable(cut is not None)
-        self._half.set_visible(isinstance(cut, HalfPlane))
-        if cut is not None:
+        self._update()
+        if cut is not None and self._is_visible:
             self._plane.SetOrigin(cut.point)
             self._plane.SetNormal(cut.normal)
-            self._draw(cut)
-
-    def finish(self):
-        """Let go of it if the mouse holds it."""
-        if self._is_held:
-            # VTK's widget hears the mouse while it holds something, even if it is switched off
-            self._interactor.InvokeEvent("LeftButtonReleaseEvent")
+            self._draw_sheet(cut)
 
     def set_visible(self, is_visible):
-        """Hide it, or show it again if there is a cut."""
-        self._enable(is_visible and self._cut is not None)
-        self._half.set_visible(is_visible and isinstance(self._cut, HalfPlane))
+        """Hide or show the widget."""
+        self._is_visible = is_visible
+        self._update()
 
-    def first(self, camera):
-        """A plane through the middle, which is seen from its end."""
-        towards = np.subtract(camera.GetFocalPoint(), camera.GetPosition())
-        normal = _along_axis(np.cross(towards, camera.GetViewUp()))
+    def finish(self):
+        """Release the cut if the mouse holds it."""
+        if self._is_held:
+            # the widget receives mouse events until the button is released, even if disabled
+            self._interactor.InvokeEvent("LeftButtonReleaseEvent")
+
+    def initial_plane(self, camera):
+        """A plane near the middle of the data, seen edge-on."""
+        viewing = np.subtract(camera.GetFocalPoint(), camera.GetPosition())
+        normal = _nearest_axis(np.cross(viewing, camera.GetViewUp()))
         size = np.ptp(self._bounds, axis=0).max()
-        return Plane(self._bounds.mean(axis=0) + _BESIDE * size * normal, normal)
+        return Plane(self._bounds.mean(axis=0) + _OFFSET * size * normal, normal)
 
-    def half(self, plane, camera):
-        """The half of a plane that is up in the view."""
+    def half_of(self, plane, camera):
+        """The upper half of a plane in the view."""
         up = np.array(camera.GetViewUp())
         up = up - up @ plane.normal * plane.normal
-        along = _along_axis(up)
-        is_good = abs(along @ plane.normal) < 0.9
-        return HalfPlane(plane.point, plane.normal, along if is_good else up)
+        axis = _nearest_axis(up)
+        is_in_plane = abs(axis @ plane.normal) < 0.9
+        return HalfPlane(plane.point, plane.normal, axis if is_in_plane else up)
 
     def detach(self):
-        """Leave the view."""
+        """Remove the widget from the view."""
         self.finish()
         self._widget.SetEnabled(False)
         self._widget.SetInteractor(None)
 
-    def _hold(self, widget, event):
+    def _on_start(self, widget, event):
         self._is_held = True
 
-    def _move(self, widget, event):
-        self._moved(self._read())
+    def _on_move(self, widget, event):
+        self._moved(self._current_cut())
 
-    def _let_go(self, widget, event):
+    def _on_end(self, widget, event):
         self._is_held = False
-        self._ended(self._read())
+        self._released(self._current_cut())
 
-    def _enable(self, is_enabled):
-        # it forgets its renderer, and would take the one under the mouse
-        self._widget.SetCurrentRenderer(self._renderer)
-        self._widget.SetEnabled(is_enabled)
+    def _update(self):
+        is_enabled = self._is_visible and self._cut is not None
+        if is_enabled != bool(self._widget.GetEnabled()):
+            # the widget forgets its renderer, and would take the one under the mouse
+            self._widget.SetCurrentRenderer(self._renderer)
+            self._widget.SetEnabled(is_enabled)
+        self._half.set_visible(is_enabled and isinstance(self._cut, HalfPlane))
 
-    def _read(self):
-        """The cut where the widget is now."""
+    def _current_cut(self):
+        """The cut at the position of the widget."""
         point, normal = np.array(self._plane.GetOrigin()), np.array(self._plane.GetNormal())
         if not isinstance(self._cut, HalfPlane):
             return Plane(point, normal)
         inward = self._cut.inward - self._cut.inward @ normal * normal
-        if np.linalg.norm(inward) < 1e-3:  # it was tilted onto its normal
+        if np.linalg.norm(inward) < 1e-3:  # tilted until the half-plane was along its new normal
             inward = np.cross(normal, self._cut.along)
         cut = HalfPlane(point, normal, inward)
-        self._draw(cut)
+        self._draw_sheet(cut)
         return cut
 
-    def _draw(self, cut):
-        """Draw as a sheet what cuts: all of a plane, or half of it."""
+    def _draw_sheet(self, cut):
+        """Fill all of a plane, or half of it."""
         is_half = isinstance(cut, HalfPlane)
-        self._plane.GetPlaneProperty().SetOpacity(_UNSEEN if is_half else _OPACITY)
-        self._plane.GetSelectedPlaneProperty().SetOpacity(_FAINT if is_half else _GRASPED)
+        self._plane.GetPlaneProperty().SetOpacity(_MIN_OPACITY if is_half else _OPACITY)
+        self._plane.GetSelectedPlaneProperty().SetOpacity(
+            _GRABBED_MIN_OPACITY if is_half else _GRABBED_OPACITY
+        )
         if is_half:
             self._half.show(cut)
 
 
-def next_half(cut):
-    """A half-plane with the same edge point, an eighth of a turn on in its plane."""
-    inward = np.cos(_STEP) * cut.inward + np.sin(_STEP) * cut.along
-    return HalfPlane(cut.point, cut.normal, inward)
+class HalfSheet:
+    """Draws a HalfPlane within a box.
+
+    Parameters
+    ----------
+    scene : Scene
+    corners : (2, 3)
+        Of the box.
+    """
+
+    def __init__(self, scene, corners):
+        box, self._plane, self._rim = vtkImageData(), vtkPlane(), vtkPlane()
+        box.SetDimensions(2, 2, 2)
+        box.SetOrigin(corners[0])
+        box.SetSpacing(np.maximum(np.ptp(corners, axis=0), 1e-9 * np.ptp(corners)))
+        sheet, half, edge = vtkCutter(), vtkClipPolyData(), vtkCutter()
+        sheet.SetInputData(box)
+        sheet.SetCutFunction(self._plane)
+        half.SetInputConnection(sheet.GetOutputPort())
+        half.SetClipFunction(self._rim)
+        edge.SetInputConnection(sheet.GetOutputPort())
+        edge.SetCutFunction(self._rim)
+        self._actors = []
+        layers = (scene.renderer, _HALF_OPACITIES), (scene.overlay, _HIDDEN_OPACITIES)
+        for renderer, opacities in layers:
+            for source, color, opacity in zip((half, edge), (_BLUE, _RED), opacities):
+                self._actors.append(polydata.unlit_actor(source, color, _EDGE_WIDTH, opacity))
+                renderer.AddActor(self._actors[-1])
+        self.set_visible(False)
+
+    def show(self, cut):
+        """Draw a HalfPlane."""
+        for plane, normal in ((self._plane, cut.normal), (self._rim, cut.inward)):
+            plane.SetOrigin(cut.point)
+            plane.SetNormal(normal)
+
+    def set_visible(self, is_visible):
+        """Show or hide the sheet."""
+        for actor in self._actors:
+            actor.SetVisibility(is_visible)
 
 
-def _along_axis(vector):
-    """The unit vector along an axis that is nearest to a vector."""
+def _nearest_axis(vector):
+    """The unit vector along the axis that is nearest to a vector (3,)."""
     axis = np.abs(vector).argmax()
     return unit(np.eye(3)[axis] * (-1.0 if vector[axis] < 0 else 1.0))
 
@@ -150,10 +190,10 @@ def _representation(bounds):
     plane.OutsideBoundsOn()
     plane.ScaleEnabledOff()
     plane.SetDrawOutline(False)
-    plane.GetPlaneProperty().SetColor(_FACE)
-    plane.GetSelectedPlaneProperty().SetColor(_FACE)
-    plane.SetEdgeColor(_FACE)
+    plane.GetPlaneProperty().SetColor(_BLUE)
+    plane.GetSelectedPlaneProperty().SetColor(_BLUE)
+    plane.SetEdgeColor(_BLUE)
     plane.TubingOff()
-    plane.GetNormalProperty().SetColor(_FACE)
-    plane.GetSelectedNormalProperty().SetColor(_BRIGHT)
+    plane.GetNormalProperty().SetColor(_BLUE)
+    plane.GetSelectedNormalProperty().SetColor(_LIGHT_BLUE)
     return plane

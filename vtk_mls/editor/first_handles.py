@@ -1,4 +1,4 @@
-"""Handles for data that come without: a lattice that is drawn onto what one sees of them."""
+"""Initial handles: a lattice that is moved onto the visible data."""
 
 from __future__ import annotations
 
@@ -6,37 +6,34 @@ import numpy as np
 
 from vtk_mls.filters.control_points import lattice
 
-_APART = 0.2  # of the lattice's steps: what comes nearer to another one is left out
-_FLAT = 0.05  # of the longest step, below which others do not count
+_MIN_DISTANCE = 0.2  # between handles, relative to the steps of the lattice
+_MIN_STEP = 0.05  # of a lattice along an axis of flat data, relative to the longest step
 
 
-def handles_on(shown, bounds, count):
-    """Points of a lattice over data; those beside the data go to where they are nearest.
+def handles_on(items, bounds, count):
+    """Points of a lattice; those outside the data are moved to the nearest point of the data.
 
     Parameters
     ----------
-    shown : list of ShownVolume and ShownMesh
+    items : list
+        Data whose method `nearest` gives the nearest points.
     bounds : (2, 3)
         Corners of the lattice.
     count : int
-        Along each axis; where the data are flat or narrow there are fewer.
+        Along each axis. Flat or narrow data get fewer.
 
     Returns
     -------
     (n, 3) float64, world coordinates
     """
     nodes = lattice((count,) * 3, bounds.T.ravel())
-    nearest = np.stack([each.nearest(nodes) for each in shown])
-    away = np.linalg.norm(nearest - nodes, axis=2)
-    points = nearest[away.argmin(axis=0), np.arange(len(nodes))]
+    nearest = np.stack([item.nearest(nodes) for item in items])
+    distances = np.linalg.norm(nearest - nodes, axis=2)
+    points = nearest[distances.argmin(axis=0), np.arange(len(nodes))]
     steps = np.ptp(bounds, axis=0) / (count - 1)
-    return points[_apart(points / np.maximum(steps, _FLAT * (steps.max() or 1.0)))]
-
-
-def _apart(points):
-    """Rows of those that are far enough from each before them."""
-    kept = [0]
-    for row, point in enumerate(points):
-        if np.linalg.norm(points[kept] - point, axis=1).min() > _APART:
-            kept.append(row)
-    return kept
+    scaled = points / np.maximum(steps, _MIN_STEP * (steps.max() or 1.0))
+    rows = [0]
+    for row, point in enumerate(scaled):
+        if np.linalg.norm(scaled[rows] - point, axis=1).min() > _MIN_DISTANCE:
+            rows.append(row)
+    return points[rows]

@@ -1,117 +1,78 @@
-"""All handles as balls of one actor, and lines from where they rest to where they are."""
+"""Handles as balls, and lines from their rest positions."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
 
+from vtk_mls.editor import polydata
 from vtk_mls.vtk import arrays
 
-# 0 to 255
+# Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
-SELECTED, HELD = (70, 230, 120), (255, 70, 110)
-_HIDDEN = 0.3  # opacity of what is behind or within the data
-_RADIUS, _RESTING_RADIUS, _MORE = 6.5, 5.0, 3.0  # pixels; and of the one under the mouse
+SELECTED, DRAGGED = (70, 230, 120), (255, 70, 110)
+_OPACITIES = 1.0, 0.3  # in front of the data, and where data hide a handle
+_RADIUS, _RESTING_RADIUS, _HOVER_GROWTH = 6.5, 5.0, 3.0  # pixels
 
 
-@dataclass(frozen=True, eq=False)
-class Marks:
-    """Handles of a `State`, and rows of those that are to be seen as such.
-
-    Attributes
-    ----------
-    state : State
-    selected, held : (m,) ints
-    hovered : int or None
-    are_visible : bool
-    """
-
-    state: object
-    selected: np.ndarray
-    hovered: int | None
-    held: np.ndarray
-    are_visible: bool = True
-
-    def colours(self):
-        """(n, 3), 0 to 255."""
-        colours = np.where(self.state.is_resting[:, None], RESTING, MOVED)
-        colours[self.state.anchored] = ANCHORED
-        colours[self.selected] = SELECTED
-        colours[self.held] = HELD
-        return colours
+def handle_colors(state, selected, dragged):
+    """Colors (n, 3), 0 to 255, of the handles of a `State`."""
+    colors = np.where(state.is_resting[:, None], RESTING, MOVED)
+    colors[state.anchored] = ANCHORED
+    colors[selected] = SELECTED
+    colors[dragged] = DRAGGED
+    return colors.astype(np.uint8)
 
 
 class HandleGlyphs:
-    """Draws handles as large on the screen wherever they are, and faintly what hides them.
+    """Draws handles with a constant size in pixels, and faintly through the data.
 
     Parameters
     ----------
     renderer, overlay : vtkRenderer
-        Of the data, and one that is drawn over them.
+        Of the data, and of a layer above them.
     """
 
     def __init__(self, renderer, overlay):
-        self._balls, self._lines = vtkPolyData(), vtkPolyData()
-        self._actors = [
-            *(_ball_actor(self._balls, opacity) for opacity in (1, _HIDDEN)),
-            *(_line_actor(self._lines, opacity) for opacity in (1, _HIDDEN)),
-        ]
-        for number, actor in enumerate(self._actors):
-            (overlay if number % 2 else renderer).AddActor(actor)
+        self._balls, self._lines, self._actors = vtkPolyData(), vtkPolyData(), []
         self._pixels = np.zeros(0)
+        for layer, opacity in zip((renderer, overlay), _OPACITIES):
+            line_color = tuple(np.divide(MOVED, 255))
+            line = polydata.unlit_actor(self._lines, line_color, 2, opacity)
+            for actor in (_ball_actor(self._balls, opacity), line):
+                self._actors.append(actor)
+                layer.AddActor(actor)
 
     def set_visible(self, is_visible):
-        """Show or hide all of them."""
+        """Show or hide all handles."""
         for actor in self._actors:
             actor.SetVisibility(is_visible)
 
-    def show(self, marks):
-        """Draw handles as `Marks` say."""
-        state, hovered = marks.state, marks.hovered
-        count, resting = len(state), state.is_resting
+    def show(self, state, colors, hovered):
+        """Draw the handles of a `State`, and the handle `hovered`, if any, larger."""
+        resting = state.is_resting
         self._pixels = np.where(resting, _RESTING_RADIUS, _RADIUS)
-        self._pixels[[] if hovered is None else [hovered]] += _MORE
-        data = self._balls.GetPointData()
-        self._balls.SetPoints(_points(state.deformed))
-        data.AddArray(_named("colour", marks.colours().astype(np.uint8), VTK_UNSIGNED_CHAR))
-        data.AddArray(_named("radius", np.ones(count), VTK_DOUBLE))
-        moved = np.flatnonzero(~resting)
-        ends = np.stack([state.rest[moved], state.deformed[moved]], axis=1).reshape(-1, 3)
-        self._lines.SetPoints(_points(ends))
-        cells = vtkCellArray()
-        cells.SetData(
-            arrays.ids(2 * np.arange(len(moved) + 1)), arrays.ids(np.arange(2 * len(moved)))
-        )
-        self._lines.SetLines(cells)
+        if hovered is not None:
+            self._pixels[hovered] += _HOVER_GROWTH
+        self._balls.SetPoints(polydata.points(state.deformed))
+        arrays.add(self._balls.GetPointData(), "color", colors)
+        arrays.add(self._balls.GetPointData(), "radius", np.ones(len(state)))
+        ends = np.stack([state.rest[~resting], state.deformed[~resting]], axis=1).reshape(-1, 3)
+        self._lines.SetPoints(polydata.points(ends))
+        self._lines.SetLines(polydata.cells(np.arange(len(ends)).reshape(-1, 2)))
 
     def fit(self, projection):
-        """Make the balls as large as they are to be, as a `Projection` shows them."""
+        """Set the radii of the balls for a `Projection`."""
         points = self._balls.GetPoints()
         if points is None or points.GetNumberOfPoints() == 0:
             return
-        positions = arrays.to_numpy(points.GetData())
-        radius = self._pixels * projection.size_of_a_pixel(positions)
-        before = arrays.to_numpy(self._balls.GetPointData().GetArray("radius"))
-        if not np.allclose(before, radius, rtol=1e-3, atol=0):
-            self._balls.GetPointData().AddArray(_named("radius", radius, VTK_DOUBLE))
+        radius = self._pixels * projection.pixel_size(arrays.to_numpy(points.GetData()))
+        previous = arrays.to_numpy(self._balls.GetPointData().GetArray("radius"))
+        if not np.allclose(previous, radius, rtol=1e-3, atol=0):
+            arrays.add(self._balls.GetPointData(), "radius", radius)
             self._balls.Modified()
-
-
-def _named(name, values, vtk_type):
-    array = arrays.from_numpy(values, vtk_type)
-    array.SetName(name)
-    return array
-
-
-def _points(positions):
-    points = vtkPoints()
-    points.SetData(arrays.from_numpy(positions, VTK_DOUBLE))
-    return points
 
 
 def _ball_actor(balls, opacity):
@@ -124,26 +85,14 @@ def _ball_actor(balls, opacity):
     mapper.SetScaleModeToScaleByMagnitude()
     mapper.SetScaleArray("radius")
     mapper.SetScalarModeToUsePointFieldData()
-    mapper.SelectColorArray("colour")
+    mapper.SelectColorArray("color")
     mapper.SetColorModeToDirectScalars()
     actor.SetMapper(mapper)
     actor.PickableOff()
-    drawn_as = actor.GetProperty()
-    drawn_as.SetOpacity(opacity)
-    drawn_as.SetAmbient(0.45)
-    drawn_as.SetDiffuse(0.6)
-    drawn_as.SetSpecular(0.25)
-    drawn_as.SetSpecularPower(30)
-    return actor
-
-
-def _line_actor(lines, opacity):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(lines)
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    actor.GetProperty().SetColor(np.divide(MOVED, 255))
-    actor.GetProperty().SetLineWidth(2)
-    actor.GetProperty().SetOpacity(opacity)
-    actor.GetProperty().LightingOff()
+    material = actor.GetProperty()
+    material.SetOpacity(opacity)
+    material.SetAmbient(0.45)
+    material.SetDiffuse(0.6)
+    material.SetSpecular(0.25)
+    material.SetSpecularPower(30)
     return actor

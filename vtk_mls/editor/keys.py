@@ -1,73 +1,47 @@
-"""The keys of the editor: what they are called, what the legend says, what they do."""
+"""The keys of the editor: their legend, their names, and the methods that they call."""
 
 from __future__ import annotations
 
-# (what the legend has, text, keys as `name_of` names them, method of the editor, its argument);
-# lines without a key are for the mouse.
+from vtk_mls.editor.mouse import Observer
+
+# (key in the legend, text, names of keys as of `name_of`, method of the editor, its argument);
+# rows without names are about the mouse.
 KEYS = (
     ("drag", "move a handle in the plane of the view", (), "", None),
     ("Shift + drag", "along the normal of the surface", (), "", None),
     ("Ctrl + drag", "on the surface; beside handles: select several", (), "", None),
-    ("Ctrl + click", "select one more", (), "", None),
-    ("Ctrl + A", "select all of them", ("Ctrl+a",), "select_all", None),
+    ("Ctrl + click", "add a handle to the selection, or remove it", (), "", None),
+    ("Ctrl + A", "select all handles", ("Ctrl+a",), "select_all", None),
     ("A", "add a handle on the surface under the mouse", ("a",), "add_under_mouse", None),
     ("X", "delete the selected handles", ("x", "Delete", "BackSpace"), "delete", None),
     ("F", "fix the selected handles, or free them", ("f",), "fix", None),
     ("Z   Y", "undo, redo (also with Ctrl)", ("z", "Ctrl+z"), "undo", None),
     ("", "", ("y", "Ctrl+y", "Ctrl+Z"), "redo", None),
-    ("0", "put all handles back", ("0", "KP_0"), "reset", None),
-    ("L", "lay a lattice of handles, again a finer one", ("l",), "lay_lattice", None),
+    ("0", "return all handles to rest", ("0", "KP_0"), "reset", None),
+    ("L", "lattice of handles; again: a finer one", ("l",), "lay_lattice", None),
     ("K", "kind of the map: rigid, affine, ...", ("k",), "change_kind", None),
     ("+   \N{MINUS SIGN}", "handles act more or less locally", ("+", "="), "change_alpha", 1.25),
     ("", "", ("-",), "change_alpha", 0.8),
-    ("C", "cut by a plane, by half of one, not at all", ("c",), "change_cut", None),
+    ("C", "cut by a plane, by half of it, not at all", ("c",), "change_cut", None),
     ("I", "another half of the plane", ("i",), "change_half", None),
     ("P", "cut along a line, open or closed: click, P again", ("p",), "incise", None),
-    ("[   ]", "cuts part less or more sharply", ("[",), "change_nu", 0.8),
+    ("[   ]", "influence fades less or more around cuts", ("[",), "change_nu", 0.8),
     ("", "", ("]",), "change_nu", 1.25),
-    ("B", "show it before, and after", ("b",), "compare", None),
-    ("M", "slices beside the 3-D view, or not", ("m",), "toggle_slices", None),
-    ("V", "another look of the data", ("v",), "change_look", None),
+    ("B", "show the data before and after", ("b",), "compare", None),
+    ("M", "show or hide slices", ("m",), "toggle_slices", None),
+    ("V", "next colors and opacities", ("v",), "change_look", None),
     ("Space", "hide handles and texts", (" ",), "hide_handles", None),
-    ("T", "how long maps and pictures take", ("t",), "time", None),
-    ("R", "see all of it", ("r",), "reset_camera", None),
-    ("S", "save all: handles, data, field, picture, script", ("s", "Ctrl+s"), "save", None),
+    ("T", "show computing times", ("t",), "time", None),
+    ("R", "fit the view to the data", ("r",), "reset_camera", None),
+    ("S", "save handles, data, field, picture, script", ("s", "Ctrl+s"), "save", None),
     ("", "", ("Return", "KP_Enter"), "accept", None),
     ("", "", ("n",), "decline", None),
-    ("Esc", "select none", ("Escape",), "deselect", None),
-    ("H   ?", "hide or show this", ("h", "F1", "?"), "toggle_legend", None),
-    ("Q", "quit; nothing is lost", ("q", "Ctrl+q"), "quit", None),
+    ("Esc", "clear the selection", ("Escape",), "deselect", None),
+    ("H   ?", "show or hide this list", ("h", "F1", "?"), "toggle_legend", None),
+    ("Q", "quit; unsaved edits are kept", ("q", "Ctrl+q"), "quit", None),
 )
-
-
-# What is written while the legend is not there, the last of it alone in narrow windows.
+# Shown without the legend; narrow windows show the last part only.
 HINT = "Drag a handle, or beside it to turn.   C  cut   Z  undo   S  save", "H  all keys"
-
-
-def legend():
-    """(key, text) for each line of the legend."""
-    return [(shown, text) for shown, text, *_ in KEYS if shown]
-
-
-def actions():
-    """(method, argument) by the name of the key."""
-    return {name: (method, value) for _, _, names, method, value in KEYS for name in names}
-
-
-def name_of(interactor):
-    """The name of the key that a vtkRenderWindowInteractor has an event of.
-
-    Characters are named by themselves, others as VTK does; with Ctrl before.
-    """
-    symbol, code = interactor.GetKeySym() or "", interactor.GetKeyCode()
-    symbol = _CHARACTERS.get(symbol, symbol)
-    if interactor.GetControlKey():
-        letter = symbol.upper() if interactor.GetShiftKey() else symbol.lower()
-        return f"Ctrl+{letter}" if len(symbol) == 1 else symbol
-    if len(symbol) == 1:
-        return symbol.lower()
-    return symbol or (code or "").strip("\0")
-
 
 _CHARACTERS = {
     "plus": "+",
@@ -82,3 +56,46 @@ _CHARACTERS = {
     "period": ".",
     "question": "?",
 }
+
+
+def legend():
+    """(key, text) for each line of the legend."""
+    return [(key, text) for key, text, *_ in KEYS if key]
+
+
+def actions():
+    """(method, argument) by the name of the key."""
+    return {name: (method, value) for _, _, names, method, value in KEYS for name in names}
+
+
+def name_of(interactor):
+    """The name of the key in the current event of a vtkRenderWindowInteractor.
+
+    A character is its own name, other keys have the names of VTK; with Ctrl, "Ctrl+" before it.
+    """
+    symbol, code = interactor.GetKeySym() or "", interactor.GetKeyCode()
+    symbol = _CHARACTERS.get(symbol, symbol)
+    if interactor.GetControlKey():
+        letter = symbol.upper() if interactor.GetShiftKey() else symbol.lower()
+        return f"Ctrl+{letter}" if len(symbol) == 1 else symbol
+    if len(symbol) == 1:
+        return symbol.lower()
+    return symbol or (code or "").strip("\0")
+
+
+class Keyboard(Observer):
+    """Calls the methods of an editor for the keys of an interactor."""
+
+    def __init__(self, interactor, editor):
+        self._editor, self._actions = editor, actions()
+        handlers = {"KeyPressEvent": self._press, "CharEvent": self._ignore}
+        super().__init__(interactor, handlers)
+
+    def _press(self, interactor, event):
+        action = self._actions.get(name_of(interactor))
+        if action is not None:
+            self._abort(event)
+            self._editor.do(*action)
+
+    def _ignore(self, interactor, event):
+        self._abort(event)

@@ -1,127 +1,189 @@
-"""The mouse over the handles: hovering, selecting, dragging."""
+"""The mouse over the 3-D view and over slices."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.dragging import Drag
+from vtk_mls.editor.projection import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets
-NEAR = 9  # pixels from a handle's middle
-_STILL = 3  # pixels that a click may move
+_PICK_DISTANCE = 9  # pixels from the center of a handle
+_CLICK_DISTANCE = 3  # pixels that the mouse may move during a click
 
 
-class Mouse:
-    """Turns mouse events of an interactor into edits; what is beside handles moves the camera."""
+class Observer:
+    """Handles events of an interactor before its style does."""
 
-    def __init__(self, interactor, editor):
-        self._interactor, self._editor = interactor, editor
-        self._drag = self._band = self._pressed = None
-        self._surfaces = self._normal = None
+    def __init__(self, interactor, handlers):
+        self._interactor = interactor
         self._tags = {
-            event: interactor.AddObserver(event, what, PRIORITY)
-            for event, what in (
-                ("LeftButtonPressEvent", self._press),
-                ("MouseMoveEvent", self._move),
-                ("LeftButtonReleaseEvent", self._release),
-                ("LeaveEvent", self._leave),
-            )
+            event: interactor.AddObserver(event, handler, PRIORITY)
+            for event, handler in handlers.items()
         }
 
     @property
-    def is_busy(self):
-        """Whether it holds something."""
-        return self._drag is not None or self._band is not None
-
-    @property
     def pixel(self):
-        """Where it is."""
+        """Pixel (2,) of the mouse."""
         return np.array(self._interactor.GetEventPosition(), float)
 
     def finish(self):
-        """Let go of what is held."""
-        if self._drag is not None:
-            self._drag = self._surfaces = self._normal = None
-            self._editor.let_go()
-        if self._band is not None:
-            self._band = None
-            self._editor.show_band(None)
+        """End an interaction."""
 
     def detach(self):
-        """Hear no more events."""
+        """End an interaction, and handle no more events."""
         self.finish()
         for tag in self._tags.values():
             self._interactor.RemoveObserver(tag)
 
+    def _abort(self, event):
+        """Keep the event from the interactor style."""
+        self._interactor.GetCommand(self._tags[event]).SetAbortFlag(True)
+
+
+class Mouse(Observer):
+    """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
+
+    def __init__(self, interactor, document, cut_tool):
+        self._document, self._cut_tool = document, cut_tool
+        self._scene, self._slices = document.view.scene, document.view.slices
+        self._drag = self._picker = self._normal = None
+        self._pane = self._band_corner = self._pressed_pixel = None
+        handlers = {
+            "LeftButtonPressEvent": self._press,
+            "MouseMoveEvent": self._move,
+            "LeftButtonReleaseEvent": self._release,
+            "LeaveEvent": self._leave,
+            "MouseWheelForwardEvent": self._turn_wheel,
+            "MouseWheelBackwardEvent": self._turn_wheel,
+            "RightButtonPressEvent": self._press_other_button,
+            "MiddleButtonPressEvent": self._press_other_button,
+        }
+        super().__init__(interactor, handlers)
+
+    def finish(self):
+        """Release handles, slices or the rubber band."""
+        is_dragging, has_band = self._drag is not None, self._band_corner is not None
+        self._drag = self._picker = self._normal = self._pane = self._band_corner = None
+        if is_dragging:
+            self._document.let_go()
+        if has_band:
+            self._show_band(None)
+
+    @property
+    def _is_busy(self):
+        return any(held is not None for held in (self._drag, self._pane, self._band_corner))
+
     def _press(self, interactor, event):
         self.finish()
-        self._pressed = self.pixel
-        row = self._near()
-        if self._editor.draw_line_to(self._pressed):
-            pass
-        elif row is not None:
-            self._grab(row)
-        elif interactor.GetControlKey():
-            self._band = self._pressed
-        else:
-            return
+        self._pressed_pixel = self.pixel
+        pane = self._slices.pane_at(self.pixel)
+        row = self._handle_at(pane)
+        if pane is not None:
+            self._press_in_slice(pane, row)
+        elif not self._cut_tool.draw_line_to(self.pixel):
+            if row is not None:
+                self._grab(row, interactor.GetControlKey())
+            elif interactor.GetControlKey():
+                self._band_corner = self.pixel
+            else:
+                return
         self._abort(event)
 
-    def _grab(self, row):
-        editor, state = self._editor, self._editor.state
-        if not self._interactor.GetControlKey() and row not in editor.selected:
-            editor.select([row])
-        rows = np.union1d(editor.selected, [row])
-        self._drag = Drag(editor.projection, state.deformed[rows], state.deformed[row], self.pixel)
-        self._surfaces = editor.surfaces()
-        editor.take(rows, row)
+    def _press_in_slice(self, pane, row):
+        self._document.view.cut_widget.finish()
+        self._document.commit()
+        self._pane = pane
+        if row is None:
+            self._document.look_at(pane.point_at(self.pixel), is_moving=True)
+        else:
+            self._grab(row, False)
+            self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
+
+    def _grab(self, row, keeps_selection):
+        document, positions = self._document, self._document.state.deformed
+        if not keeps_selection and row not in document.selected:
+            document.select([row])
+        rows = np.union1d(document.selected, [row])
+        projection = self._projection_of(self._pane)
+        self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
+        self._picker = self._scene.picker() if self._pane is None else None
+        document.take(rows, row)
 
     def _move(self, interactor, event):
+        document = self._document
         if self._drag is not None:
-            if np.linalg.norm(self.pixel - self._pressed) > _STILL:
-                self._pressed = np.full(2, np.inf)  # it is no click
-                with self._editor.telling():
-                    self._editor.drag_to(self._positions())
-        elif self._band is not None:
-            self._editor.show_band((self._band, self.pixel))
+            if np.linalg.norm(self.pixel - self._pressed_pixel) > _CLICK_DISTANCE:
+                self._pressed_pixel = np.full(2, np.inf)  # no longer a click
+                with document.reporting_errors():
+                    document.drag_to(self._dragged_positions())
+        elif self._pane is not None:
+            document.look_at(self._pane.point_at(self.pixel), is_moving=True)
+        elif self._band_corner is not None:
+            self._show_band((self._band_corner, self.pixel))
         else:
-            self._editor.hover(self._near())
-            return
+            is_camera_moving = interactor.GetInteractorStyle().GetState() != 0
+            pane = None if is_camera_moving else self._slices.pane_at(self.pixel)
+            document.hover(self._handle_at(pane))
+            if pane is None:
+                return
         self._abort(event)
 
-    def _positions(self):
-        """Where the handles go that are held."""
-        editor, held = self._editor, self._drag
-        if self._interactor.GetShiftKey():
+    def _dragged_positions(self):
+        drag, pixel, document = self._drag, self.pixel, self._document
+        if self._pane is None and self._interactor.GetShiftKey():
             if self._normal is None:
-                self._normal = self._surfaces.normal(editor.state.deformed[editor.grabbed])
-            return held.along(self._normal, self.pixel)
-        if self._interactor.GetControlKey():
-            point = self._surfaces.hit(editor.projection, self.pixel)
-            return held.in_view_plane(self.pixel) if point is None else held.to(point)
-        return held.in_view_plane(self.pixel)
+                grabbed = document.state.deformed[document.grabbed]
+                self._normal = self._picker.normal(grabbed)
+            return drag.along(self._normal, pixel)
+        if self._pane is None and self._interactor.GetControlKey():
+            point = self._picker.hit(pixel)
+            return drag.in_view_plane(pixel) if point is None else drag.to(point)
+        return drag.in_view_plane(pixel)
 
     def _release(self, interactor, event):
-        if not self.is_busy:
+        if not self._is_busy:
             return
-        is_click = np.linalg.norm(self.pixel - self._pressed) <= _STILL
-        editor, band = self._editor, self._band
-        grabbed = editor.grabbed
+        document, corner, grabbed = self._document, self._band_corner, self._document.grabbed
+        is_click = np.linalg.norm(self.pixel - self._pressed_pixel) <= _CLICK_DISTANCE
+        is_slice_moving = self._pane is not None and self._drag is None
         self.finish()
-        if band is not None:
-            editor.select(editor.projection.between(editor.state.deformed, band, self.pixel))
+        if is_slice_moving:
+            document.look_at(self._slices.point)
+        elif corner is not None:
+            positions = document.state.deformed
+            document.select(self._scene.projection.between(positions, corner, self.pixel))
         elif is_click and interactor.GetControlKey():
-            editor.select(np.setxor1d(editor.selected, [grabbed]))
+            document.select(np.setxor1d(document.selected, [grabbed]))
         self._abort(event)
 
     def _leave(self, interactor, event):
-        if not self.is_busy:
-            self._editor.hover(None)
+        if not self._is_busy:
+            self._document.hover(None)
 
-    def _near(self):
-        editor = self._editor
-        return editor.projection.nearest(editor.state.deformed, self.pixel, NEAR)
+    def _turn_wheel(self, interactor, event):
+        pane = self._slices.pane_at(self.pixel)
+        if pane is not None:
+            step = 1 if "Forward" in event else -1
+            self._document.look_at(self._slices.point_after(pane, step))
+            self._abort(event)
 
-    def _abort(self, event):
-        """Keep the event from the camera."""
-        self._interactor.GetCommand(self._tags[event]).SetAbortFlag(True)
+    def _press_other_button(self, interactor, event):
+        if self._slices.pane_at(self.pixel) is not None:
+            self._abort(event)
+
+    def _show_band(self, corners):
+        self._document.view.overlay.set_band(corners)
+        self._document.draw(is_moving=True)
+
+    def _projection_of(self, pane):
+        return self._scene.projection if pane is None else pane.projection
+
+    def _handle_at(self, pane):
+        """Row of the handle under the mouse in a pane, or in the 3-D view for None; or None."""
+        positions = self._document.state.deformed
+        projection = self._projection_of(pane)
+        if pane is None:
+            return projection.nearest(positions, self.pixel, _PICK_DISTANCE)
+        rows = self._slices.rows_near(pane, positions)
+        nearest = projection.nearest(positions[rows], self.pixel, _PICK_DISTANCE)
+        return None if nearest is None else int(rows[nearest])

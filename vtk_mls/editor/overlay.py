@@ -1,46 +1,54 @@
-"""Texts and a rubber band over the picture."""
+"""Texts and a rubber band above the data."""
 
 from __future__ import annotations
 
-import vtkmodules.vtkRenderingFreeType  # noqa: F401  draws texts
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-from vtkmodules.vtkRenderingCore import (
-    vtkActor2D,
-    vtkPolyDataMapper2D,
-    vtkTextActor,
-)
+import textwrap
 
-_WHITE, _SOFT, _AMBER, _GREEN = (1, 1, 1), (0.74, 0.80, 0.87), (1, 0.78, 0.35), (0.5, 0.95, 0.65)
+import numpy as np
+import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor
+
+from vtk_mls.editor import polydata
+
+_SOFT, _AMBER, _GREEN = (0.74, 0.80, 0.87), (1, 0.78, 0.35), (0.5, 0.95, 0.65)
 _PANEL, _MARGIN, _SIZE = (0.04, 0.05, 0.08), 14, 14
 
 
 class Overlay:
-    """What is written over the picture of a renderer: the keys, how it is, and what was said.
+    """The texts in a window: legend of keys, hint, status line and message.
 
     Parameters
     ----------
     renderer : vtkRenderer
     keys : list of (str, str)
-        Lines of the legend, which is not there at first.
+        Lines of the legend, which is hidden at first.
     hint : (str, str)
-        What is there while the legend is not, the second part alone where there is no room.
+        Shown without the legend; narrow windows show the second part only.
+
+    Attributes
+    ----------
+    message, status : str
     """
 
     def __init__(self, renderer, keys, hint):
         names, texts = zip(*keys)
-        self._renderer, self._hints, self._has_texts = renderer, ("   ".join(hint), hint[1]), True
+        self._renderer, self._has_texts, self.message, self.status = renderer, True, "", ""
+        self._long_hint, self._short_hint = "   ".join(hint), hint[1]
         self._keys = _text(_AMBER), _text(_SOFT)
         self._keys[0].SetInput("\n".join(names))
         self._keys[1].SetInput("\n".join(texts))
         for actor in self._keys:
             actor.GetTextProperty().SetVerticalJustificationToTop()
             actor.GetTextProperty().SetLineSpacing(1.15)
-        self._panel, self._band = _rectangle(_PANEL, 0.62), _outline(_GREEN)
-        self._hint, self._status, self._message = (
-            *(_text(_SOFT), _text(_SOFT)),
-            _text(_AMBER, _SIZE + 3),
-        )
+        self._panel, self._band = _shape(_PANEL), _shape(_GREEN)
+        rectangle = np.arange(4)[None]
+        self._panel.GetMapper().GetInput().SetPolys(polydata.cells(rectangle))
+        self._panel.GetProperty().SetOpacity(0.62)
+        self._band.GetMapper().GetInput().SetLines(polydata.cells(np.c_[rectangle, 0]))
+        self._band.GetProperty().SetLineWidth(1.5)
+        self._hint, self._status = _text(_SOFT), _text(_SOFT)
+        self._message = _text(_AMBER, _SIZE + 3)
         self._hint.GetTextProperty().SetVerticalJustificationToTop()
         self._message.GetTextProperty().SetBackgroundColor(_PANEL)
         self._message.GetTextProperty().SetBackgroundOpacity(0.75)
@@ -52,42 +60,35 @@ class Overlay:
         self.set_keys_visible(False)
 
     @property
-    def message(self):
-        """What is said."""
-        return self._message.GetInput() or ""
-
-    @property
-    def status(self):
-        """How it is."""
-        return self._status.GetInput() or ""
-
-    @property
     def shows_keys(self):
-        """Whether the legend of keys is there."""
+        """Whether the legend is visible."""
         return bool(self._panel.GetVisibility())
 
     def set_keys_visible(self, is_visible):
-        """Show or hide the legend of keys."""
+        """Show or hide the legend; without it, the hint is visible."""
         for actor in (self._panel, *self._keys):
             actor.SetVisibility(is_visible)
         self._hint.SetVisibility(self._has_texts and not is_visible)
 
     def set_texts_visible(self, are_visible):
-        """Show or hide how it is and the hint; the legend is hidden."""
+        """Show or hide status and hint, and hide the legend."""
         self._has_texts = are_visible
         self._status.SetVisibility(are_visible)
         self.set_keys_visible(False)
 
     def set_message_visible(self, is_visible):
-        """Show or hide what is said."""
+        """Show or hide the message."""
         self._message.SetVisibility(is_visible)
 
     def say(self, sentence):
-        """Show a sentence, or none for an empty one."""
-        self._message.SetInput(_wrapped(sentence, self._renderer.GetSize()[0] // 10))
+        """Set the message; empty for none."""
+        self.message = sentence
+        width = max(self._renderer.GetSize()[0] // 10, 30)  # characters
+        self._message.SetInput("\n".join(textwrap.wrap(sentence, width)))
 
     def set_status(self, text):
-        """Show how it is."""
+        """Set the status line."""
+        self.status = text
         self._status.SetInput(text)
 
     def set_band(self, corners):
@@ -97,7 +98,7 @@ class Overlay:
             _set_corners(self._band, *corners)
 
     def lay_out(self):
-        """Put everything where it belongs in a window of this size."""
+        """Place everything for the size of the window."""
         width, height = self._renderer.GetSize()
         sizes = []
         for actor in self._keys:
@@ -111,66 +112,33 @@ class Overlay:
         low = (_MARGIN, top - tall - 2 * _MARGIN)
         _set_corners(self._panel, low, (first + second + 4 * _MARGIN, top))
         self._hint.SetPosition(_MARGIN, top)
-        self._hint.SetInput(self._hints[_width_of(self._hints[0]) > width])
+        hint_width = 0.6 * _SIZE * len(self._long_hint)  # an estimate, as it is not drawn yet
+        self._hint.SetInput(self._short_hint if hint_width > width else self._long_hint)
         self._status.SetPosition(_MARGIN, _MARGIN)
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE)
 
 
-def _text(colour, size=_SIZE):
+def _text(color, size=_SIZE):
     actor = vtkTextActor()
     actor.SetTextScaleModeToNone()
     actor.PickableOff()
     font = actor.GetTextProperty()
     font.SetFontFamilyToArial()
     font.SetFontSize(size)
-    font.SetColor(colour)
+    font.SetColor(color)
     return actor
 
 
-def _width_of(text):
-    """Pixels that a line is wide, about: it is to be known before it is drawn."""
-    return 0.6 * _SIZE * len(text)
-
-
-def _wrapped(sentence, width):
-    import textwrap
-
-    return "\n".join(textwrap.wrap(sentence, max(width, 30)))
-
-
-def _rectangle(colour, opacity):
-    actor = _shape(colour)
-    corners = vtkCellArray()
-    corners.InsertNextCell(4)
-    for i in range(4):
-        corners.InsertCellPoint(i)
-    actor.GetMapper().GetInput().SetPolys(corners)
-    actor.GetProperty().SetOpacity(opacity)
-    return actor
-
-
-def _outline(colour):
-    actor = _shape(colour)
-    corners = vtkCellArray()
-    corners.InsertNextCell(5)
-    for i in (0, 1, 2, 3, 0):
-        corners.InsertCellPoint(i)
-    actor.GetMapper().GetInput().SetLines(corners)
-    actor.GetProperty().SetLineWidth(1.5)
-    return actor
-
-
-def _shape(colour):
-    polydata, mapper, actor = vtkPolyData(), vtkPolyDataMapper2D(), vtkActor2D()
-    mapper.SetInputData(polydata)
+def _shape(color):
+    mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
+    mapper.SetInputData(vtkPolyData())
     actor.SetMapper(mapper)
     actor.PickableOff()
-    actor.GetProperty().SetColor(colour)
+    actor.GetProperty().SetColor(color)
     return actor
 
 
 def _set_corners(actor, low, high):
-    points = vtkPoints()
-    for x, y in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])):
-        points.InsertNextPoint(x, y, 0)
-    actor.GetMapper().GetInput().SetPoints(points)
+    (left, bottom), (right, top) = low, high
+    corners = [(left, bottom, 0), (right, bottom, 0), (right, top, 0), (left, top, 0)]
+    actor.GetMapper().GetInput().SetPoints(polydata.points(corners))

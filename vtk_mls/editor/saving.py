@@ -1,91 +1,90 @@
-"""What is edited, as files: made as `vtk-mls deform` makes them from the saved handles."""
+"""Saves an edit: handles, cuts, deformed data, displacement field, picture and script."""
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 from pathlib import Path
 
-import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Surface, io
-from vtk_mls.editor import script
+from vtk_mls.editor import polydata, script
 from vtk_mls.files import control_point_files
 from vtk_mls.files.replacing import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
-from vtk_mls.vtk import arrays
 
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
-_OTHERS = ".vti", ".vtp", ".vtu", ".vts"  # for what the format of the input cannot hold
+_FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
 
 class Saver:
-    """Saves into a folder.
+    """Saves edits in a folder.
 
     Parameters
     ----------
     datasets : list of vtkDataSet
     paths : list of path
-        Where they came from. Those of none are saved, too.
-    folder : path, optional
-        One that is named after the first path, in the current folder and new, if not given.
+        Files of the datasets. Datasets without a file are saved, too.
 
     Attributes
     ----------
     folder : Path or None
+        None: the first save makes one in `within`, named after the first dataset.
     within : Path
-        Where a new one is made.
     copies_data : bool
-        Whether the data are saved, too, as they came: their paths do not last.
+        Whether to copy the files of the datasets, for files that are temporary.
     files : list of Path
-        What the last `save` has written.
+        Files of the last save.
     progress : callable or None
-        Called with the fraction that is done while it saves.
+        Called with the saved fraction.
     """
 
-    def __init__(self, datasets, paths=(), folder=None):
+    def __init__(self, datasets, paths=()):
         self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
-        self.folder = None if folder is None else Path(folder)
-        self.within, self.copies_data, self.files = Path(), False, []
+        self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done = None, 0
 
     def save(self, state, window):
-        """Save all of a `State`, and the picture that a vtkRenderWindow shows.
+        """Save a `State`, and the picture in a vtkRenderWindow.
+
+        All files come from the saved handles, as those of `vtk-mls deform`.
 
         Returns
         -------
         str
-            A sentence that says where.
+            A sentence with the folder.
 
         Raises
         ------
         OSError, ValueError
             Naming the file.
         """
-        folder = self._made_folder()
+        folder = self._make_folder()
         before = _versions(folder)
         _write_picture(window, folder / PICTURE)
-        self._write_handles(state, folder)
-        surfaces = self._write_surfaces(state, folder)
+        _write_handles(state, folder)
+        surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
-        deform.keeps_images = False  # each is asked for once
+        deform.keeps_images = False  # each image is deformed once
         self._done = 0
         for algorithm in (deform, field):
-            _apply(algorithm, state, folder, surfaces)
+            _configure(algorithm, state, folder, surfaces)
         targets = []
-        for number in self._numbers:
+        for number in range(len(self._datasets)):
             targets.append(self._write_deformed(deform, number, folder, targets))
         field.SetInputData(0, self._datasets[0])
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
-        files = list(zip((self._source(number, folder) for number in self._numbers), targets))
-        _write_text(folder / SCRIPT, script.script(state, HANDLES, surfaces, files))
+        sources = [self._source(number, folder) for number in range(len(self._datasets))]
+        text = script.script(state, HANDLES, surfaces, list(zip(sources, targets)))
+        with replacing(folder / SCRIPT) as new:
+            new.write_text(text, encoding="utf-8")
         self.files = sorted(path for path, _ in _versions(folder) - before)
         return f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
 
@@ -93,28 +92,19 @@ class Saver:
         update(algorithm, self._note_progress)
         self._done += 1
 
-    def _note_progress(self, share):
+    def _note_progress(self, fraction):
         if self.progress is not None:
-            self.progress((self._done + share) / (len(self._datasets) + 1))
+            self.progress((self._done + fraction) / (len(self._datasets) + 1))
 
-    @property
-    def _numbers(self):
-        return range(len(self._datasets))
-
-    def _made_folder(self):
+    def _make_folder(self):
         if self.folder is None:
-            name = f"{self._name(0)[0]}-edited"
-            numbers = ("" if i == 1 else f"-{i}" for i in range(1, 10_000))
-            self.folder = next(
-                path
-                for path in (self.within / (name + number) for number in numbers)
-                if not path.exists()
-            )
+            folders = map(self.within.joinpath, _numbered(f"{self._name(0)[0]}-edited"))
+            self.folder = next(path for path in folders if not path.exists())
         self.folder.mkdir(parents=True, exist_ok=True)
         return self.folder
 
     def _name(self, number):
-        """Stem and ending of a file."""
+        """Stem and ending of the file of a dataset."""
         if number >= len(self._paths):
             return f"data-{number + 1}", ".vti"
         name = self._paths[number].name
@@ -122,91 +112,91 @@ class Saver:
         return stem, dot + ending
 
     def _source(self, number, folder):
-        """Where the script finds a dataset."""
-        if number < len(self._paths):
-            path = self._paths[number]
-            if not self.copies_data:
-                return os.fspath(path)
-            with replacing(folder / path.name) as new:
-                shutil.copyfile(path, new)
-            return path.name
-        return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
+        """Path of a dataset for the script."""
+        if number >= len(self._paths):
+            return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
+        path = self._paths[number]
+        if not self.copies_data:
+            return os.fspath(path)
+        with replacing(folder / path.name) as new:
+            shutil.copyfile(path, new)
+        return path.name
 
-    def _write_handles(self, state, folder):
-        values = state.rest, state.deformed, state.weights, state.labels
-        control_point_files.write(folder / HANDLES, *values)
-        numbers = [label or f"handle-{i}" for i, label in enumerate(state.labels, 1)]
-        for name, positions in ((AT_REST, state.rest), (MOVED, state.deformed)):
-            control_point_files.write(folder / name, positions, positions, None, numbers)
-
-    def _write_surfaces(self, state, folder):
-        """Names of the files of cuts that are surfaces."""
-        names = []
-        for cut in state.cuts:
-            if isinstance(cut, Surface):
-                names.append(f"cut-{len(names) + 1}.vtp")
-                io.write_dataset(_polydata_of(cut), folder / names[-1])
-        return names
-
-    def _write_deformed(self, deform, number, folder, taken):
-        """The name of the file; none that is taken."""
+    def _write_deformed(self, deform, number, folder, other_names):
+        """Write a deformed dataset; the name of its file, which is not among the others."""
         stem, ending = self._name(number)
-        endings = ending, *_OTHERS
-        numbers = ("" if i == 1 else f"-{i}" for i in range(1, 2 + len(taken)))
+        endings = ending, *_FALLBACK_ENDINGS
         stem = next(
-            each
-            for each in (f"{stem}-deformed{number}" for number in numbers)
-            if not {each + ending for ending in endings} & set(taken)
+            stem
+            for stem in _numbered(f"{stem}-deformed")
+            if not {stem + ending for ending in endings} & set(other_names)
         )
         deform.SetInputData(0, self._datasets[number])
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
 
 
-def _apply(algorithm, state, folder, surfaces):
-    """Give a filter what is saved, as the script and the command do."""
+def _numbered(name):
+    """`name`, `name-2`, `name-3`, ..."""
+    yield name
+    yield from (f"{name}-{number}" for number in itertools.count(2))
+
+
+def _configure(algorithm, state, folder, surfaces):
+    """Set a filter up as the script and the command do, from the saved files."""
     algorithm.SetInputData(1, io.read_control_points(folder / HANDLES))
     for name, _, value in script.settings_of(state):
         getattr(algorithm, f"Set{name}")(value)
     for cut in state.cuts:
-        numbers = script.numbers_of(cut)
-        if numbers:
-            algorithm.AddCut(type(cut)(*numbers))
+        vectors = script.vectors_of(cut)
+        if vectors:
+            algorithm.AddCut(type(cut)(*vectors))
     for name in surfaces:
         for cut in io.read_cuts(folder / name):
             algorithm.AddCut(cut)
 
 
+def _write_handles(state, folder):
+    values = state.rest, state.deformed, state.weights, state.labels
+    control_point_files.write(folder / HANDLES, *values)
+    names = [label or f"handle-{i}" for i, label in enumerate(state.labels, 1)]
+    for file, positions in ((AT_REST, state.rest), (MOVED, state.deformed)):
+        control_point_files.write(folder / file, positions, positions, None, names)
+
+
+def _write_surfaces(state, folder):
+    """Write the cuts that are surfaces; the names of their files."""
+    names = []
+    for cut in state.cuts:
+        if isinstance(cut, Surface):
+            surface = vtkPolyData()
+            surface.SetPoints(polydata.points(cut.points))
+            surface.SetPolys(polydata.cells(cut.triangles))
+            names.append(f"cut-{len(names) + 1}.vtp")
+            io.write_dataset(surface, folder / names[-1])
+    return names
+
+
 def _write_dataset(dataset, folder, stem, ending):
     """Write in the format of this ending, or one of VTK's; the name of the file."""
-    for each in (ending, *_OTHERS):
+    for candidate in (ending, *_FALLBACK_ENDINGS):
+        path = folder / f"{stem}{candidate}"
         try:
-            io.check_writable(folder / f"{stem}{each}", dataset)
+            io.check_writable(path, dataset)
         except ValueError:
             continue
         try:
-            io.write_dataset(dataset, folder / f"{stem}{each}")
+            io.write_dataset(dataset, path)
         except ValueError:
-            if each == _OTHERS[-1]:
+            if candidate == _FALLBACK_ENDINGS[-1]:
                 raise
             continue
-        return f"{stem}{each}"
+        return path.name
     raise ValueError(f"there is no format for a {dataset.GetClassName()}")
 
 
-def _polydata_of(surface):
-    """The triangles of a Surface."""
-    points, triangles, polydata = vtkPoints(), vtkCellArray(), vtkPolyData()
-    points.SetData(arrays.from_numpy(surface.points, VTK_DOUBLE))
-    rows = surface.triangles.astype(np.int64)
-    triangles.SetData(arrays.ids(3 * np.arange(len(rows) + 1)), arrays.ids(rows.ravel()))
-    polydata.SetPoints(points)
-    polydata.SetPolys(triangles)
-    return polydata
-
-
 def _versions(folder):
-    """(path, version) of each file: what is replaced has another version."""
+    """(path, version) of each file: a replaced file has another version."""
     files = [path for path in folder.iterdir() if path.is_file()]
     return {(path, (path.stat().st_ino, path.stat().st_mtime_ns)) for path in files}
 
@@ -220,8 +210,3 @@ def _write_picture(window, path):
         writer.SetInputConnection(grab.GetOutputPort())
         writer.SetFileName(os.fspath(new))
         writer.Write()
-
-
-def _write_text(path, text):
-    with replacing(path) as new:
-        new.write_text(text, encoding="utf-8")

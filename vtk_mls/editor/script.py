@@ -1,4 +1,4 @@
-"""A Python script, and commands, that do what was edited without the editor."""
+"""The Python script, and the commands, that repeat an edit without the editor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vtk_mls import HalfPlane, Plane
 from vtk_mls.model.options import OPTIONS
 
 _TEXT = '''\
-"""Makes the deformed data that were edited with `vtk-mls view` again.
+"""Makes the data again that were deformed with `vtk-mls view`.
 
 In a shell:
 
@@ -33,15 +33,15 @@ for source, target in {files}:
 
 
 def settings_of(state):
-    """(property, option, value) of all that is not a filter's default."""
+    """(property, command-line option, value) of each value that is not the default of filters."""
     for option in OPTIONS:
         value = getattr(state, option.name)
         if value != option.default:
             yield option.property_name, option.flag, value
 
 
-def numbers_of(cut):
-    """The vectors that make a Plane or a HalfPlane, as lists; None for a surface."""
+def vectors_of(cut):
+    """The arguments of a Plane or a HalfPlane, as lists; None for a surface."""
     if isinstance(cut, Plane):
         return [cut.point.tolist(), cut.normal.tolist()]
     if isinstance(cut, HalfPlane):
@@ -50,28 +50,28 @@ def numbers_of(cut):
 
 
 def script(state, handles, surfaces, files):
-    """The text of a script.
+    """The text of the script.
 
     Parameters
     ----------
     state : State
     handles : str
-        Name of the file of control points beside the script.
+        Name of the file of control points in the folder of the script.
     surfaces : list of str
-        Names of files with the surfaces among the cuts, in their order.
+        Names of the files of cuts that are surfaces.
     files : list of (str, str)
-        What is deformed, and what becomes of it, from the script's folder.
+        Source and target of each deformation, relative to the folder of the script.
     """
     settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
-    flat = [cut for cut in state.cuts if numbers_of(cut)]
+    flat = [cut for cut in state.cuts if vectors_of(cut)]
     for cut in flat:
-        vectors = ", ".join(map(str, numbers_of(cut)))
+        vectors = ", ".join(map(str, vectors_of(cut)))
         settings.append(f"deform.AddCut({type(cut).__name__}({vectors}))")
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
     names = [*sorted({type(cut).__name__ for cut in flat}), "io"]
     return _TEXT.format(
-        commands="\n".join(f"    {each}" for each in commands(state, handles, surfaces, files)),
+        commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),
         imports=", ".join(names),
         handles=handles,
         settings="\n".join(settings),
@@ -80,14 +80,14 @@ def script(state, handles, surfaces, files):
 
 
 def commands(state, handles, surfaces, files):
-    """`vtk-mls deform` for each of the files, to be run in the script's folder."""
+    """`vtk-mls deform` for each of the files, to be run in the folder of the script."""
     options = [f"{option}={value}" for _, option, value in settings_of(state)]
     for cut in state.cuts:
-        numbers = numbers_of(cut)
-        if numbers:
-            kind = "plane" if len(numbers) == 2 else "half-plane"
-            text = ",".join(repr(each) for vector in numbers for each in vector)
-            options.append(f"--cut-{kind}={text}")
+        vectors = vectors_of(cut)
+        if vectors:
+            kind = "plane" if len(vectors) == 2 else "half-plane"
+            numbers = ",".join(repr(number) for vector in vectors for number in vector)
+            options.append(f"--cut-{kind}={numbers}")
     options += [f"--cut-surface={name}" for name in surfaces]
     for source, target in files:
         yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])

@@ -1,36 +1,34 @@
-"""One slice of deformed data in a renderer of its own, with the handles that are near it."""
+"""One slice of the deformed data in its own renderer, with the handles near it."""
 
 from __future__ import annotations
 
 import numpy as np
-import vtkmodules.vtkRenderingImage  # noqa: F401  draws slices
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPlane, vtkPolyData
+import vtkmodules.vtkRenderingImage  # noqa: F401  renders slices
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkCutter
 from vtkmodules.vtkRenderingCore import (
-    vtkActor,
     vtkImageSlice,
     vtkImageSliceMapper,
-    vtkPolyDataMapper,
     vtkRenderer,
     vtkTextActor,
 )
 
 from vtk_mls import Grid
+from vtk_mls.editor import polydata
 from vtk_mls.editor.projection import Projection
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_MARGIN = 0.2  # of the size, beyond the data at rest
-# Whence one looks along x, y, z, and what is up: in LPS as radiologists do.
-_FROM = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
+_MARGIN = 0.2  # around the data at rest, relative to their size
+# Direction to the eye, and up, for slices across x, y, z: as radiologists view LPS.
+_EYE = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
 _UP = np.array([(0.0, 0, 1), (0, 0, 1), (0, -1, 0)])
-_HUES = (0.95, 0.40, 0.40), (0.95, 0.85, 0.35), (0.45, 0.70, 1.0)  # of the planes
-_OUTLINE = (0.95, 0.80, 0.55)
+_AXIS_COLORS = (0.95, 0.40, 0.40), (0.95, 0.85, 0.35), (0.45, 0.70, 1.0)
+_OUTLINE_COLOR = (0.95, 0.80, 0.55)
 
 
 class SlicePane:
-    """A plane across one of the world's axes.
+    """A slice across one of the world's axes.
 
     Parameters
     ----------
@@ -45,166 +43,131 @@ class SlicePane:
 
     def __init__(self, axis, bounds):
         self.axis, self.renderer = axis, vtkRenderer()
-        size = np.ptp(bounds, axis=0).max()
-        self._corners = bounds + _MARGIN * size * np.array([[-1], [1]])
-        self._size, self._at = size, 0.0
+        self._size, self._position = np.ptp(bounds, axis=0).max(), 0.0
+        self._corners = bounds + _MARGIN * self._size * np.array([[-1], [1]])
         self.renderer.SetBackground(0.02, 0.025, 0.035)
-        self._image, self._slice = vtkImageSliceMapper(), vtkImageSlice()
-        self._image.SetOrientation(axis)
-        self._slice.SetMapper(self._image)
+        self._mapper, image = vtkImageSliceMapper(), vtkImageSlice()
+        self._mapper.SetOrientation(axis)
+        image.SetMapper(self._mapper)
         self._outlines, self._cross, self._balls = vtkPolyData(), vtkPolyData(), vtkPolyData()
-        self._edges = [_line_actor(self._outlines, _OUTLINE, 2), _line_actor(self._cross, None, 1)]
-        self._handles = _ball_actor(self._balls)
-        self._name = _text(_HUES[axis])
-        for prop in (self._slice, *self._edges, self._handles, self._name):
+        outlines = polydata.unlit_actor(self._outlines, _OUTLINE_COLOR, 2)
+        outlines.SetPosition(*(self._size * 1e-3 * _EYE[axis]))  # in front of the image
+        cross = polydata.unlit_actor(self._cross)
+        self._handles, self._label = _ball_actor(self._balls), vtkTextActor()
+        self._label.SetPosition(8, 8)
+        self._label.PickableOff()
+        self._label.GetTextProperty().SetFontSize(13)
+        self._label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
+        for prop in (image, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
-        self._look_along(bounds.mean(axis=0))
+        middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
+        camera.ParallelProjectionOn()
+        camera.SetFocalPoint(middle)
+        camera.SetPosition(middle + 3 * self._size * _EYE[axis])
+        camera.SetViewUp(_UP[axis])
+        self.renderer.AddObserver("StartEvent", self._fit)
 
     @property
     def projection(self):
-        """How it is seen."""
+        """The current `Projection`."""
         return Projection(self.renderer)
 
     def point_at(self, pixel):
         """The point (3,) of the slice at a pixel."""
         near, far = self.projection.ray(pixel)
-        share = (self._at - near[self.axis]) / (far - near)[self.axis]
-        return near + share * (far - near)
+        fraction = (self._position - near[self.axis]) / (far - near)[self.axis]
+        return near + fraction * (far - near)
 
-    def show(self, shown, point, count):
-        """Draw what is there of data, with so many samples along the longest side."""
+    def show(self, items, point, count):
+        """Draw the slice through a point, with `count` samples along its longer side."""
         self._fit()
-        self._at = point[self.axis]
+        self._position = point[self.axis]
         grid = self._grid(count)
-        colours = np.zeros((grid.size, 3), np.uint8)
-        points = grid.points()
-        for each in shown:
-            found = each.colours_at(points)
-            if found is not None:
-                is_there, of = found
-                colours[is_there] = of[is_there]
+        colors, points = np.zeros((grid.size, 3), np.uint8), grid.points()
+        for item in items:
+            sampled = item.colors_at(points)
+            if sampled is not None:
+                has_material, item_colors = sampled
+                colors[has_material] = item_colors[has_material]
         image = vtkImageData()
         ImageGeometry.of_grid(grid).apply_to(image)
-        arrays.add(image.GetPointData(), "colours", colours)
-        image.GetPointData().SetActiveScalars("colours")
-        self._image.SetInputData(image)
-        self._draw_outlines([each.mesh() for each in shown])
+        arrays.add(image.GetPointData(), "colors", colors)
+        image.GetPointData().SetActiveScalars("colors")
+        self._mapper.SetInputData(image)
+        self._draw_outlines([item.mesh() for item in items])
         self._draw_cross(point)
-        self._name.SetInput(f"{'xyz'[self.axis]} = {self._at:.4g}")
+        self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()
 
-    def mark(self, marks, rows):
-        """Draw some handles."""
-        points, cells = vtkPoints(), vtkCellArray()
-        points.SetData(arrays.from_numpy(self._before(marks.state.deformed[rows], 2), VTK_DOUBLE))
-        cells.SetData(arrays.ids(np.arange(len(rows) + 1)), arrays.ids(np.arange(len(rows))))
-        colours = arrays.from_numpy(marks.colours()[rows].astype(np.uint8), VTK_UNSIGNED_CHAR)
-        self._balls.SetPoints(points)
-        self._balls.SetVerts(cells)
-        self._balls.GetPointData().SetScalars(colours)
+    def show_handles(self, positions, colors, are_visible):
+        """Draw handles at positions (n, 3) with colors (n, 3)."""
+        self._balls.SetPoints(polydata.points(self._in_front(positions, 2)))
+        self._balls.SetVerts(polydata.cells(np.arange(len(positions))[:, None]))
+        self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._balls.Modified()
-        self._handles.SetVisibility(marks.are_visible)
+        self._handles.SetVisibility(are_visible)
         self.renderer.ResetCameraClippingRange()
 
     def _grid(self, count):
-        """A grid of all that is seen, for material that has moved far."""
-        extent = np.ptp(self._seen, axis=0)
+        """A grid over the whole pane, as material may move far."""
+        extent = np.ptp(self._visible_box, axis=0)
         spacing = np.full(3, np.delete(extent, self.axis).max() / count)
         dimensions = np.ceil(extent / spacing).astype(int) + 1
-        first = self._seen[0].copy()
-        dimensions[self.axis], first[self.axis] = 1, self._at
+        first = self._visible_box[0].copy()
+        dimensions[self.axis], first[self.axis] = 1, self._position
         return Grid(dimensions, first, spacing)
 
     def _draw_outlines(self, meshes):
         plane, append = vtkPlane(), vtkAppendPolyData()
-        plane.SetOrigin(np.eye(3)[self.axis] * self._at)
+        plane.SetOrigin(np.eye(3)[self.axis] * self._position)
         plane.SetNormal(np.eye(3)[self.axis])
         for mesh in meshes:
             if mesh is not None:
-                cut = vtkCutter()
-                cut.SetInputData(mesh)
-                cut.SetCutFunction(plane)
-                append.AddInputConnection(cut.GetOutputPort())
+                cutter = vtkCutter()
+                cutter.SetInputData(mesh)
+                cutter.SetCutFunction(plane)
+                append.AddInputConnection(cutter.GetOutputPort())
         if append.GetNumberOfInputConnections(0):
             append.Update()
             self._outlines.ShallowCopy(append.GetOutput())
-            self._edges[0].SetPosition(*(self._size * 1e-3 * _FROM[self.axis]))
 
     def _draw_cross(self, point):
-        """Where the other two slices are."""
+        """Draw the positions of the other two slices."""
         others = [axis for axis in range(3) if axis != self.axis]
-        ends, colours = [], []
-        for across, along in (others, others[::-1]):
-            for corner in self._corners:
-                end = np.array(point, float)
-                end[along] = corner[along]
-                ends.append(end)
-            colours.append(np.multiply(_HUES[across], 255))
-        points, lines = vtkPoints(), vtkCellArray()
-        points.SetData(arrays.from_numpy(self._before(np.array(ends), 1), VTK_DOUBLE))
-        lines.SetData(arrays.ids(np.array([0, 2, 4])), arrays.ids(np.arange(4)))
-        self._cross.SetPoints(points)
-        self._cross.SetLines(lines)
-        hues = arrays.from_numpy(np.array(colours).astype(np.uint8), VTK_UNSIGNED_CHAR)
-        self._cross.GetCellData().SetScalars(hues)
+        ends = np.tile(np.array(point, float), (4, 1))
+        for i, along in enumerate(others[::-1]):
+            ends[2 * i : 2 * i + 2, along] = self._corners[:, along]
+        colors = [np.multiply(_AXIS_COLORS[across], 255) for across in others]
+        self._cross.SetPoints(polydata.points(self._in_front(ends, 1)))
+        self._cross.SetLines(polydata.cells(np.array([(0, 1), (2, 3)])))
+        self._cross.GetCellData().SetScalars(polydata.colors(colors))
         self._cross.Modified()
 
-    def _before(self, points, layer):
-        """Points (n, 3) just before the slice, on the eye's side."""
+    def _in_front(self, points, layer):
+        """Points (n, 3) moved into a layer just in front of the slice."""
         points = np.array(points, float).reshape(-1, 3)
-        points[:, self.axis] = self._at + layer * 2e-3 * self._size * _FROM[self.axis, self.axis]
+        step = 2e-3 * self._size * _EYE[self.axis, self.axis]
+        points[:, self.axis] = self._position + layer * step
         return points
 
-    def _look_along(self, middle):
-        camera = self.renderer.GetActiveCamera()
-        camera.ParallelProjectionOn()
-        camera.SetFocalPoint(middle)
-        camera.SetPosition(middle + 3 * self._size * _FROM[self.axis])
-        camera.SetViewUp(_UP[self.axis])
-        self.renderer.AddObserver("StartEvent", self._fit)
-
     def _fit(self, *_):
-        """See all of it, whatever the shape of the renderer."""
+        """Fit the camera to the data for the shape of the renderer."""
         extent, up = np.ptp(self._corners, axis=0), np.abs(_UP[self.axis]) > 0
         high, wide = extent[up][0], np.delete(extent, [self.axis, int(up.argmax())])[0]
         width, height = self.renderer.GetSize()
         scale = max(high, wide * height / max(width, 1)) / 2
         self.renderer.GetActiveCamera().SetParallelScale(scale)
         half = np.where(up, scale, scale * width / max(height, 1))
-        self._seen = self._corners.mean(axis=0) + half * np.array([[-1], [1]])
-
-
-def _line_actor(polydata, colour, width):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(polydata)
-    mapper.SetScalarVisibility(colour is None)
-    mapper.SetColorModeToDirectScalars()
-    mapper.SetScalarModeToUseCellData()
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    actor.GetProperty().SetColor(colour or (1, 1, 1))
-    actor.GetProperty().SetLineWidth(width)
-    actor.GetProperty().LightingOff()
-    return actor
+        self._visible_box = self._corners.mean(axis=0) + half * np.array([[-1], [1]])
 
 
 def _ball_actor(balls):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(balls)
-    mapper.SetColorModeToDirectScalars()
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    actor.GetProperty().SetPointSize(12)
-    actor.GetProperty().RenderPointsAsSpheresOn()
-    actor.GetProperty().SetAmbient(0.45)
-    actor.GetProperty().SetDiffuse(0.6)
-    return actor
-
-
-def _text(colour):
-    actor = vtkTextActor()
-    actor.SetPosition(8, 8)
-    actor.PickableOff()
-    actor.GetTextProperty().SetFontSize(13)
-    actor.GetTextProperty().SetColor(colour)
+    actor = polydata.unlit_actor(balls)
+    actor.GetMapper().SetScalarModeToUsePointData()
+    material = actor.GetProperty()
+    material.LightingOn()
+    material.SetPointSize(12)
+    material.RenderPointsAsSpheresOn()
+    material.SetAmbient(0.45)
+    material.SetDiffuse(0.6)
     return actor

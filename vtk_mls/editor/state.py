@@ -1,4 +1,4 @@
-"""What is edited: handles, the map they make and its cuts, as a value."""
+"""The edited value: handles, options of the map, and cuts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import Deformation, kinds
+from vtk_mls import Deformation, HalfPlane, Plane, kinds
 from vtk_mls.model import options
 
 # The options, with the defaults of the editor.
@@ -24,19 +24,19 @@ _Options = make_dataclass(
 
 @dataclass(frozen=True, eq=False)
 class State(_Options):
-    """All that an edit changes and an undo brings back.
+    """Everything that an edit changes and undo restores.
 
     Attributes
     ----------
     rest, deformed : (n, 3) float64, world coordinates
-        p and q; there may be none.
+        p and q; n may be 0.
     weights : (n,) float64 or None
     labels : tuple of n str
     anchored : (n,) bool
-        Handles that the mouse does not move.
+        Whether the mouse cannot move a handle.
     cuts : tuple of Cut
     kind, alpha, ...
-        Each of `options.OPTIONS`, with the default of the editor.
+        All of `options.OPTIONS`, with the defaults of the editor.
     """
 
     rest: np.ndarray
@@ -60,7 +60,7 @@ class State(_Options):
 
     @classmethod
     def of(cls, deformation, labels=()):
-        """The state whose map is a Deformation."""
+        """The state of a Deformation."""
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
@@ -73,11 +73,11 @@ class State(_Options):
 
     @property
     def is_resting(self):
-        """Which handles have not been moved: (n,) bool."""
+        """Whether each handle is at its rest position: (n,) bool."""
         return (self.rest == self.deformed).all(axis=1)
 
     def deformation(self):
-        """The `Deformation`; None if nothing moves."""
+        """The `Deformation`; None for the identity."""
         if self.is_resting.all() or self.blend == 0:
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
@@ -86,35 +86,35 @@ class State(_Options):
         return Deformation(self.rest, deformed, weights=self.weights, cuts=self.cuts, **settings)
 
     def changed(self, **values):
-        """The same but for some attributes."""
+        """A copy with other values of some attributes."""
         return replace(self, **values)
 
     def with_next_kind(self):
-        """The same with maps of the next kind."""
+        """A copy with the next kind of map."""
         names = list(kinds.KINDS)
         return replace(self, kind=names[(names.index(self.kind) + 1) % len(names)])
 
     def with_alpha_times(self, factor):
-        """The same with handles that act more or less locally."""
+        """A copy whose alpha is multiplied, within the range of its slider."""
         return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
     def with_nu_times(self, factor):
-        """The same with influence that fades more or less with the detour around cuts."""
+        """A copy whose nu - 1 is multiplied, within the range of its slider."""
         return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor, self.nu))
 
     def moved(self, rows, positions):
-        """The same with some handles at other positions (m, 3); anchored ones stay."""
+        """A copy with handles `rows` at other positions (m, 3); anchored ones stay."""
         deformed, rows = self.deformed.copy(), np.asarray(rows, int)
         free = ~self.anchored[rows]
         deformed[rows[free]] = np.asarray(positions, float)[free]
         return replace(self, deformed=deformed)
 
     def at_rest(self):
-        """The same with all handles back where they were laid."""
+        """A copy with all handles at rest."""
         return replace(self, deformed=self.rest)
 
     def with_handle(self, rest, deformed):
-        """The same with one more, the last."""
+        """A copy with one more handle, the last."""
         weights = None if self.weights is None else np.append(self.weights, 1.0)
         return replace(
             self,
@@ -126,23 +126,34 @@ class State(_Options):
         )
 
     def without(self, rows):
-        """The same with fewer handles."""
-        kept = np.setdiff1d(np.arange(len(self)), rows)
+        """A copy without handles `rows`."""
+        remaining = np.setdiff1d(np.arange(len(self)), rows)
         return replace(
             self,
-            rest=self.rest[kept],
-            deformed=self.deformed[kept],
-            weights=None if self.weights is None else self.weights[kept],
-            labels=tuple(self.labels[i] for i in kept),
-            anchored=self.anchored[kept],
+            rest=self.rest[remaining],
+            deformed=self.deformed[remaining],
+            weights=None if self.weights is None else self.weights[remaining],
+            labels=tuple(self.labels[i] for i in remaining),
+            anchored=self.anchored[remaining],
         )
 
     def with_anchors(self, rows):
-        """The same with some handles anchored, or all of these free if they were."""
+        """A copy with handles `rows` anchored; free if all of them were anchored."""
         anchored = self.anchored.copy()
         anchored[rows] = not anchored[rows].all()
         return replace(self, anchored=anchored)
 
     def with_handles_at(self, rest):
-        """The same map with other handles (n, 3), all at rest."""
+        """A copy with other handles (n, 3), all at rest."""
         return replace(self, rest=rest, deformed=rest, weights=None, labels=(), anchored=None)
+
+    @property
+    def flat_cut(self):
+        """The last Plane or HalfPlane among the cuts, which the widget moves; None without."""
+        flat = [cut for cut in self.cuts if isinstance(cut, (Plane, HalfPlane))]
+        return flat[-1] if flat else None
+
+    def with_flat_cut(self, flat_cut):
+        """A copy with another such cut, or without it for None."""
+        cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
+        return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])

@@ -1,4 +1,4 @@
-"""What a window shows of a state: data, handles and texts, as fine as there is time for."""
+"""What the window shows of a state: data, cut, handles and texts, as finely as time allows."""
 
 from __future__ import annotations
 
@@ -7,18 +7,54 @@ import time
 import numpy as np
 
 from vtk_mls.editor import keys
-from vtk_mls.editor.handle_glyphs import Marks
+from vtk_mls.editor.cut_widget import CutWidget
+from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.overlay import Overlay
-from vtk_mls.editor.pace import Pace
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.slices import Slices
+from vtk_mls.rendering.map_pace import MapPace
+from vtk_mls.rendering.ray_spacing import pixels_per_ray
 
-_SETTLED = 0.25  # seconds without a move, after which the picture is drawn as fine as it can be
-_NOTHING = np.zeros(0, int)
+_REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
+_MAX_NODES = 96  # along the longest side
+# Seconds that a picture may take during movement, at rest, and for a file.
+_MOVING_SECONDS, _RESTING_SECONDS, _FILE_SECONDS = 0.06, 2.0, 20.0
+_MAX_MOVING_SPACING, _MAX_RESTING_SPACING = 8.0, 3.0  # pixels between rays along both axes
+_NO_ROWS = np.zeros(0, int)
+
+
+class Pace(MapPace):
+    """Chooses the resolution of maps and pictures from the time that the last ones took.
+
+    Attributes
+    ----------
+    picture_seconds : float
+        Of the last picture.
+    """
+
+    def __init__(self):
+        super().__init__(_MAX_NODES)
+        self.picture_seconds, self._full_seconds = 0.0, np.inf
+
+    def note_picture(self, pixels, seconds):
+        """Record the time of a picture with one ray for `pixels` pixels along both axes."""
+        self.picture_seconds, self._full_seconds = seconds, seconds * pixels**2
+
+    def pixels_while_moving(self):
+        """Pixels between rays along both axes during movement."""
+        return pixels_per_ray(self._full_seconds, _MOVING_SECONDS, _MAX_MOVING_SPACING)
+
+    def pixels_at_rest(self):
+        """Pixels between rays of a picture that stays: above 1 for slow graphics only."""
+        return pixels_per_ray(self._full_seconds, _RESTING_SECONDS, _MAX_RESTING_SPACING)
+
+    def pixels_for_file(self):
+        """Pixels between rays of a picture that is saved."""
+        return pixels_per_ray(self._full_seconds, _FILE_SECONDS, _MAX_RESTING_SPACING)
 
 
 class View:
-    """Draws states into the window of an interactor.
+    """Draws states in the window of an interactor.
 
     Parameters
     ----------
@@ -29,43 +65,43 @@ class View:
     ----------
     scene : Scene
     slices : Slices
-    ticks : bool
-        Whether a timer is known to run, so that coarse pictures are replaced by finer ones.
+    overlay : Overlay
+    cut_widget : CutWidget
+    has_timer : bool
+        Whether a timer runs, so that fine pictures replace coarse ones.
     hides_handles : bool
+    shows_undeformed : bool
+        Whether the data are drawn undeformed, whatever the state.
     drawn_message : str
-        What the last picture says.
-    shows_before : bool
-        Whether the corner says that the data are seen as they were.
+        The message in the last picture.
     """
 
     def __init__(self, interactor, datasets):
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
-        self.slices = Slices(self.scene)
-        self.ticks = self.hides_handles = self.shows_before = False
+        self.slices, self.cut_widget = Slices(self.scene), CutWidget(interactor, self.scene)
+        self.has_timer = self.hides_handles = self.shows_undeformed = False
         self.drawn_message = ""
-        self._overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
-        self._looks, self._shows_times, self._moved_at = 0, False, None
+        self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
+        self._preset, self._shows_times, self._moved_at = 0, False, None
         self._tags = [
-            (observed, observed.AddObserver(event, what))
-            for observed, event, what in (
-                (window, "StartEvent", self._lay_out),
-                (style, "StartInteractionEvent", self._start_moving),
-                (style, "EndInteractionEvent", self._stop_moving),
+            (observed, observed.AddObserver(event, handler))
+            for observed, event, handler in (
+                (window, "StartEvent", lambda *_: self.overlay.lay_out()),
+                (style, "StartInteractionEvent", self._start_camera),
+                (style, "EndInteractionEvent", self._stop_camera),
             )
         ]
 
-    # data
-
     def show(self, state, is_final):
-        """Have the next pictures show the data as a state deforms them.
+        """Deform the data of the next pictures.
 
         Raises
         ------
         ValueError, TypeError, RuntimeError, MemoryError
-            If there is no map, or nobody who computes it.
+            If the state has no map, or the device fails.
         """
-        deformation = state.deformation()
+        deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
 
         def make_map(nodes):
             self.scene.show(deformation, nodes, is_final)
@@ -76,25 +112,22 @@ class View:
         else:
             self._pace.make(make_map, not is_final)
 
-    def change_look(self):
-        """Draw the data by their next look, whose name is returned."""
-        self._looks += 1
-        name = self.scene.set_look(self._looks)
+    def change_preset(self):
+        """Draw the data with their next presets; the names of these."""
+        self._preset += 1
+        names = self.scene.set_preset(self._preset)
         self.slices.show(is_final=True)
-        return name
+        return names
 
-    # pictures
-
-    def draw(self, state, selected, hovered, held, is_moving=False):
-        """Make a picture; a coarse one while something moves, if a timer will make a finer one."""
-        is_moving, pace = is_moving and self.ticks, self._pace
+    def draw(self, state, selected, hovered, dragged, is_moving=False):
+        """Render; coarsely while something moves, if a timer refines the picture later."""
+        is_moving, pace = is_moving and self.has_timer, self._pace
         pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
+        self.cut_widget.show(state.flat_cut)
         self.scene.set_coarseness(pixels)
-        marks = Marks(state, selected, hovered, held, not self.hides_handles)
-        self.scene.glyphs.show(marks)
-        self.slices.mark(marks)
-        self._overlay.set_status(self._status(state, selected))
-        self.drawn_message = self.message
+        self._draw_handles(state, selected, hovered, dragged)
+        self.overlay.set_status(self._status_of(state, selected))
+        self.drawn_message = self.overlay.message
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
         self.scene.window.Render()
@@ -102,92 +135,75 @@ class View:
         self._moved_at = time.monotonic() if is_moving and pixels > 1 else None
 
     def draw_for_file(self, state):
-        """Make a picture as fine as it can be, without texts."""
-        has_keys = self._overlay.shows_keys
-        self._overlay.set_texts_visible(False)
-        self._overlay.set_message_visible(False)
+        """Render as finely as possible, without texts and cut widget."""
+        has_keys = self.overlay.shows_keys
+        self.overlay.set_texts_visible(False)
+        self.overlay.set_message_visible(False)
+        self.cut_widget.set_visible(False)
         self.scene.set_coarseness(self._pace.pixels_for_file())
-        marks = Marks(state, _NOTHING, None, _NOTHING, not self.hides_handles)
-        self.scene.glyphs.show(marks)
-        self.slices.mark(marks)
+        self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
         self.scene.window.Render()
-        self._overlay.set_texts_visible(not self.hides_handles)
-        self._overlay.set_keys_visible(has_keys)
-        self._overlay.set_message_visible(True)
+        self.overlay.set_texts_visible(not self.hides_handles)
+        self.overlay.set_keys_visible(has_keys)
+        self.overlay.set_message_visible(True)
+        self.cut_widget.set_visible(not self.hides_handles)
 
     @property
-    def is_finer_due(self):
-        """Whether nothing has moved for long enough to replace a coarse picture."""
-        return self._moved_at is not None and time.monotonic() - self._moved_at > _SETTLED
-
-    # what stands over them
-
-    def say(self, sentence):
-        """Show a sentence."""
-        self._overlay.say(sentence)
-
-    @property
-    def status(self):
-        """How it is, as the corner has it."""
-        return self._overlay.status
-
-    @property
-    def message(self):
-        """What it says."""
-        return self._overlay.message.replace("\n", " ")
-
-    def set_band(self, corners):
-        """Show a rubber band between two pixels, or none for None."""
-        self._overlay.set_band(corners)
+    def is_refinement_due(self):
+        """Whether a coarse picture is to be replaced now."""
+        return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
-        """Hide handles, legend, hint and status, or show them again; what is said is seen."""
+        """Hide or show handles, cut widget, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
         self.scene.glyphs.set_visible(not self.hides_handles)
-        self._overlay.set_texts_visible(not self.hides_handles)
+        self.cut_widget.set_visible(not self.hides_handles)
+        self.overlay.set_texts_visible(not self.hides_handles)
 
     def toggle_legend(self):
-        """Hide or show the legend of keys."""
-        self._overlay.set_keys_visible(not self._overlay.shows_keys)
+        """Show or hide the legend of keys."""
+        self.overlay.set_keys_visible(not self.overlay.shows_keys)
 
     def toggle_times(self):
-        """Show how long maps and pictures take, or no more."""
+        """Show or hide computing times in the status line."""
         self._shows_times = not self._shows_times
 
     def detach(self):
-        """Leave the window to itself."""
+        """Remove everything from the window."""
         for observed, tag in self._tags:
             observed.RemoveObserver(tag)
+        self.cut_widget.detach()
         self.slices.detach()
         self.scene.detach()
 
-    def _lay_out(self, window, event):
-        self._overlay.lay_out()
+    def _draw_handles(self, state, selected, hovered, dragged):
+        colors = handle_colors(state, selected, dragged)
+        self.scene.glyphs.show(state, colors, hovered)
+        self.slices.show_handles(state.deformed, colors, not self.hides_handles)
 
-    def _start_moving(self, style, event):
-        """The camera moves: pictures are coarse."""
+    def _start_camera(self, style, event):
         self.scene.set_coarseness(self._pace.pixels_while_moving())
         self._moved_at = None
 
-    def _stop_moving(self, style, event):
-        """The camera rests: a finer picture is due, now if no timer will ask for it."""
+    def _stop_camera(self, style, event):
+        """Refine the picture; later if there is a timer."""
         self._moved_at = time.monotonic()
-        if not self.ticks:
-            self._draw_again()
+        if not self.has_timer:
+            self.scene.set_coarseness(self._pace.pixels_at_rest())
+            self.scene.window.Render()
+            self._moved_at = None
 
-    def _draw_again(self):
-        """Make a picture of the same as fine as it can be."""
-        self.scene.set_coarseness(self._pace.pixels_at_rest())
-        self.scene.window.Render()
-        self._moved_at = None
-
-    def _status(self, state, selected):
+    def _status_of(self, state, selected):
         pace = self._pace
         parts = [f"{len(state)} handles", state.kind, f"alpha {state.alpha:g}"]
-        parts += [f"{len(selected)} selected"] * (len(selected) > 0)
-        parts += [f"{int(state.anchored.sum())} fixed"] * bool(state.anchored.any())
-        parts += [f"blend {state.blend:g}"] * (state.blend != 1)
-        parts += ["shown as it was before; B"] * self.shows_before
+        if len(selected):
+            parts.append(f"{len(selected)} selected")
+        if state.anchored.any():
+            parts.append(f"{int(state.anchored.sum())} fixed")
+        if state.blend != 1:
+            parts.append(f"blend {state.blend:g}")
+        if self.shows_undeformed:
+            parts.append("shown undeformed; B")
         if self._shows_times:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")

@@ -1,12 +1,12 @@
-"""The editor in a window of its own."""
+"""The editor in its own window."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import vtkmodules.vtkInteractionStyle  # registers interactors
-import vtkmodules.vtkRenderingOpenGL2  # draws
-import vtkmodules.vtkRenderingUI  # noqa: F401  windows of the system
+import vtkmodules.vtkRenderingOpenGL2  # renders
+import vtkmodules.vtkRenderingUI  # noqa: F401  windows of the operating system
 from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
@@ -16,7 +16,7 @@ from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 
 _SIZE = 1200, 850
-_HIDDEN = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # what VTK makes without a display
+_OFFSCREEN_CLASSES = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # without a display
 
 
 def show(datasets, state, paths, folder=None):
@@ -26,11 +26,11 @@ def show(datasets, state, paths, folder=None):
     ----------
     datasets : list of vtkDataSet
     state : State
-        To begin with.
+        The initial state.
     paths : list of path
         Of the datasets.
     folder : path, optional
-        Where to save, as of `Saver`.
+        Where to save; by default a new one, as of `Saver`.
 
     Raises
     ------
@@ -52,13 +52,13 @@ def show(datasets, state, paths, folder=None):
 
 def _window():
     """A window on the display."""
-    display.check()  # without one VTK before 9.4 crashes
+    display.check()  # VTK before 9.4 crashes without a display
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         window = vtkRenderWindow()
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
-    if window.GetClassName() in _HIDDEN:
+    if window.GetClassName() in _OFFSCREEN_CLASSES:
         raise display.missing()
     return window

@@ -13,11 +13,10 @@ from contextlib import suppress
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
-from vtk_mls.editor import looks
 from vtk_mls.editor.first_handles import handles_on
-from vtk_mls.editor.mesh_surface import MeshSurface
-from vtk_mls.editor.scalar_image import scalar_image
-from vtk_mls.editor.visible_voxels import VisibleVoxels
+from vtk_mls.editor.scene_mesh import MeshSurface
+from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
+from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.paraview import undo
 from vtk_mls.paraview.handle_rows import pending
 from vtk_mls.paraview.server_manager import blocks_of, input_of, is_remote
@@ -96,8 +95,8 @@ def _shape_of(data):
         values = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)
         if not _has_empty_faces(values):
             return None
-        voxels = VisibleVoxels(grid, values, looks.looks_of(values.ravel(), False)[0])
-        return voxels, voxels.bounds
+        surface = VolumeSurface(grid, values, presets_of(values.ravel(), False)[0])
+        return surface, surface.bounds
     if not isinstance(data, vtkDataSet) or not 0 < data.GetNumberOfCells() <= _MAX_CELLS:
         return None
     return MeshSurface(data), np.reshape(data.GetBounds(), (3, 2)).T

@@ -37,7 +37,7 @@ def apply(session, name, value=None):
     editor.finish()
     editor.say("")
     # what no page of ours sends is passed over
-    with editor.telling(), suppress(LookupError, OverflowError):
+    with editor.document.reporting_errors(), suppress(LookupError, OverflowError):
         _apply(session, editor, name, value)
 
 

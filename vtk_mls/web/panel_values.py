@@ -23,7 +23,7 @@ def values_of(editor, before, look):
     """
     state = editor.state
     values = values_of_options(state)
-    looks = max((each.looks for each in editor.scene.shown), key=len)
+    looks = max((item.preset_names for item in editor.scene.items), key=len)
     values.update(
         cut=shape_of(state.cuts),
         has_lines=any(isinstance(cut, Surface) for cut in state.cuts),
@@ -31,11 +31,11 @@ def values_of(editor, before, look):
         message=editor.message,
         offer=editor.offer,
         status=editor.status,
-        looks=[getattr(each, "name", each) for each in looks],
+        looks=looks,
         look=look % len(looks),
         count=len(state),
     )
-    if editor.grabbed is None or "rows" not in before:
+    if editor.document.grabbed is None or "rows" not in before:
         values["rows"] = _rows(state)
     return values
 

@@ -105,7 +105,7 @@ class Session:
     def set_look(self, number):
         """Draw the data by one of their looks; in the editor's thread."""
         self.look = number
-        self.editor.say(self.editor.scene.set_look(number))
+        self.editor.say(self.editor.scene.set_preset(number))
         self.editor.slices.show(is_final=True)
         self.editor.select(self.editor.selected)  # draws
 
@@ -130,9 +130,9 @@ class Session:
             state = state.moved([0], state.rest[:1] + 1e-3 * np.ptp(state.rest, axis=0).max())
         self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
         with suppress(ValueError, RuntimeError):  # the first edit says what is wrong
-            self.editor.preview(state.changed(anchored=None))
+            self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")
-        self.editor.preview(self.editor.settled)
+        self.editor.document.preview(self.editor.document.committed)
 
     def _new_window(self, size):
         """A window off the screen, and its interactor."""

@@ -1,0 +1,198 @@
+"""The tool for cuts: a flat cut by a widget, others along a line on the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.editor import polydata
+
+_PLANE_HINT = "The blue sheet cuts, and the mouse moves it; C: half of the plane."
+_HALF_HINT = "The blue sheet cuts up to its red edge, and the mouse moves it; I: another half."
+_CLOSING_DISTANCE = 10  # pixels from the first point, where a click closes the line
+_DEPTH, _HEIGHT = 0.4, 0.15  # of a cut below and above the line, relative to the data
+_LINE_COLOR = (1.0, 0.35, 0.45)
+
+
+class CutTool:
+    """Edits the cuts of a document.
+
+    Parameters
+    ----------
+    document : Document
+    """
+
+    def __init__(self, document):
+        self._document, self._line = document, None
+        self._scene, self._widget = document.view.scene, document.view.cut_widget
+        self._widget.set_callbacks(self._preview, self._commit)
+
+    def change_shape(self):
+        """Cut by a plane, by a half-plane, or not at all, in this order."""
+        document = self._document
+        cut = document.state.flat_cut
+        if cut is None:
+            cut = self._widget.initial_plane(self._camera)
+        else:
+            is_plane = isinstance(cut, Plane)
+            cut = self._widget.half_of(cut, self._camera) if is_plane else None
+        if cut is not None:  # the message is part of the first picture; an error replaces it
+            document.say(
+                f"{_HALF_HINT if isinstance(cut, HalfPlane) else _PLANE_HINT} Drag handles away "
+                "from it to open the cut (Ctrl + drag beside handles selects several)."
+            )
+        document.change(document.state.with_flat_cut(cut))
+
+    def turn_half_plane(self):
+        """Turn the half-plane by an eighth of a turn about its normal."""
+        document = self._document
+        cut = document.state.flat_cut
+        if not isinstance(cut, HalfPlane):
+            document.say("There is no half-plane; C makes one.")
+            return
+        inward = np.cos(np.pi / 4) * cut.inward + np.sin(np.pi / 4) * cut.along
+        turned = HalfPlane(cut.point, cut.normal, inward)
+        document.change(document.state.with_flat_cut(turned))
+
+    def incise(self):
+        """Start a line on the surface, or cut along it."""
+        document, line = self._document, self._line
+        if line is None:
+            self._line = CutLine(self._scene.overlay)
+            document.say(
+                "Click on the surface along the cut; click on the first point to close the line. "
+                "P cuts."
+            )
+            return
+        if len(line.points) < 2:
+            self.remove_line()
+            document.say("A cut needs at least two points on the surface.")
+            return
+        state = document.state
+        deformation = state.deformation() if state.cut_frame == "rest" else None
+        size = np.ptp(self._scene.bounds, axis=0).max()
+        cut = line.cut(self._depth_directions(line), size, deformation)
+        if document.change(state.changed(cuts=(cut, *state.cuts))):
+            self.remove_line()
+
+    def draw_line_to(self, pixel):
+        """Extend the line on the surface; whether there is a line."""
+        document, line = self._document, self._line
+        document.show_deformed()
+        if line is None:
+            return False
+        projection, point = self._scene.projection, None
+        if not line.is_closed and len(line.points) > 2:
+            first = line.points[:1]
+            if projection.nearest(first, pixel, _CLOSING_DISTANCE) is not None:
+                line.close()
+                document.say("The line is closed: P cuts along it, straight into the depth.")
+        with document.reporting_errors():
+            point = None if line.is_closed else self._scene.picker().hit(pixel)
+        if point is not None:
+            line.add(point)
+        document.draw(is_moving=True)
+        return True
+
+    def remove_line(self):
+        """Remove an unfinished line."""
+        if self._line is not None:
+            self._line.remove()
+            self._line = None
+
+    def detach(self):
+        """Remove everything from the view."""
+        self.remove_line()
+
+    def _depth_directions(self, line):
+        """Unit vectors, (3,) or (n, 3), from a line into the depth.
+
+        Away from the eye for an open line. A closed line has one direction for all points, so that
+        the piece can be pulled out.
+        """
+        points = np.array(line.points)
+        viewing = unit(points - self._camera.GetPosition())
+        if not line.is_closed:
+            return viewing
+        # the vector area of the line is that of any surface in it: along its mean normal
+        middle = points.mean(axis=0)
+        area = np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
+        ahead = unit(viewing.mean(axis=0))
+        return unit(area * np.sign(area @ ahead)) if area @ ahead else ahead
+
+    @property
+    def _camera(self):
+        return self._scene.renderer.GetActiveCamera()
+
+    def _preview(self, cut):
+        self._document.preview(self._document.committed.with_flat_cut(cut))
+
+    def _commit(self, cut):
+        self._preview(cut)
+        self._document.commit()
+
+
+class CutLine:
+    """A line on the surface that grows point by point.
+
+    Attributes
+    ----------
+    points : list of (3,)
+    is_closed : bool
+        Whether it ends at its first point; a closed line does not grow.
+    """
+
+    def __init__(self, renderer):
+        self._renderer, self.points, self.is_closed = renderer, [], False
+        self._polydata = vtkPolyData()
+        self._actor = polydata.unlit_actor(self._polydata, _LINE_COLOR, 4)
+        self._actor.GetProperty().SetPointSize(9)
+        self._actor.GetProperty().RenderPointsAsSpheresOn()
+        renderer.AddActor(self._actor)
+
+    def add(self, point):
+        """Append a point (3,)."""
+        self.points.append(np.array(point))
+        self._draw()
+
+    def close(self):
+        """Return to the first point."""
+        self.is_closed = True
+        self._draw()
+
+    def cut(self, depth_directions, size, deformation):
+        """The `Surface` through the line.
+
+        Parameters
+        ----------
+        depth_directions : (3,) or (n, 3)
+            Unit vectors for all points or for each.
+        size : float
+            Of the data.
+        deformation : Deformation or None
+            Of the visible data; the cut is made in the rest space.
+        """
+        line, count = np.array(self.points), len(self.points)
+        above, below = _HEIGHT * size * depth_directions, _DEPTH * size * depth_directions
+        rows = np.stack([line - above, line, line + below])
+        if deformation is not None:
+            rows = deformation.backward(rows.reshape(-1, 3)).reshape(rows.shape)
+        edges = list(enumerate([*range(1, count), 0]))[: None if self.is_closed else -1]
+        triangles = []
+        for upper, lower in ((0, count), (count, 2 * count)):
+            for i, j in edges:
+                triangles += [(upper + i, upper + j, lower + i), (upper + j, lower + j, lower + i)]
+        return Surface(rows.reshape(-1, 3), triangles)
+
+    def remove(self):
+        """Remove the line from the view."""
+        self._renderer.RemoveActor(self._actor)
+
+    def _draw(self):
+        ids = np.arange(len(self.points))
+        line = np.append(ids, [0] * self.is_closed).astype(int)
+        self._polydata.SetPoints(polydata.points(self.points))
+        self._polydata.SetLines(polydata.cells(line[None]) if len(ids) > 1 else vtkCellArray())
+        self._polydata.SetVerts(polydata.cells(ids[:, None]))

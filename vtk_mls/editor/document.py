@@ -1,0 +1,233 @@
+"""The edited state, its history and its selection, drawn in a view."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import numpy as np
+
+NO_ROWS = np.zeros(0, int)
+# Errors of a deformation or its device, which the window shows.
+FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
+
+
+class Document:
+    """A `State` with undo, selection and autosave.
+
+    Parameters
+    ----------
+    view : View
+    state : State
+    autosave : Autosave or None
+
+    Attributes
+    ----------
+    state : State
+        The displayed state. A preview is not in the history yet.
+    selected : (m,) ints
+        Rows of handles.
+    hovered, grabbed : int or None
+        The handle under the mouse, and the handle that the mouse drags.
+    """
+
+    def __init__(self, view, state, autosave=None):
+        self.view, self.state, self._autosave = view, state, autosave
+        self.selected = self._dragged = NO_ROWS
+        self.hovered = self.grabbed = None
+        self._states, self._index, self._saved = [state], 0, state
+        self._is_preview_due = False
+
+    @property
+    def committed(self):
+        """The latest state in the history, without a preview."""
+        return self._states[self._index]
+
+    def change(self, state):
+        """Commit a new state unless it has no map; whether it is displayed."""
+        self.view.shows_undeformed = False
+        previous, self.state = self.state, state
+        self._drop_missing_rows()
+        if not self.show():
+            self.state = previous
+            self.show(is_quiet=True)
+            return False
+        self._states[self._index + 1 :] = [state]
+        self._index += 1
+        self._save_automatically()
+        return True
+
+    def step(self, count, message):
+        """Undo (-1) or redo (1) one edit; say `message` at the end of the history."""
+        index = self._index + count
+        if not 0 <= index < len(self._states):
+            self.say(message)
+            return
+        self._index, self.hovered = index, None
+        self.state, self.view.shows_undeformed = self.committed, False
+        self._drop_missing_rows()
+        self.show()
+        self._save_automatically()
+
+    def preview(self, state):
+        """Show a state that is not committed; with a timer, at the next tick."""
+        self.view.shows_undeformed = False
+        self.state, self._is_preview_due = state, True
+        if not self.view.has_timer:
+            self._show_preview()
+
+    def commit(self):
+        """Commit the preview."""
+        self._is_preview_due = False
+        state, self.state = self.state, self.committed
+        if state is not self.committed:
+            self.change(state)
+
+    def tick(self):
+        """Show the latest preview, or refine the picture after the last movement."""
+        self.view.has_timer = True
+        if self._is_preview_due:
+            self._show_preview()
+        elif self.view.is_refinement_due:
+            self.draw()
+
+    def select(self, rows):
+        """Select these handles only."""
+        self.selected = np.asarray(rows, int)
+        self.draw(is_moving=True)
+
+    def hover(self, row):
+        """Highlight the handle under the mouse, or none for None."""
+        if row != self.hovered and not self.view.hides_handles:
+            self.hovered = row
+            self.draw(is_moving=True)
+
+    def target_rows(self):
+        """Rows of the selected handles; without a selection, of the handle under the mouse."""
+        if len(self.selected):
+            return self.selected
+        if self.hovered is None:
+            self.say("Select handles first: click on one, or hold Ctrl and drag beside them.")
+            return NO_ROWS
+        return np.array([self.hovered])
+
+    def clear_selection(self):
+        """Neither select nor hover a handle, before rows change; draws nothing."""
+        self.selected, self.hovered = NO_ROWS, None
+
+    def take(self, rows, grabbed):
+        """Start to drag handles `rows` by the handle `grabbed`."""
+        self.show_deformed()
+        self._dragged, self.grabbed = np.asarray(rows, int), grabbed
+        if self.state.anchored[self._dragged].all():
+            self.say("This handle is fixed; F frees it.")
+        self.draw(is_moving=True)
+
+    def drag_to(self, positions):
+        """Preview new positions (m, 3) of the dragged handles."""
+        self.preview(self.committed.moved(self._dragged, positions))
+
+    def let_go(self):
+        """End the drag and commit it."""
+        self._dragged, self.grabbed = NO_ROWS, None
+        if (self.state.deformed == self.committed.deformed).all():
+            self.state, self._is_preview_due = self.committed, False
+            self.draw(is_moving=True)
+        self.commit()
+
+    def toggle_deformed(self):
+        """Show the data undeformed, or deformed again; not an edit."""
+        self.view.shows_undeformed = not self.view.shows_undeformed
+        self.show()
+
+    def show_deformed(self):
+        """Show the data deformed, before the mouse picks a point of them."""
+        if self.view.shows_undeformed:
+            self.toggle_deformed()
+
+    def look_at(self, point, is_moving=False):
+        """Move the slices to a point (3,)."""
+        with self.reporting_errors():
+            self.view.slices.move_to(point, not is_moving)
+        self.draw(is_moving)
+
+    def show(self, is_final=True, is_quiet=False):
+        """Deform and draw the data; whether the state has a map."""
+        try:
+            self.view.show(self.state, is_final)
+        except FAILURES as error:
+            if not is_quiet:
+                self.say(sentence_of(error))
+            self.draw(is_moving=True)
+            return False
+        self.draw(is_moving=not is_final)
+        return True
+
+    def draw(self, is_moving=False):
+        """Render; coarsely while something moves."""
+        self.view.draw(self.state, self.selected, self.hovered, self._dragged, is_moving)
+
+    def say(self, sentence):
+        """Show a message in the window."""
+        self.view.overlay.say(sentence)
+
+    @contextmanager
+    def reporting_errors(self):
+        """Show errors of a deformation or its device as a message."""
+        try:
+            yield
+        except FAILURES as error:
+            self.say(sentence_of(error))
+
+    @property
+    def offer(self):
+        """A sentence that offers the unsaved edits of an earlier session; empty without any."""
+        return "" if self._autosave is None else self._autosave.offer
+
+    def restore_unsaved(self):
+        """Commit the state that is offered."""
+        if not self.offer:
+            self.say("There are no unsaved edits to restore.")
+            return
+        self.clear_selection()
+        if self.change(self._autosave.offered):
+            self._autosave.take()
+            self.say("The unsaved edits are restored; Z returns to the other handles.")
+
+    def delete_unsaved(self):
+        """Delete the state that is offered."""
+        if not self.offer:
+            self.say("There are no unsaved edits to delete.")
+            return
+        self._autosave.drop()
+        self.say("The unsaved edits are deleted.")
+
+    def note_save(self):
+        """The state was saved: end the offer of unsaved edits."""
+        self._saved = self.state
+        if self._autosave is not None:
+            self._autosave.note_save()
+
+    def _save_automatically(self):
+        if self._autosave is None:
+            return
+        try:
+            self._autosave.keep(None if self.state is self._saved else self.state)
+        except OSError as error:
+            self.say(sentence_of(error))
+            self.draw()
+
+    def _show_preview(self):
+        self._is_preview_due = False
+        self.show(is_final=False)
+
+    def _drop_missing_rows(self):
+        count = len(self.state)
+        self.selected = self.selected[self.selected < count]
+        if self.hovered is not None and self.hovered >= count:
+            self.hovered = None
+
+
+def sentence_of(error):
+    """The message of an error as one line, with a capital letter and a full stop."""
+    text = " ".join(str(error).split()) or "There is not enough memory."
+    return text[0].upper() + text[1:] + "." * (text[-1] not in ".!?")

@@ -1,0 +1,171 @@
+"""A mesh in the scene, and the surface that rays hit."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import mutable, vtkIdList
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
+from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
+
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.rendering import DeformedMesh
+
+_COLOR = (0.86, 0.80, 0.70)
+_TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
+
+
+class SceneMesh:
+    """A deformed mesh in the `Scene`, with its actor.
+
+    Attributes
+    ----------
+    preset_names : list of str
+        One color, and colors by the active point scalars if there are any.
+    """
+
+    def __init__(self, mesh, renderer):
+        self._mesh = mesh
+        scalars = mesh.GetPointData().GetScalars()
+        self.preset_names = ["plain", *([f"by {scalars.GetName()}"] if scalars else [])]
+        self._range = scalars.GetRange() if scalars else (0, 1)
+        self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
+        self._actor.SetMapper(self._mapper)
+        self.set_preset(0)
+        material = self._actor.GetProperty()
+        material.SetColor(_COLOR)
+        material.SetInterpolationToPhong()
+        material.SetAmbient(0.15)
+        material.SetDiffuse(0.8)
+        material.SetSpecular(0.2)
+        material.SetSpecularPower(25)
+        material.SetPointSize(3)
+        renderer.AddActor(self._actor)
+        self._deformed = DeformedMesh(self._actor)
+
+    @property
+    def bounds(self):
+        """Corners (2, 3) of a box around the undeformed mesh."""
+        return np.reshape(self._mesh.GetBounds(), (3, 2)).T
+
+    def set_preset(self, number):
+        """Color the mesh; the name of the preset."""
+        number %= len(self.preset_names)
+        self._mapper.SetScalarVisibility(number > 0)
+        self._mapper.SetScalarModeToUsePointData()
+        self._mapper.SetScalarRange(self._range)
+        return self.preset_names[number]
+
+    def set_coarseness(self, pixels):
+        """Nothing changes: no rays are cast for meshes."""
+
+    def show(self, deformation, nodes, is_final):
+        """Deform the mesh; None for the identity."""
+        if deformation is None:
+            self._deformed.detach()
+        else:
+            self._deformed.update(deformation, exact=is_final)
+
+    def nearest(self, points):
+        """The points of the undeformed mesh nearest to `points` (n, 3): (n, 3)."""
+        return MeshSurface(self._mesh).nearest(points)
+
+    def colors_at(self, points):
+        """None: slices show meshes as lines."""
+
+    def mesh(self):
+        """The deformed mesh as it is drawn now."""
+        self._mapper.Update()
+        return self._mapper.GetInput()
+
+    def surface(self):
+        """The `MeshSurface` of the deformed mesh."""
+        return MeshSurface(self.mesh())
+
+    def detach(self):
+        """Leave the mesh undeformed."""
+        self._deformed.detach()
+
+
+class MeshSurface:
+    """The surface of a vtkDataSet; later changes of the dataset do not affect it."""
+
+    def __init__(self, mesh):
+        self._surface, self._cached_locator = vtkPolyData(), None
+        if not isinstance(mesh, vtkPolyData):
+            extract = vtkGeometryFilter()
+            extract.SetInputData(mesh)
+            extract.Update()
+            mesh = extract.GetOutput()
+        self._surface.ShallowCopy(mesh)
+
+    @property
+    def _locator(self):
+        if self._cached_locator is None:
+            self._cached_locator = vtkStaticCellLocator()
+            self._cached_locator.SetDataSet(self._surface)
+            self._cached_locator.BuildLocator()
+        return self._cached_locator
+
+    def hit(self, near, far):
+        """Where the ray from `near` to `far` (3,) meets the surface: (fraction, point), or None."""
+        if self._surface.GetNumberOfCells() == 0:
+            return None
+        fraction, point, parametric = mutable(0.0), [0.0] * 3, [0.0] * 3
+        is_hit = self._locator.IntersectWithLine(
+            near, far, _TOLERANCE, fraction, point, parametric, mutable(0), mutable(0)
+        )
+        return (float(fraction), np.array(point)) if is_hit else None
+
+    def nearest(self, points):
+        """The nearest points to `points` (n, 3): (n, 3); points in a closed surface stay."""
+        surface, enclosed = self._surface, vtkSelectEnclosedPoints()
+        if surface.GetNumberOfCells() == 0:
+            rows = [surface.FindPoint(point) for point in points]
+            return np.array([p if i < 0 else surface.GetPoint(i) for i, p in zip(rows, points)])
+        is_closed = bool(enclosed.IsSurfaceClosed(surface))
+        enclosed.Initialize(surface)
+        nearest = np.array(points)
+        for row, point in enumerate(points):
+            if not (is_closed and enclosed.IsInsideSurface(*point)):
+                nearest[row], _ = self._closest(point)
+        enclosed.Complete()
+        return nearest
+
+    def normal(self, point):
+        """The unit normal (3,) of the nearest cell; None for degenerate cells."""
+        if self._surface.GetNumberOfCells() == 0:
+            return None
+        ids = vtkIdList()
+        self._surface.GetCellPoints(self._closest(point)[1], ids)
+        if ids.GetNumberOfIds() < 3:
+            return None
+        a, b, c = (np.array(self._surface.GetPoint(ids.GetId(i))) for i in range(3))
+        normal = np.cross(b - a, c - a)
+        return unit(normal) if normal.any() else None
+
+    def _closest(self, point):
+        """The closest point (3,), and the id of its cell."""
+        closest, cell = [0.0] * 3, mutable(0)
+        self._locator.FindClosestPoint(point, closest, cell, mutable(0), mutable(0.0))
+        return closest, int(cell)
+
+
+def _mapper_of(mesh):
+    """A mapper; surfaces without normals get smooth ones."""
+    if not isinstance(mesh, vtkPolyData):
+        mapper = vtkDataSetMapper()
+        mapper.SetInputData(mesh)
+        return mapper
+    mapper = vtkPolyDataMapper()
+    if mesh.GetPointData().GetNormals() is not None or not mesh.GetNumberOfPolys():
+        mapper.SetInputData(mesh)
+        return mapper
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(mesh)
+    normals.SetFeatureAngle(60)
+    normals.Update()
+    mapper.SetInputConnection(normals.GetOutputPort())
+    return mapper

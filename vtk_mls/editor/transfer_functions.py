@@ -1,0 +1,161 @@
+"""Presets of colors and opacities for images, chosen from their values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_MAX_SAMPLES = 1 << 20
+_MAX_LABELS = 512
+_DARK_MARGIN = 0.4  # below the range of a preset, relative to it, where slices turn black
+_AIR, _BONE = -400, 300  # Hounsfield units below and above which a CT image has values
+
+
+@dataclass(frozen=True)
+class TransferFunctionPreset:
+    """Colors and opacities as functions of values.
+
+    Attributes
+    ----------
+    name : str
+    colors : tuple of (value, red, green, blue)
+    opacities : tuple of (value, opacity)
+        Of a layer one voxel thick.
+    is_nearest : bool
+        Whether values must not be interpolated.
+    """
+
+    name: str
+    colors: tuple
+    opacities: tuple
+    is_nearest: bool = False
+
+
+_CT = (
+    TransferFunctionPreset(
+        "CT, soft tissue and bone",
+        (
+            (-400, 0.55, 0.25, 0.15),
+            (-50, 0.80, 0.48, 0.36),
+            (120, 0.87, 0.62, 0.48),
+            (250, 0.98, 0.88, 0.72),
+            (1500, 1.0, 0.99, 0.95),
+        ),
+        ((-400, 0), (-150, 0.03), (20, 0.10), (150, 0.2), (300, 0.75), (3000, 0.9)),
+    ),
+    TransferFunctionPreset(
+        "CT, bone",
+        ((150, 0.75, 0.55, 0.38), (400, 0.95, 0.86, 0.70), (1500, 1.0, 0.99, 0.95)),
+        ((160, 0), (350, 0.7), (3000, 0.95)),
+    ),
+    TransferFunctionPreset(
+        "CT, skin",
+        ((-500, 0.62, 0.38, 0.28), (-100, 0.93, 0.72, 0.60), (3000, 1.0, 0.92, 0.84)),
+        ((-500, 0), (-250, 0.85), (3000, 0.95)),
+    ),
+)
+# Soft tissue, from the threshold to air (0) to the brightest values (1).
+_TISSUE = (
+    (0.0, 0.82, 0.56, 0.47),
+    (0.35, 0.88, 0.66, 0.55),
+    (0.7, 0.96, 0.84, 0.73),
+    (1.0, 1.0, 0.97, 0.92),
+)
+_GRAY = ((0.0, 0.15, 0.16, 0.18), (1.0, 1.0, 1.0, 1.0))
+_HUES = np.array(
+    [
+        *((0.90, 0.37, 0.34), (0.36, 0.66, 0.89), (0.97, 0.78, 0.36), (0.45, 0.77, 0.49)),
+        *((0.72, 0.53, 0.86), (0.95, 0.58, 0.27), (0.40, 0.80, 0.78), (0.93, 0.60, 0.74)),
+        *((0.76, 0.72, 0.55), (0.60, 0.68, 0.75)),
+    ]
+)
+
+
+def presets_of(values, are_labels):
+    """Presets for an image, the best first.
+
+    Parameters
+    ----------
+    values : (n,) array of real numbers
+    are_labels : bool
+        Whether the file declares the values to be segment labels.
+
+    Returns
+    -------
+    list of TransferFunctionPreset
+    """
+    samples = values[:: max(1, len(values) // _MAX_SAMPLES)].astype(float)
+    samples = samples[np.isfinite(samples)]
+    low, high = (samples.min(), samples.max()) if len(samples) else (0.0, 1.0)
+    if are_labels and high - low < _MAX_LABELS:
+        return [_label_preset(np.unique(samples))]
+    level = _threshold(samples, low, high)
+    top = np.quantile(samples[samples >= level], 0.995) if len(samples) else high
+    top = top if top > level else max(high, level + 1e-6 * max(1.0, abs(level)))
+    tissue = (
+        _scaled("MR, solid", _TISSUE, ((0, 0), (0.15, 0.4), (0.4, 0.8), (1, 0.95)), level, top),
+        _scaled("MR, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
+        _scaled("gray", _GRAY, ((0, 0), (0.3, 0.3), (1, 0.9)), level, top),
+    )
+    is_ct = low < _AIR and high > _BONE
+    return [*_CT, *tissue] if is_ct else [*tissue]
+
+
+def opacity(preset, values):
+    """Opacities (n,) of values (n,)."""
+    nodes, opacities = np.transpose(preset.opacities)
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(np.interp(values, nodes, opacities))
+
+
+def slice_colors(preset, values):
+    """Colors (n, 3), 0 to 255, of values (n,) in a slice: gray, or the colors of labels.
+
+    The gray scale starts below the range of the preset, as slices also show values that are
+    transparent in the volume.
+    """
+    nodes = np.array([value for value, *_ in preset.colors])
+    with np.errstate(invalid="ignore"):
+        if preset.is_nearest:
+            hues = np.array([color for _, *color in preset.colors])
+            colors = hues[np.clip(np.searchsorted(nodes, values), 0, len(nodes) - 1)]
+            colors = colors * (opacity(preset, values) > 0)[:, None]
+        else:
+            low, high = nodes[0] - _DARK_MARGIN * (nodes[-1] - nodes[0]), nodes[-1]
+            colors = np.clip((values - low) / max(high - low, 1e-30), 0, 1)[:, None] * np.ones(3)
+    return np.rint(255 * np.nan_to_num(colors)).astype(np.uint8)
+
+
+def _scaled(name, colors, opacities, low, high):
+    """A preset over fractions of the range from `low` to `high`."""
+    return TransferFunctionPreset(
+        name,
+        tuple((low + fraction * (high - low), *color) for fraction, *color in colors),
+        tuple((low + fraction * (high - low), opacity) for fraction, opacity in opacities),
+    )
+
+
+def _label_preset(values):
+    """A color for each label; the background, 0 or the lowest value, is transparent."""
+    background = 0 if 0 in values else values.min(initial=0)
+    colors = [(value, *_HUES[int(value) % len(_HUES)]) for value in values]
+    steps = [(background - 0.5, 0.0)]
+    for value in values:
+        height = 0.0 if value == background else 0.85
+        steps += [(value - 0.49, height), (value + 0.49, height)]
+    return TransferFunctionPreset("segments", tuple(colors), tuple(sorted(steps)), is_nearest=True)
+
+
+def _threshold(values, low, high):
+    """Otsu's threshold, without the highest 0.1 % of the values."""
+    if len(values) == 0 or high <= low:
+        return low
+    ceiling = np.quantile(values, 0.999)
+    counts, edges = np.histogram(values, 256, (low, ceiling if ceiling > low else high))
+    centers = (edges[:-1] + edges[1:]) / 2
+    below, total = np.cumsum(counts), np.cumsum(counts * centers)
+    above = below[-1] - below
+    with np.errstate(all="ignore"):
+        variance = below * above * (total / below - (total[-1] - total) / above) ** 2
+    return float(edges[1 + np.nan_to_num(variance[:-1]).argmax()])
