@@ -14,7 +14,7 @@ PROJECT = Path(__file__).parents[1]
 sys.path.append(str(PROJECT / "tests/paraview"))
 
 from gui import running  # noqa: E402
-from gui_fixtures import BRAIN, by_vtk_mls, write_brain  # noqa: E402
+from gui_scenes import BRAIN, vtk_mls_command, write_brain  # noqa: E402
 from paraviews import PARAVIEWS, PICTURES, virtual_display  # noqa: E402
 
 # the others are for `make matrix`
@@ -51,7 +51,7 @@ def draw(file):
     frames = []
     with (
         virtual_display() as display,
-        running(NEWEST, PROJECT, FOLDER, display, by_vtk_mls(brain)) as gui,
+        running(NEWEST, PROJECT, FOLDER, display, vtk_mls_command(brain)) as gui,
     ):
 
         def keep():

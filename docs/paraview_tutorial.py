@@ -14,7 +14,7 @@ from paraview_animation import NEWEST, PROJECT
 
 # isort: split
 from gui import running
-from gui_fixtures import BRAIN, by_vtk_mls, write_brain
+from gui_scenes import BRAIN, vtk_mls_command, write_brain
 from paraviews import PICTURES, virtual_display
 
 FOLDER = PICTURES / "tutorial"
@@ -35,7 +35,7 @@ def draw(folder, three):
     brain, shots = write_brain(FOLDER / "brain.vti", every=1), {}
     with (
         virtual_display() as display,
-        running(NEWEST, PROJECT, FOLDER, display, by_vtk_mls(brain)) as gui,
+        running(NEWEST, PROJECT, FOLDER, display, vtk_mls_command(brain)) as gui,
     ):
 
         def keep(name, marked=True):
@@ -55,7 +55,7 @@ def draw(folder, three):
             keep(name)
             gui.click(place)
         gui.run("deform = simple.GetActiveSource()")
-        _, place = max(gui.value("in_sight()"), key=lambda each: each[1][0])
+        _, place = max(gui.value("handles_in_sight()"), key=lambda each: each[1][0])
         with gui.dragging(place, PULL):
             gui.until("dragged()")
             keep("drag")

@@ -1,22 +1,21 @@
 """ParaView plugin: the filters MLSDeform and MLSDisplacementField, the source MLSControlPoints.
 
 In the GUI: Tools > Manage Plugins > Load New, then choose this file.  In pvpython:
-`LoadPlugin("/path/to/vtk_mls_plugin.py", ns=globals())`.  It finds the package `vtk_mls`, whose
-`paraview.proxies` are what ParaView shows.
+`LoadPlugin("/path/to/vtk_mls_plugin.py", ns=globals())`.
 """
 
 import sys
 from pathlib import Path
 
-# This file lies in <checkout>/paraview_plugin or <site-packages>/vtk_mls/paraview_plugin.  Folders
-# are appended to sys.path, not put in front: a site-packages may hold a VTK and a numpy, which must
-# not replace ParaView's own.
+# This file is in <checkout>/paraview_plugin or <site-packages>/vtk_mls/paraview_plugin.  Folders
+# are appended to sys.path, not inserted first: a site-packages may have a VTK and a numpy, which
+# must not replace ParaView's own.
 try:
     import vtk_mls
 except ModuleNotFoundError as error:
     if error.name != "vtk_mls":
         raise
-# A folder vtk_mls beside the user's script, a clone, is found as a package without a file.
+# A folder vtk_mls next to the user's script, a clone, is found as a package without a file.
 if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.modules.pop("vtk_mls", None)
     _above = Path(__file__).resolve().parents[1]
@@ -24,7 +23,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     import vtk_mls
 
 from vtk_mls.paraview import watch
-from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView looks for them here
+from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView finds them here
     MLSControlPoints,
     MLSDeform,
     MLSDisplacementField,

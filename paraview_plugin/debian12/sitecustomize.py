@@ -1,8 +1,8 @@
 """Lets Debian 12's ParaView 5.11 load Python plugins: put this folder on PYTHONPATH to start it.
 
-That ParaView imports `inspect.getargspec`, which its own Python 3.11 no longer has, so every
-Python plugin fails to load.  This gives the function back, then runs the `sitecustomize` that it
-hides.
+ParaView 5.11 imports `inspect.getargspec`, which its own Python 3.11 does not have, so no
+Python plugin loads.  This file restores the function and runs the next `sitecustomize` on the path,
+which it hides.
 """
 
 import importlib.util

@@ -5,7 +5,7 @@ import gc
 import scene  # noqa: F401  the plugin makes vtk_mls importable
 from paraview import simple
 
-from vtk_mls.paraview import late_render
+from vtk_mls.paraview import views
 
 view = simple.GetActiveViewOrCreate("RenderView")
 sphere = simple.Sphere()
@@ -16,10 +16,10 @@ if hasattr(view, "MakeRenderWindowInteractor"):
 assert view.GetInteractor()
 number = view.SMProxy.GetGlobalID()
 for radius in (2, 3):
-    late_render.ask([number])
-    late_render.ask([number])
+    views.render_later([number])
+    views.render_later([number])
     gc.collect()
-    assert list(late_render._due) == [number]
+    assert list(views._pending) == [number]
     sphere.Radius = radius
     simple.Render(view)
-    assert not late_render._due
+    assert not views._pending

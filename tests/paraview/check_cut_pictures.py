@@ -1,13 +1,11 @@
-"""Whoever looks through the opening of a cut sees the background, however the volume is drawn."""
+"""The opening of a cut shows the background in all representations.  Argument: a folder."""
 
 import sys
 from pathlib import Path
 
 import numpy as np
 from paraview import simple
-from scene import REST, control_points, data, wavelet
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOImage import vtkPNGReader
+from scene import REST, control_points, data, screenshot, wavelet
 
 from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
 
@@ -75,19 +73,13 @@ for name, (source, kind) in pictures.items():
     simple.Render(view)
     if name != "contour" and source.PointData.GetArray("RTData"):  # 5.11's Clip drops it
         simple.ColorBy(display, ("POINTS", "RTData"))
-    # straight through the opening, for the test; from the side, for people
+    # through the opening, for the test; from the side, for people
     for place, towards in (("", [0.0, -60.0, 2.0]), ("_aside", [25.0, -50.0, 30.0])):
         view.CameraPosition = towards
         simple.Render(view)
-        file = str(FOLDER / f"cut_{name}{place}.png")
-        simple.SaveScreenshot(file, view, ImageResolution=[WIDTH, HEIGHT])
+        pixels = screenshot(view, FOLDER / f"cut_{name}{place}.png")
         if place:
             continue
-        reader = vtkPNGReader()
-        reader.SetFileName(file)
-        reader.Update()
-        pixels = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
-        pixels = pixels.reshape(HEIGHT, WIDTH, -1)[..., :3].astype(int)
         per_unit = HEIGHT / (2 * SCALE)
         row, column = HEIGHT // 2 + (GAP[0] - 2) * per_unit, WIDTH // 2 + GAP[1] * per_unit
         assert pixels[round(row), round(column)].tolist() == [0, 0, 255], name

@@ -1,8 +1,5 @@
 """Cuts by properties and by polygons open the volume as `vtk_mls.Deformation` says."""
 
-import os
-import tempfile
-
 import numpy as np
 from paraview import servermanager, simple
 from scene import array, control_points, data, grid, wavelet
@@ -10,7 +7,7 @@ from scene import array, control_points, data, grid, wavelet
 import vtk_mls
 from vtk_mls.filters import void_arrays
 
-# One handle on each side, pulled apart.
+# Handles on both sides, pulled apart.
 REST = np.array([(-4.0, 0.0, 3.0), (4.0, 0.0, 3.0), (-4.0, 0.0, -6.0), (4.0, 0.0, -6.0)])
 APART = REST + np.array([(-2.0, 0, 0), (2.0, 0, 0), (0, 0, 0), (0, 0, 0)])
 HALF_PLANE = vtk_mls.HalfPlane((0.2, 0, -2.1), (1, 0, 0), (0, 0, 1))
@@ -68,8 +65,7 @@ face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosur
 assert data(face).GetNumberOfCells() > 50
 simple.Delete(face)
 del face
-# The ways to look inside that all versions have: a clip at the face, and without its steps a
-# threshold; both keep what is solid only.
+# All versions can show the inside by a clip at the face or, with steps, a threshold.
 deform.VoidValues = "continued"
 # The clip of 5.11 drops the active scalars: something else must be active.
 other = simple.Calculator(Input=deform, Function="RTData", ResultArrayName="Copy")
@@ -78,10 +74,10 @@ clip.Value, clip.Invert = 0.0, 0  # afterwards: choosing the scalars sets the va
 threshold = simple.Threshold(Input=deform, Scalars=["POINTS", "Void"])
 threshold.LowerThreshold = threshold.UpperThreshold = 0.0
 for solid in (clip, threshold):
-    kept = data(solid)
-    assert 0.5 * np.prod(lattice.dimensions) < kept.GetNumberOfPoints()
-    assert -1e-5 < kept.GetPointData().GetArray("VoidDistance").GetRange()[0] < 0.1
-    assert kept.GetPointData().GetArray("RTData").GetRange()[0] > volume.min() - 1  # unmixed
+    output = data(solid)
+    assert 0.5 * np.prod(lattice.dimensions) < output.GetNumberOfPoints()
+    assert -1e-5 < output.GetPointData().GetArray("VoidDistance").GetRange()[0] < 0.1
+    assert output.GetPointData().GetArray("RTData").GetRange()[0] > volume.min() - 1  # unmixed
     assert cells_of_surface(solid) > 500
     simple.Delete(solid)
 simple.Delete(other)
@@ -124,7 +120,7 @@ assert np.count_nonzero(array(data(deform), "Void")) != half
 polygon.Point1 = [0.2, 90, -2.1]
 assert check(surface) == half
 
-# Two polygons; and none again.
+# Two polygons, then none.
 other = simple.Plane(Origin=[-90, 1.3, 1], Point1=[90, 1.3, 1], Point2=[-90, 1.3, 90])
 corners = [(-90, 1.3, 1), (90, 1.3, 1), (90, 1.3, 90), (-90, 1.3, 90)]
 second = vtk_mls.Surface(corners, [(0, 1, 2), (0, 2, 3)])
@@ -154,7 +150,7 @@ deform.NormalizeGradient = 1
 lengths = np.linalg.norm(array(data(deform), "Gradient"), axis=-1)
 assert np.logical_or(np.abs(lengths - 1) < 1e-5, lengths == 0).all()
 
-# Nothing is done again without a change.
+# Nothing is computed again without a change.
 before = [proxy.GetClientSideObject().GetOutputDataObject(0).GetMTime() for proxy in filters]
 check(surface)
 assert before == [p.GetClientSideObject().GetOutputDataObject(0).GetMTime() for p in filters]
@@ -172,33 +168,3 @@ for _ in range(2):
     for leaf, radius in zip(leaves, (3, 6)):
         np.testing.assert_allclose(leaf.GetBounds()[4:], (-radius, radius), rtol=1e-6)
     blocked.Alpha = 1.5
-
-# A state keeps it all.
-deform.CutType, deform.CutOrigin, deform.Nu = "half-plane", [1.0, 0.0, 5.0], 3.0
-simple.RenameSource("deformed", deform)
-settings = {
-    "CutType": "half-plane",
-    "CutOrigin": [1.0, 0.0, 5.0],
-    "CutNormal": [2.0, 0.0, 0.0],
-    "CutInward": [0.0, 0.0, 1.0],
-    "Nu": 3.0,
-    "GradientArray": "RTData",
-    "NormalizeGradient": 1,
-    "GenerateJacobian": 1,
-}
-expected = {name: array(data(deform), name).copy() for name in ("RTData", "Void", "Gradient")}
-with tempfile.TemporaryDirectory() as folder:
-    state = os.path.join(folder, "state.pvsm")
-    simple.SaveState(state)
-    for name in ("deform", "field", "filters", "handles", "proxy", "blocked", "polygon", "other"):
-        del globals()[name]
-    simple.ResetSession()
-    assert simple.FindSource("deformed") is None
-    simple.LoadState(state)
-loaded = simple.FindSource("deformed")
-for name, setting in settings.items():
-    current = getattr(loaded, name)
-    assert (list(current) if isinstance(setting, list) else current) == setting, name
-assert len(loaded.Cuts) == 1
-for name, values in expected.items():
-    np.testing.assert_array_equal(array(data(loaded), name), values)

@@ -1,6 +1,4 @@
-"""An image of ParaView's own reader and handles of a file: a warning where they are not in one
-world, and nothing is said where they are or where nobody knows.
-"""
+"""A warning if an image of ParaView's own reader and handles of a file are in different frames."""
 
 import os
 import tempfile
@@ -34,12 +32,12 @@ ElementDataFile = LOCAL
 
 
 def warning(image, handles):
-    """What the filters say."""
-    filters = [each(Input=image, ControlPoints=handles) for each in FILTERS]
+    """The messages of the filters."""
+    filters = [kind(Input=image, ControlPoints=handles) for kind in FILTERS]
     with output_messages() as text:
-        for each in filters:
-            each.UpdatePipeline()
-            assert each.GetClientSideObject().GetOutputDataObject(0).GetNumberOfPoints() > 0
+        for proxy in filters:
+            proxy.UpdatePipeline()
+            assert proxy.GetClientSideObject().GetOutputDataObject(0).GetNumberOfPoints() > 0
     return text[0]
 
 
@@ -48,26 +46,26 @@ MetaImageReader = getattr(simple, "MetaImageReader", None) or simple.MetaFileSer
 with tempfile.TemporaryDirectory() as folder:
     markups, identity = os.path.join(folder, "handles.mrk.json"), "1 0 0 0 1 0 0 0 1"
     control_point_files.write(markups, HANDLES, HANDLES)
-    filed = simple.MLSControlPoints(Mode="file", FileName=markups)
-    listed = simple.MLSControlPoints(
+    from_file = simple.MLSControlPoints(Mode="file", FileName=markups)
+    from_list = simple.MLSControlPoints(
         RestPoints=list(HANDLES.ravel()), DeformedPoints=list(HANDLES.ravel())
     )
-    for name, header, is_elsewhere in (
+    for name, header, is_misplaced in (
         ("ras.nrrd", NRRD, True),
         ("plain.mha", META.format(matrix=identity), False),
         ("turned.mha", META.format(matrix="0 1 0 -1 0 0 0 0 1"), True),
     ):
         file = os.path.join(folder, name)
-        with open(file, "wb") as written:
-            written.write(header.encode() + bytes(64))
+        with open(file, "wb") as stream:
+            stream.write(header.encode() + bytes(64))
         if name.endswith("nrrd"):
-            theirs = simple.NrrdReader(FileName=file)
+            reader = simple.NrrdReader(FileName=file)
         else:
-            theirs = MetaImageReader(FileNames=[file])
-        found = warning(theirs, filed)
+            reader = MetaImageReader(FileNames=[file])
+        found = warning(reader, from_file)
         expected = f"does not place {file} in LPS, where `ControlPoints` are"
-        assert found.count(expected) == 2 if is_elsewhere else found == "", found
-        assert warning(simple.MLSImageReader(FileName=file), filed) == ""
-        assert warning(theirs, listed) == ""
-        between = simple.Calculator(Input=theirs, Function="1")  # might have mended it
-        assert warning(between, filed) == ""
+        assert found.count(expected) == 2 if is_misplaced else found == "", found
+        assert warning(simple.MLSImageReader(FileName=file), from_file) == ""
+        assert warning(reader, from_list) == ""
+        between = simple.Calculator(Input=reader, Function="1")  # might convert
+        assert warning(between, from_file) == ""

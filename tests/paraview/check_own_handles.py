@@ -1,7 +1,4 @@
-"""MLS Deform without control points: its own handles, in scripts, states and animations."""
-
-import os
-import tempfile
+"""The own handles of MLS Deform, in scripts, states and animations."""
 
 import numpy as np
 from paraview import simple
@@ -16,7 +13,7 @@ def settings(rest=REST, deformed=DEFORMED):
     return {"RestPoints": list(np.ravel(rest)), "DeformedPoints": list(np.ravel(deformed))}
 
 
-# Just added, it has a lattice of handles over the bounds of the input, and is the identity.
+# A new filter has a lattice of handles over the bounds of the input, and is the identity.
 deform = simple.MLSDeform(Input=source)
 rest = np.reshape(deform.RestPoints, (-1, 3))
 expected = {(x, y, z) for z in (-7, 1, 9) for y in (-8, 0, 8) for x in (-9, -0.5, 8)}
@@ -28,7 +25,7 @@ field = simple.MLSDisplacementField(Input=source)
 assert list(field.RestPoints) == list(deform.RestPoints)
 assert not array(data(field), "BackwardDisplacement").any()
 
-# A dragged handle deforms, and the handles stay where they were when the input changes.
+# A dragged handle deforms; the handles stay in place when the input changes.
 dragged = list(deform.DeformedPoints)
 dragged[0] -= 3
 deform.DeformedPoints = dragged
@@ -38,7 +35,7 @@ data(deform)
 np.testing.assert_array_equal(rest, np.reshape(deform.RestPoints, (-1, 3)))
 source.WholeExtent = [-9, 8, -8, 8, -7, 9]
 
-# Own handles do what those of a source do, which take over while they are connected.
+# Own handles work as those of a source, which replace them while it is connected.
 handles = control_points()
 bent = array(data(simple.MLSDeform(Input=source, ControlPoints=handles)), "RTData").copy()
 for proxy in (deform, field):
@@ -95,20 +92,6 @@ track.Enabled = 0
 simple.Delete(track)
 deform.DeformedPoints = list(np.ravel(DEFORMED))
 
-# A state keeps the handles.
-simple.RenameSource("deformed", deform)
-with tempfile.TemporaryDirectory() as folder:
-    state = os.path.join(folder, "state.pvsm")
-    simple.SaveState(state)
-    names = ["source", "deform", "field", "handles", "half", "proxy", "track", "scene", "alike"]
-    for name in names:
-        del globals()[name]
-    simple.ResetSession()
-    simple.LoadState(state)
-deform = simple.FindSource("deformed")
-assert list(deform.RestPoints) == list(REST.ravel())
-np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
-
-# Without an update the bounds of the input are not known; nothing moves then either.
+# Before an update the bounds of the input are unknown; it is the identity then, too.
 deform = simple.MLSDeform(Input=wavelet())
 np.testing.assert_array_equal(array(data(deform), "RTData"), volume)

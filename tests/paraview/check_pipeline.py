@@ -1,4 +1,4 @@
-"""The proxies give the numbers of `vtk_mls.Deformation`, and follow every change."""
+"""The proxies compute what `vtk_mls.Deformation` does, and follow every change."""
 
 import numpy as np
 from paraview import simple
@@ -51,7 +51,7 @@ assert not np.array_equal(results[0], results[-1])
 for proxy in (deform, field):
     proxy.Alpha = 1.0
 
-# Interpolation, and labels that no interpolation may mix.
+# Interpolation, and labels, which are not interpolated.
 deform.Interpolation = "cubic"
 check(interpolation="cubic")
 deform.LabelArrays = ["RTData"]
@@ -60,7 +60,7 @@ deform.LabelArrays = []
 deform.Interpolation = "linear"
 
 
-# Nothing is done again without a change; a dragged handle changes the result.
+# Nothing is computed again without a change; a dragged handle changes the result.
 def times():
     return [p.GetClientSideObject().GetOutputDataObject(0).GetMTime() for p in (deform, field)]
 
@@ -73,7 +73,7 @@ dragged = DEFORMED + np.array([0.5, 0, -1])
 handles.DeformedPoints = list(dragged.ravel())
 assert not np.array_equal(check(deformed=dragged), results[0])
 
-# Weights that the source gets later are found.
+# Weights that the source gets later are used.
 weights = np.arange(1.0, len(REST) + 1)
 handles.Weights = list(weights)
 check(deformed=dragged, weights=weights)
@@ -105,7 +105,7 @@ target = vtk_mls.Grid((20, 15, 10), (-8.0, -9.0, 0.25), (1.0, 1.5, 0.5))
 np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
 assert (expected == -1).any()
 
-# A field over something that is no image.
+# A field over a mesh.
 sphere = simple.Sphere(Radius=7.0)
 field.Input = sphere
 field.SampleDimensions = [7, 8, 9]

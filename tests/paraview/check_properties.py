@@ -1,16 +1,16 @@
-"""The proxies offer the properties of their filters, with help, and defaults that do nothing."""
+"""The proxies have the properties of their filters, with help, and are the identity by default."""
 
 import numpy as np
 from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
-from vtk_mls import Deformation
-from vtk_mls.model.options import MAP_TOLERANCE
+from vtk_mls.filters import properties
+from vtk_mls.filters import property_tables as tables
 
 source = wavelet()
 volume = array(data(source), "RTData")
 
-# What a user meets who adds the three and presses Apply: the identity.
+# New proxies: the identity.
 handles = simple.MLSControlPoints()
 deform = simple.MLSDeform(Input=source, ControlPoints=handles)
 field = simple.MLSDisplacementField(Input=source, ControlPoints=handles)
@@ -20,104 +20,57 @@ np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
 assert data(deform).GetExtent() == data(source).GetExtent()
 assert not array(data(field), "BackwardDisplacement").any()
 
-defaults = {
-    "Weights": [],
-    "Blend": 1.0,
-    "Kind": "rigid",
-    "Degree": 2,
-    "Alpha": 1.0,
-    "DisplacementArray": ["POINTS", "Displacement"],
-    "WeightArray": ["POINTS", "Weight"],
-    "Device": "",
-    "Nu": 2.0,
-    "CutType": "none",
-    "CutNormal": [1.0, 0.0, 0.0],
-    "CutInward": [0.0, 0.0, 1.0],
-    "CutFrame": Deformation.cut_frame,
-    "GenerateOverlap": 0,
-    "GenerateJacobian": 0,
-    "GenerateJacobianDeterminant": 0,
-    "MapTolerance": MAP_TOLERANCE.interactive_default,
+# Properties of the panel alone, and those with defaults from the bounds of the input.
+PANEL = {"Drag": "deformed", "NumberHandles": 0}
+FILTER_PANEL = {
+    **PANEL,
+    "LatticeDimensions": (3, 3, 3),
+    "DisplacementArray": ("POINTS", "Displacement"),
+    "WeightArray": ("POINTS", "Weight"),
 }
-of_deform = {
-    "Interpolation": "linear",
-    "LabelArrays": [],
-    "Background": 0.0,
-    "OutputGrid": "input",
-    "OutputDimensions": [64, 64, 64],
-    "OutputSpacing": [1.0, 1.0, 1.0],
-    "OutputOrigin": [0.0, 0.0, 0.0],
-    "HideVoid": 1,
-    "SplitCells": 1,
-    "PushForwardArrays": [],
-    "VoidValues": "background",
-    "GradientArray": "none",
-    "GradientVectorArrays": [],
-    "NormalizeGradient": 0,
-}
-of_handles = {
-    "Mode": "points",
-    "FileName": "",
-    "DeformedFileName": "",
-    "Space": "lps",
-    "DeformedPoints": [],
-    "Weights": [],
-    "LatticeDimensions": [3, 3, 3],
-    "Bounds": [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
-}
-# What the panel alone knows, and what is taken from the bounds of the input.
-of_every_panel = {"Drag": "deformed", "NumberHandles": 0}
-panel = {**of_every_panel, "LatticeDimensions": [3, 3, 3]}
-of_deform_panel = {**panel, "Live": 1}
-of_bounds = {"RestPoints", "DeformedPoints", "CutOrigin"}
-for proxy, expected, others in (
-    (
-        deform,
-        {**defaults, **of_deform, **of_deform_panel},
-        {"Input", "ControlPoints", "Cuts", *of_bounds},
-    ),
-    (
-        field,
-        {**defaults, "Inverse": 0, "SampleDimensions": [32, 32, 32], **panel},
-        {"Input", "ControlPoints", "Cuts", *of_bounds},
-    ),
-    (handles, {**of_handles, **of_every_panel}, {"RestPoints"}),
+FROM_BOUNDS = {"RestPoints", "DeformedPoints", "CutOrigin"}
+INPUTS = {"Input", "ControlPoints", "Cuts"}
+INTERACTIVE = {prop.name: prop for prop in tables.INTERACTIVE_COMPUTING}
+
+
+def properties_of(table):
+    return [
+        INTERACTIVE.get(prop.name, prop)
+        for prop in table
+        if not isinstance(prop, properties.Cuts)  # only in Python
+    ]
+
+
+for proxy, table, panel, others in (
+    (deform, tables.DEFORM, {**FILTER_PANEL, "Live": 1}, INPUTS | FROM_BOUNDS),
+    (field, tables.DISPLACEMENT_FIELD, FILTER_PANEL, INPUTS | FROM_BOUNDS),
+    (handles, tables.CONTROL_POINTS, PANEL, {"RestPoints"}),
 ):
-    for name, default in expected.items():
+    table = properties_of(table)
+    defaults = {
+        prop.name: "none" if isinstance(prop, properties.ArrayName) else prop.default
+        for prop in table
+        if prop.name not in others
+    }
+    for name, default in {**defaults, **panel}.items():
         value = getattr(proxy, name)
-        value = list(value) if isinstance(default, list) else value
-        assert value == default, (name, value)
-    assert set(proxy.ListProperties()) == {*expected, *others}
-    for name in {*expected, *others}:
+        assert (tuple(value) if isinstance(default, tuple) else value) == default, name
+    assert set(proxy.ListProperties()) == {*defaults, *panel, *others}
+    for name in proxy.ListProperties():
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
-    # The proxy's default is the filter's own, so that a script without ParaView behaves the same
-    # (within MapTolerance, which is ParaView's); and it is what the filter has.
-    arrays = {"DisplacementArray", "WeightArray", "LabelArrays", "GradientVectorArrays"}
-    arrays |= {"PushForwardArrays"}
-    for name in (
-        set(expected) - arrays - set(of_deform_panel if proxy is not handles else of_every_panel)
-    ):
-        own = getattr(proxy.GetClientSideObject(), f"Get{name}")()
-        own = list(own) if isinstance(expected[name], list) else own or expected[name]
-        assert own == expected[name], (name, own)
+    # What the proxy shows is what the filter has.
+    for prop in table:
+        if prop.name in others or isinstance(prop, properties.ArrayNames):
+            continue
+        own = getattr(proxy.GetClientSideObject(), f"Get{prop.name}")()
+        assert (own or defaults[prop.name]) == defaults[prop.name], (prop.name, own)
+        if isinstance(prop, properties.Choice):
+            assert tuple(proxy.GetProperty(prop.name).Available) == prop.choices
+assert [deform.Kind, deform.Alpha, deform.Nu, deform.CutType] == ["rigid", 1, 2, "none"]
+assert list(field.GetProperty("Kind").Available) == ["affine", "rigid", "similarity", "polynomial"]
 
-# Drop-down lists.
-for proxy, name, options in (
-    (deform, "Kind", ["affine", "rigid", "similarity", "polynomial"]),
-    (field, "Kind", ["affine", "rigid", "similarity", "polynomial"]),
-    (deform, "Interpolation", ["nearest", "linear", "cubic"]),
-    (deform, "OutputGrid", ["input", "fitted", "given"]),
-    (deform, "VoidValues", ["background", "continued"]),
-    (deform, "CutType", ["none", "plane", "half-plane"]),
-    (field, "CutType", ["none", "plane", "half-plane"]),
-    (deform, "CutFrame", ["rest", "deformed"]),
-    (field, "CutFrame", ["rest", "deformed"]),
-    (handles, "Mode", ["points", "lattice", "file"]),
-):
-    assert list(proxy.GetProperty(name).Available) == options
-
-# The arrays that can be chosen are those of the right input.
+# Array lists show the arrays of the right input.
 weighted = control_points(Weights=[1.0] * len(REST))
 weighted.UpdatePipeline()
 other = simple.MLSDeform(Input=source, ControlPoints=weighted)

@@ -1,4 +1,4 @@
-"""MLS Image Reader is what opens medical images, and takes all of them to LPS."""
+"""MLS Image Reader opens medical images, and converts them to LPS."""
 
 import os
 import tempfile
@@ -60,7 +60,8 @@ def by_value(image):
     return np.sort(values), places[np.argsort(values)]
 
 
-(offered,) = (each for each in factory.GetSupportedFileTypes(session).split(";;") if "MLS" in each)
+types = factory.GetSupportedFileTypes(session).split(";;")
+(offered,) = (name for name in types if "MLS" in name)
 for suffix in ("nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd"):
     assert f"*.{suffix} " in offered.replace(")", " "), offered
 
@@ -72,18 +73,18 @@ with tempfile.TemporaryDirectory() as folder:
         assert "MLSImageReader" in readers(file)
         reader = simple.OpenDataFile(file)
         assert reader.SMProxy.GetXMLName() == "MLSImageReader"
-        read = data(reader)
-        values, places = by_value(read)
+        image = data(reader)
+        values, places = by_value(image)
         np.testing.assert_array_equal(values, VALUES.ravel())
         np.testing.assert_allclose(
             places, IN_LPS * ([-1, -1, 1] if name == "ras.nrrd" else 1), atol=1e-5
         )
-        assert (np.diagonal(ImageGeometry.of_image(read).grid.direction) > 0.5).all()
+        assert (np.diagonal(ImageGeometry.of_image(image).grid.direction) > 0.5).all()
         reader.UpdatePipeline(time=3.0)
         simple.MLSDeform(Input=reader).UpdatePipeline()
         simple.Delete(reader)
 
-    # It is read anew if asked for; a broken file and none are one sentence with its name.
+    # Reload reads it again; a broken and a missing file give one error with the name.
     file = os.path.join(folder, "local.mha")
     reader = simple.OpenDataFile(file)
     assert array(data(reader), "MetaImage").max() == VALUES.max()

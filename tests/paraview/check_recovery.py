@@ -1,4 +1,4 @@
-"""A wrong value of any property, mended: the view is as before, and the error came once."""
+"""A wrong value of any property gives one error; the old value restores the view."""
 
 import tempfile
 from pathlib import Path
@@ -36,9 +36,9 @@ def drag(proxy):
 
 
 def check(shown, changed, name, bad, word, meanwhile=()):
-    """Set a wrong value of a property, then the one before; see each in the view."""
-    for each, value in meanwhile:
-        setattr(changed, each, value)
+    """Set a wrong value of a property, then the old one, and render each."""
+    for context, value in meanwhile:
+        setattr(changed, context, value)
     before, points = picture(), count(shown)
     assert points > 0
     good = getattr(changed, name)
@@ -48,6 +48,7 @@ def check(shown, changed, name, bad, word, meanwhile=()):
         empty = picture()
     where = shown.GetXMLName(), changed.GetXMLName(), name, bad
     assert text[0].count("ERROR") == text[0].count(word) == 1, (where, text[0])
+    assert "Traceback" not in text[0], (where, text[0])
     assert count(shown) == 0, where
     assert (empty != before).any(), where
     with output_messages() as text:
@@ -94,15 +95,15 @@ OF_IMAGES = [
 sphere = simple.Sphere()
 wavelet = simple.Wavelet(WholeExtent=[-5, 4, -5, 5, -4, 5])
 scenes = []
-for source, looks in ((sphere, ["Surface"]), (wavelet, ["Surface", "Volume"])):
+for source, representations in ((sphere, ["Surface"]), (wavelet, ["Surface", "Volume"])):
     source.UpdatePipeline()
-    for look in looks:
+    for representation in representations:
         deform = simple.MLSDeform(Input=source)
         drag(deform)
         display = simple.Show(deform, view)
         if source is wavelet:
             simple.ColorBy(display, ("POINTS", "RTData"))
-        display.SetRepresentationType(look)
+        display.SetRepresentationType(representation)
         simple.ResetCamera(view)
         cases = [*MAP, *IN_A_CONTEXT] + (OF_IMAGES if source is wavelet else [])
         for name, bad, word, *meanwhile in cases:
@@ -136,7 +137,7 @@ with tempfile.TemporaryDirectory() as folder:
     ]
     for name, bad, word in OWN:
         check(handles, handles, name, bad, word)
-    # What hangs below says nothing of its own.
+    # Filters downstream report nothing.
     deform = simple.MLSDeform(Input=wavelet, ControlPoints=handles)
     simple.Hide(handles, view)
     simple.Show(deform, view).SetRepresentationType("Surface")
@@ -167,7 +168,7 @@ with tempfile.TemporaryDirectory() as folder:
     check(handles, handles, "Space", "moon", "`Space`")
     simple.Delete(handles)
 
-# An array of control points that is not there.
+# A missing array of control points.
 handles = control_points()
 for kind in (simple.MLSDeform, simple.MLSDisplacementField):
     deform = kind(Input=wavelet, ControlPoints=handles)

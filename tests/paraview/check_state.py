@@ -1,13 +1,13 @@
-"""A saved state brings back the pipeline with all its properties, whatever defaults are by then."""
+"""A saved state restores filters with all their properties, inputs and results."""
 
 import os
 import tempfile
 
 import numpy as np
 from paraview import simple
-from scene import array, control_points, data, wavelet
+from scene import DEFORMED, REST, array, control_points, data, wavelet
 
-settings = {
+IMAGE = {
     "Kind": "polynomial",
     "Degree": 1,
     "Alpha": 1.25,
@@ -19,23 +19,56 @@ settings = {
     "Background": 3.0,
     "LabelArrays": ["RTData"],
 }
-handles = control_points(Weights=[1.0, 2.0] * 4)
-deform = simple.MLSDeform(Input=wavelet(), ControlPoints=handles, **settings)
-simple.RenameSource("deformed", deform)
-expected = array(data(deform), "RTData").copy()
+CUT = {
+    "CutType": "half-plane",
+    "CutOrigin": [1.0, 0.0, -2.0],
+    "CutNormal": [2.0, 0.0, 0.0],
+    "CutInward": [0.0, 0.0, 1.0],
+    "Nu": 3.0,
+    "GradientArray": "RTData",
+    "NormalizeGradient": 1,
+    "GenerateJacobian": 1,
+}
+OWN_HANDLES = {"RestPoints": [*REST.ravel()], "DeformedPoints": [*DEFORMED.ravel()]}
+SETTINGS = {"image": IMAGE, "cut": CUT, "own handles": OWN_HANDLES}
 
+source, handles = wavelet(), control_points(Weights=[1.0, 2.0] * 4)
+polygon = simple.Plane(Origin=[-90, 1.3, 1], Point1=[90, 1.3, 1], Point2=[-90, 1.3, 90])
+filters = {
+    "image": simple.MLSDeform(Input=source, ControlPoints=handles, **IMAGE),
+    "cut": simple.MLSDeform(Input=source, ControlPoints=handles, Cuts=polygon),
+    "own handles": simple.MLSDeform(Input=source, **OWN_HANDLES),
+}
+for name, value in CUT.items():
+    setattr(filters["cut"], name, value)
+
+
+def arrays(proxy):
+    result = data(proxy)
+    names = [
+        name for name in ("RTData", "Void", "Gradient") if result.GetPointData().HasArray(name)
+    ]
+    return {name: array(result, name).copy() for name in names}
+
+
+expected = {name: arrays(proxy) for name, proxy in filters.items()}
+assert [len(found) for found in expected.values()] == [1, 3, 1]
+for name, proxy in filters.items():
+    simple.RenameSource(name, proxy)
 with tempfile.TemporaryDirectory() as folder:
     state = os.path.join(folder, "state.pvsm")
     simple.SaveState(state)
-    for proxy in (deform, handles):
-        simple.Delete(proxy)
-    del deform, handles, proxy
+    del source, handles, polygon, filters, proxy
     simple.ResetSession()
-    assert simple.FindSource("deformed") is None
+    assert simple.FindSource("image") is None
     simple.LoadState(state)
-
-loaded = simple.FindSource("deformed")
-for name, value in settings.items():
-    current = getattr(loaded, name)
-    assert (list(current) if isinstance(value, list) else current) == value, name
-np.testing.assert_array_equal(array(data(loaded), "RTData"), expected)
+for name, settings in SETTINGS.items():
+    loaded = simple.FindSource(name)
+    for key, value in settings.items():
+        current = getattr(loaded, key)
+        assert (list(current) if isinstance(value, list) else current) == value, key
+    found = arrays(loaded)
+    assert found.keys() == expected[name].keys()
+    for key, values in found.items():
+        np.testing.assert_array_equal(values, expected[name][key])
+assert len(simple.FindSource("cut").Cuts) == 1

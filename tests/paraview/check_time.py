@@ -1,4 +1,4 @@
-"""Control points and cuts of time series move what stands still, also in a view."""
+"""Control points and cuts of time series deform a static input, also in a view."""
 
 import tempfile
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""ParaView's GUI under Xvfb, with hands and eyes: real keys and mouse events, screenshots."""
+"""ParaView's GUI under Xvfb, driven by real keys and mouse events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 
 LISTENER = "tests/paraview/gui_listener.py"
 PLAIN = ("paraview", "--dr", f"--script={LISTENER}")
-PATIENCE = 180  # seconds, for whatever is waited for
+TIMEOUT = 180  # seconds
 WHEEL_DOWN = 5  # a mouse button
 WIDTH, HEIGHT = 1280, 1024
 
@@ -22,7 +22,7 @@ class Gui:
     Parameters
     ----------
     folder : Path, relative to the project
-        For the talk with the listener inside, and screenshots.
+        For requests to the listener, and screenshots.
     project : Path
     display : str
         X display.
@@ -35,7 +35,7 @@ class Gui:
         self.clicks = 0  # so far, drags included
 
     def run(self, text):
-        """Run Python inside; the value that it gives to `answer`."""
+        """Run Python inside; returns the value of its variable `answer`."""
         part, reply = self._folder / "request.part", self._folder / "reply.json"
         part.write_text(text)
         part.rename(self._folder / "request.py")
@@ -59,31 +59,39 @@ class Gui:
         self._xdotool("key", "--delay", 50, *keys)
 
     def end(self):
-        """Leave ParaView as a user does, who wants his settings kept."""
+        """Quit ParaView as a user does, so that it saves its settings."""
         self.press("ctrl+q")
-        self._process.wait(PATIENCE)
+        self._process.wait(TIMEOUT)
 
     def launch(self, name):
         """Create a source or filter by the quick-launch dialog, as from the menu."""
         active = "getattr(simple.GetActiveSource(), 'GetGlobalID', int)()"
         before = self.value(active)
-        known = set(self._windows())
+        windows = set(self.windows())
         self.press("ctrl+space")
-        self._wait(lambda: set(self._windows()) - known, "the quick-launch dialog")
-        # without a window manager nobody else gives it the keyboard in time
-        self._xdotool("windowfocus", "--sync", *set(self._windows()) - known)
+        self._wait(lambda: set(self.windows()) - windows, "the quick-launch dialog")
+        # there is no window manager to give it the keyboard
+        self._xdotool("windowfocus", "--sync", *set(self.windows()) - windows)
         self._xdotool("type", "--delay", 50, name)
         self._xdotool("key", "--delay", 100, "Return")
         self.until(f"{active} != {before}")
 
+    def add_deform(self, *, apply=True):
+        """Create `deform`, an MLS Deform of the selected source."""
+        self.launch("MLS Deform")
+        self.run("deform = simple.GetActiveSource()")
+        if apply:
+            self.press("alt+a")
+            self.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
+
     def click(self, place):
-        """Click on what `gui_places` finds, as soon as it is there."""
+        """Click on a place of `gui_places`, as soon as it is visible."""
         self.hover(place)
         self._xdotool("click", 1)
         self.clicks += 1
 
     def hover(self, place):
-        """Point at what `gui_places` finds, as soon as it is there."""
+        """Move the mouse to a place of `gui_places`, as soon as it is visible."""
         found = []
 
         def is_still():  # windows move as they open
@@ -92,26 +100,22 @@ class Gui:
 
         self._wait(is_still, place)
         x, y = found[-1]
-        for shift in (5, 0):  # a menu that opens under the mouse takes the second motion for one
+        for shift in (5, 0):  # a menu that opens under the mouse ignores the first motion
             self._xdotool("mousemove", "--sync", x + shift, y)
 
-    def scroll_to(self, what, name):
-        """Turn the mouse wheel until what `gui_places` calls `what` can be seen."""
-        turn, seen = f"to_scroll({what!r}, {name!r})", f"{what}({name!r})"
-        self._wait(lambda: self._place(turn) or self._place(seen), seen)
+    def find_and_click(self, kind, name):
+        """Scroll to a place of `gui_places`, by its function and its argument, and click on it."""
+        turn, place = f"to_scroll({kind!r}, {name!r})", f"{kind}({name!r})"
+        self._wait(lambda: self._place(turn) or self._place(place), place)
         while before := self._place(turn):
             x, y, direction, _ = before
-            self._xdotool("mousemove", x, y)  # it may be there already, then --sync would wait
+            self._xdotool("mousemove", x, y)  # with --sync it would wait for a motion
             self._xdotool("click", direction)
             self._wait(lambda: self._place(turn) != before, "the panel to scroll")
-
-    def find_and_click(self, what, name):
-        """Click on it, after scrolling if need be."""
-        self.scroll_to(what, name)
-        self.click(f"{what}({name!r})")
+        self.click(place)
 
     def find_in_tree(self, row, column=0, clicks=1):
-        """Click on the cell that `gui_places.tree_cell` finds below, once or twice."""
+        """Scroll down to a cell of a tree and click on it, once or twice."""
         self.hover("tree()")
         place = f"tree_cell({row!r}, {column})"
         for _ in range(20):
@@ -121,39 +125,36 @@ class Gui:
         self._xdotool("click", "--repeat", clicks, 1)
 
     def type(self, text):
-        """Type text and Return into what has the focus."""
+        """Type text and Return."""
         self._xdotool("type", "--delay", 20, text)
         self._xdotool("key", "--delay", 100, "Return")
 
     def enter(self, text, place):
-        """Type text and Return, until what `gui_places` finds is there.
+        """Type text and Return, until a place of `gui_places` is visible.
 
-        A list of completions that opens late takes a Return for itself.
+        A list of completions that opens late takes the Return.
         """
         self.type(text)
         last, tries = time.monotonic(), 0
 
-        def is_there():
+        def is_visible():
             nonlocal last, tries
             if self._place(place):
                 return True
             if time.monotonic() - last > 5:
                 tries += 1
-                if tries % 3 == 0:  # letters may be lost, too
+                if tries % 3 == 0:  # letters may be lost
                     self._xdotool("key", "ctrl+a")
                     self._xdotool("type", "--delay", 50, text)
                 self._xdotool("key", "Return")
                 last = time.monotonic()
             return False
 
-        self._wait(is_there, place)
+        self._wait(is_visible, place)
 
     @contextmanager
     def dragging(self, place, by, key=None):
-        """Take hold of what is at a place in the world, and pull it by so many pixels.
-
-        The key, if there is one, is held meanwhile.
-        """
+        """Drag from a place in the world by so many pixels, with a key held."""
         x, y = self._on_screen(place)
         self.clicks += 1
         self._xdotool("mousemove", "--sync", x, y)
@@ -170,7 +171,7 @@ class Gui:
                 self._xdotool("keyup", key)
 
     def click_at(self, place, key):
-        """Click on what is at a place in the world, while a key is held."""
+        """Click on a place in the world, with a key held."""
         x, y = self._on_screen(place)
         self._xdotool("mousemove", "--sync", x, y)
         self._xdotool("keydown", key)
@@ -179,23 +180,24 @@ class Gui:
         self.clicks += 1
 
     def windows(self):
-        """Ids of its windows that are visible."""
-        return self._windows()
+        """Ids of its visible windows."""
+        found = self._xdotool("search", "--onlyvisible", "--class", "paraview", check=False)
+        return found.split()
 
     def move(self, by):
         """Move the mouse by so many pixels."""
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
     def shake(self, seconds, rate=100):
-        """Move the mouse to and fro by a pixel or two, so many times a second at most."""
+        """Move the mouse back and forth by a pixel or two, `rate` times a second at most."""
         moves = [(2, 1), (-1, -2), (1, 2), (-2, -1)]
         steps = [moves[number % 4] for number in range(int(rate * seconds))]
         for part in (steps[at : at + rate // 2] for at in range(0, len(steps), rate // 2)):
             chain = (("mousemove_relative", "--", *step, "sleep", 1 / rate) for step in part)
-            self._xdotool(*(each for link in chain for each in link))
+            self._xdotool(*(word for link in chain for word in link))
 
     def shake_until(self, expression):
-        """Move the mouse to and fro until a Python expression inside is true."""
+        """Move the mouse back and forth until a Python expression inside is true."""
 
         def is_true():
             self.shake(2)
@@ -204,27 +206,27 @@ class Gui:
         self._wait(is_true, expression)
 
     def screenshot(self, name):
-        """Keep what is on the screen; the file."""
+        """Save the screen; returns the file."""
         path = self._folder / f"{name}.png"
         command = ["import", "-window", "root", str(path)]
-        subprocess.run(command, env=self._environment, check=True, timeout=PATIENCE)
+        subprocess.run(command, env=self._environment, check=True, timeout=TIMEOUT)
         return path
 
     @property
     def pointer(self):
-        """Where the mouse is on the screen."""
+        """Position of the mouse on the screen."""
         found = self._xdotool("getmouselocation", "--shell").splitlines()
         return tuple(int(line.partition("=")[2]) for line in found[:2])
 
     @property
     def printed(self):
-        """All it has printed, which is also what Output Messages show."""
+        """All that it printed, including Output Messages."""
         return (self._folder / "log.txt").read_text()
 
     def spread(self):
-        """Wait for the main window, and give it the whole screen."""
-        self._wait(self._windows, "a window")
-        (self._window,) = self._windows()
+        """Wait for the main window, and maximize it."""
+        self._wait(self.windows, "a window")
+        (self._window,) = self.windows()
         self._xdotool("windowmove", self._window, 0, 0)
         self._xdotool("windowsize", "--sync", self._window, WIDTH, HEIGHT)
 
@@ -232,24 +234,15 @@ class Gui:
         return self.run(f"import gui_places; answer = gui_places.{place}")
 
     def _on_screen(self, place):
-        """Where on the screen a place in the world is."""
+        """Position on the screen of a place in the world."""
         middle = WIDTH * 2 // 3, HEIGHT // 2
         for shift in (5, 0):  # an event needs a motion
             self._xdotool("mousemove", "--sync", middle[0] + shift, middle[1])
         mouse = "view.GetInteractor()"
         self.until(f"0 < {mouse}.GetEventPosition()[0] < {mouse}.GetSize()[0]")
         seen = self.value(f"list({mouse}.GetEventPosition())")
-        x, y = self.run(f"""
-from vtkmodules.vtkRenderingCore import vtkCoordinate
-coordinate = vtkCoordinate()
-coordinate.SetCoordinateSystemToWorld()
-coordinate.SetValue({place[0]}, {place[1]}, {place[2]})
-answer = list(coordinate.GetComputedDisplayValue(view.GetRenderer()))""")
+        x, y = self.value(f"on_screen([{list(place)}])[0].tolist()")
         return middle[0] + x - seen[0], middle[1] - y + seen[1]
-
-    def _windows(self):
-        found = self._xdotool("search", "--onlyvisible", "--class", "paraview", check=False)
-        return found.split()
 
     @property
     def _environment(self):
@@ -262,21 +255,21 @@ answer = list(coordinate.GetComputedDisplayValue(view.GetRenderer()))""")
             stdout=subprocess.PIPE,
             text=True,
             check=check,
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
         )
         return done.stdout
 
     def _wait(self, condition, what):
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while not condition():
             assert self._process.poll() is None, f"ParaView has ended:\n{self.printed}"
-            assert time.monotonic() < end, f"waited in vain for {what}\n{self.printed}"
+            assert time.monotonic() < end, f"no {what} after {TIMEOUT} s\n{self.printed}"
             time.sleep(0.02)
 
 
 @contextmanager
 def running(paraview, project, folder, display, command=PLAIN, **variables):
-    """A ParaView with a `Gui`, ended at the end.
+    """A ParaView with a `Gui`.
 
     Parameters
     ----------
@@ -285,9 +278,9 @@ def running(paraview, project, folder, display, command=PLAIN, **variables):
     folder : Path, relative to the project
     display : str
     command : sequence of str, optional
-        Starts it.
+        The command that starts it.
     **variables : str
-        Of its environment.
+        Environment variables.
     """
     (project / folder).mkdir(parents=True, exist_ok=True)
     for name in ("request.py", "reply.json"):
@@ -296,7 +289,7 @@ def running(paraview, project, folder, display, command=PLAIN, **variables):
         DISPLAY=display,
         QT_QPA_PLATFORM="xcb",
         PARAVIEW_GUI_FOLDER=str(folder),
-        MESA_SHADER_CACHE_DISABLE="true",  # a shader from there is not warned of again
+        MESA_SHADER_CACHE_DISABLE="true",  # cached shaders hide warnings
         **variables,
     )
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)

@@ -1,7 +1,7 @@
-"""Runs inside ParaView's GUI (`paraview --script`): does what `tests/paraview/gui.py` asks for.
+"""Runs inside ParaView's GUI (`paraview --script`): executes the requests of `Gui`.
 
-A request is a file of Python, left in the folder PARAVIEW_GUI_FOLDER; a timer of the render view
-looks for it. What it assigns to `answer` is the reply. It may import what lies in this folder.
+A request is a Python file in the folder PARAVIEW_GUI_FOLDER; a timer of the render view looks for
+it. The value of its variable `answer` is the reply. It can import the modules of this folder.
 """
 
 import json
@@ -14,7 +14,9 @@ from paraview import servermanager, simple
 folder = os.environ["PARAVIEW_GUI_FOLDER"]
 sys.path.append("tests/paraview")
 names = {"simple": simple, "servermanager": servermanager}
-if "VTK_MLS_OPEN" in os.environ:  # started by vtk-mls, which runs one script, this
+with open("tests/paraview/gui_inside.py") as functions:
+    exec(functions.read(), names)
+if "VTK_MLS_OPEN" in os.environ:  # started by vtk-mls with this script instead of its own
     with open("vtk_mls/paraview/scene.py") as scene:
         exec(scene.read(), {})
 
@@ -24,7 +26,7 @@ def listen(interactor, event):
     if not os.path.exists(request):
         return
     if servermanager.ActiveConnection.Session.GetPendingProgress():
-        return  # it computes, and looks at timers between
+        return  # ParaView handles timers during computations, too
     with open(request) as file:
         text = file.read()
     os.remove(request)
@@ -42,9 +44,8 @@ def listen(interactor, event):
 
 if "PARAVIEW_GUI_SERVER" in os.environ:  # its port
     simple.Connect("localhost", int(os.environ["PARAVIEW_GUI_SERVER"]))
-names["listen"] = listen  # for those who close the view
+names["listen"] = listen  # for a test that closes the view
 names["view"] = simple.GetActiveViewOrCreate("RenderView")
-# Of the view's interactor nothing is kept, as in a session without this listener: what Python holds
-# its garbage collector leaves.
+# Python must not keep the interactor, whose observers the garbage collector would then spare.
 names["view"].GetInteractor().AddObserver("TimerEvent", listen)
 names["view"].GetInteractor().CreateRepeatingTimer(20)

@@ -1,12 +1,11 @@
-"""Where things are on the screen, asked inside ParaView's GUI: what a user sees and clicks.
+"""Screen positions of widgets, inside ParaView's GUI; None while a widget is not visible.
 
-ParaView brings no Qt for Python; the system's does, for it joins the Qt that runs in the process.
-Places are screen coordinates, or None while a thing is not to be seen.
+ParaView has no Qt for Python; the system's package uses the Qt that runs in the process.
 """
 
 from importlib import import_module
 
-with open("/proc/self/maps") as _maps:  # two versions of Qt in a process do not see each other
+with open("/proc/self/maps") as _maps:  # which version of Qt runs
     _version = 6 if "libQt6Widgets" in _maps.read() else 5
 QtWidgets = import_module(f"PyQt{_version}.QtWidgets")
 
@@ -24,30 +23,27 @@ def menu_item(text):
 
 def button(text):
     """A button that can be pressed, by its label."""
-    for each in _visible(QtWidgets.QPushButton):
-        if _plain(each.text()) == text and each.isEnabled():
-            return _middle(each, each.rect())
-    return None
+    found = _labeled(QtWidgets.QPushButton, text)
+    return _middle(found, found.rect()) if found else None
 
 
 def check_box(text):
     """A check box, by its label."""
-    for each in _visible(QtWidgets.QCheckBox):
-        if _plain(each.text()) == text and each.isEnabled():
-            place = each.rect()
-            place.setWidth(20)
-            return _middle(each, place)
-    return None
+    found = _labeled(QtWidgets.QCheckBox, text)
+    if not found:
+        return None
+    place = found.rect()
+    place.setWidth(20)
+    return _middle(found, place)
 
 
 def drop_down(name):
-    """The drop-down list of a property, or in a tool bar, by the name of its widget."""
-    found = _drop_down(name)
-    return _middle(found, found.rect()) if found and found.isEnabled() else None
+    """The drop-down list of a property or in a tool bar, by the name of its widget."""
+    return _enabled(_drop_down(name))
 
 
 def option(name, text):
-    """An option of such a list that is open."""
+    """An option of an open drop-down list."""
     found = _drop_down(name)
     if not found or not found.view().isVisible():
         return None
@@ -56,15 +52,13 @@ def option(name, text):
 
 
 def tool(name):
-    """A button with a picture, by the name of its widget."""
-    found = _tool(name)
-    return _middle(found, found.rect()) if found and found.isEnabled() else None
+    """A button with an icon, by the name of its widget."""
+    return _enabled(_tool(name))
 
 
 def field(name):
-    """The first line to type into of a property."""
-    found = _field(name)
-    return _middle(found, found.rect()) if found and found.isEnabled() else None
+    """The first text field of a property."""
+    return _enabled(_field(name))
 
 
 def tree():
@@ -88,21 +82,20 @@ def tree_cell(row, column):
 
 
 def table(name):
-    """The cell in the middle of the table in a widget."""
-    found = _table(name)
-    return _middle(found, found.rect()) if found else None
+    """The middle cell of the table in a widget."""
+    return _enabled(_table(name))
 
 
 def widen(name, width):
-    """Make a dock so wide that all of its panel is in sight."""
-    (dock,) = (each for each in _visible(QtWidgets.QDockWidget) if each.objectName() == name)
+    """Set the width of a dock."""
+    (dock,) = (dock for dock in _visible(QtWidgets.QDockWidget) if dock.objectName() == name)
     horizontal = import_module(f"PyQt{_version}.QtCore").Qt.Orientation.Horizontal
     dock.window().resizeDocks([dock], [width], horizontal)
 
 
-def to_scroll(what, name):
-    """Where to turn the mouse wheel which way, for one of the above to come into sight."""
-    found = {"drop_down": _drop_down, "tool": _tool, "field": _field, "table": _table}[what](name)
+def to_scroll(kind, name):
+    """Position for the mouse wheel, its button and the scroll bar's value, to make it visible."""
+    found = {"drop_down": _drop_down, "tool": _tool, "field": _field, "table": _table}[kind](name)
     if not found or _middle(found, found.rect()):
         return None
     area = found
@@ -128,11 +121,11 @@ def _table(name):
 
 def _tool(name):
     tools = _visible(QtWidgets.QToolButton)
-    return next((each for each in tools if each.objectName() == name), None)
+    return next((tool for tool in tools if tool.objectName() == name), None)
 
 
 def _part(name, kind):
-    """The first visible widget of a kind that has a name or is in a widget that has."""
+    """The first visible widget of a class with this name or in a widget with this name."""
     for widget in _visible(QtWidgets.QWidget):
         if widget.objectName() == name:
             for found in [widget] if isinstance(widget, kind) else widget.findChildren(kind):
@@ -142,17 +135,26 @@ def _part(name, kind):
 
 
 def _visible(*classes):
-    every = QtWidgets.QApplication.allWidgets()
-    return [each for each in every if isinstance(each, classes) and each.isVisible()]
+    widgets = QtWidgets.QApplication.allWidgets()
+    return [widget for widget in widgets if isinstance(widget, classes) and widget.isVisible()]
+
+
+def _labeled(kind, text):
+    buttons = _visible(kind)
+    return next((b for b in buttons if _plain(b.text()) == text and b.isEnabled()), None)
+
+
+def _enabled(widget):
+    return _middle(widget, widget.rect()) if widget and widget.isEnabled() else None
 
 
 def _plain(text):
-    """A label without the marks of its keys."""
+    """A label without its shortcuts."""
     return text.replace("&", "").partition("\t")[0].rstrip(". ")
 
 
 def _middle(widget, rectangle):
-    """The middle of a part of a widget, if it is not scrolled out of sight."""
+    """The middle of a part of a widget; None while it is covered."""
     middle = rectangle.center()
     if not widget.visibleRegion().contains(middle):
         return None

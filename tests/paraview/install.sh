@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
-# Makes the ParaViews that tests/paraview runs in:
+# Installs the ParaViews of tests/paraview:
 #   - the distribution's own, by apt (ParaView 5.11 on Debian 12);
-#   - those of Debian's suites that are named, trixie (5.13) and forky (6.1), each as a root file
-#     system of 2.7 GB in .cache/paraview, or in $VTK_MLS_PARAVIEW_CACHE;
-# and what their GUIs are tested with: on this system a display, a mouse and a camera; beside each
-# ParaView, Qt for Python, to ask where its buttons are.
-# Does nothing for what is there already, and adds to a root what it lacks. What cannot be made is said loudly at the end, is not a failure
-# here, and is skipped by the tests with a reason.
+#   - those of the named Debian suites, trixie (5.13) and forky (6.1), each as a root file system of
+#     2.7 GB in .cache/paraview, or in $VTK_MLS_PARAVIEW_CACHE;
+# and for tests of their GUIs a display, xdotool and ImageMagick, and Qt for Python.
+# Existing ones are completed. A missing ParaView is reported at the end and is no failure here: its
+# tests are skipped.
 set -uo pipefail
 
 here=$(realpath "$(dirname "$0")")
@@ -20,7 +19,7 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 export DEBIAN_FRONTEND=noninteractive
 
-# Runs a command quietly; its last words are kept for the summary.
+# Runs a command quietly; the log is for the summary.
 try() { "$@" >"$log" 2>&1; }
 reason() { grep -v '^[[:space:]]*$' "$log" | tail -n 1; }
 
@@ -29,7 +28,7 @@ apt_install() {
   try apt-get -qq -o DPkg::Lock::Timeout=300 install -y "$@"
 }
 
-can_install() { # says why not
+can_install() { # prints the reason if not
   if ! command -v apt-get >/dev/null; then echo "this machine has no apt-get"; return 1; fi
   if [ "$(id -u)" != 0 ]; then echo "installing needs root"; return 1; fi
 }

@@ -1,9 +1,8 @@
-"""The ParaViews that there are, as fixtures.
+"""The installed ParaViews, as fixtures.
 
-These are this system's `pvpython`, and root file systems with a ParaView: those named in the
-environment variable VTK_MLS_PARAVIEW_ROOTS (separated by colons), or else what
-tests/paraview/install.sh made.  With CI=true it is a failure, not a skip, if this system has no
-pvpython.
+These are this system's `pvpython`, and root file systems with a ParaView: those in the environment
+variable VTK_MLS_PARAVIEW_ROOTS (separated by colons), by default those of install.sh.  Without a
+`pvpython` on this system tests are skipped, or fail with CI=true.
 """
 
 from __future__ import annotations
@@ -27,20 +26,20 @@ TIMEOUT = 600  # seconds
 
 @dataclass(frozen=True)
 class ParaView:
-    """A ParaView to run scripts in: what comes before `pvpython`, and the variables it needs."""
+    """A ParaView: the words before its programs in a command, and its environment variables."""
 
     name: str
     prefix: tuple[str, ...]
     variables: dict[str, str]
 
     def environment(self, **more):
-        """Variables to start it with: nothing of the Python and the display of these tests."""
+        """Environment variables without the Python and the display of these tests."""
         hidden = ("PYTHON", "VIRTUAL_ENV", "LD_", "DISPLAY")
-        kept = {name: value for name, value in os.environ.items() if not name.startswith(hidden)}
-        return {**kept, **self.variables, **more}
+        others = {name: value for name, value in os.environ.items() if not name.startswith(hidden)}
+        return {**others, **self.variables, **more}
 
     def run(self, script, *arguments, display=None):
-        """Run a script in pvpython from the project folder; its exit status and all it printed."""
+        """Run a script in pvpython from the project folder; returns exit status and output."""
         shown = {"DISPLAY": display} if display else {}
         done = subprocess.run(
             [*self.prefix, "pvpython", str(script), *map(str, arguments)],
@@ -55,7 +54,7 @@ class ParaView:
         return done.returncode, done.stdout
 
     def check(self, script, *arguments, display=None):
-        """Run a script, which must succeed without an error or a warning in what it prints."""
+        """Run a script, which must succeed and print no error or warning."""
         status, output = self.run(script, *arguments, display=display)
         noise = [line for line in output.splitlines() if NOISE.search(line)]
         assert (status, noise) == (0, []), f"{script} in {self.name}:\n{output}"
@@ -77,7 +76,7 @@ def _root_paraviews():
         roots = sorted(path.parents[2] for path in cache.glob("*/usr/bin/pvpython"))
     variables = {
         "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow",
-        # what pytools says of a package that Debian has not
+        # a warning of pytools about a package that Debian does not have
         "PYTHONWARNINGS": "ignore:Unable to import recommended hash",
     }
     for root in roots:
@@ -85,7 +84,7 @@ def _root_paraviews():
 
 
 def _version(root):
-    """The version of the ParaView that is Debian's in a root file system; () where it is not."""
+    """The version of Debian's ParaView in a root file system; () without."""
     with suppress(OSError):
         packages = Path(root, "var/lib/dpkg/status").read_text(errors="replace")
         found = re.search(
@@ -97,16 +96,13 @@ def _version(root):
 
 
 def _all_paraviews():
-    """This system's and those in roots. All but the newest are for `make matrix`.
-
-    A test has a display and settings of its own, so any two can run at the same time.
-    """
+    """This system's ParaView and those in roots. All but the newest are for `make matrix`."""
     found = [("system", "/", _system_paraview())]
     found += [(root.name, root, paraview) for root, paraview in _root_paraviews()]
-    newest = max(found, key=lambda each: _version(each[1]))
-    for name, _, each in found:
+    newest = max(found, key=lambda row: _version(row[1]))
+    for name, _, paraview in found:
         marks = [] if name == newest[0] else [pytest.mark.matrix]
-        yield pytest.param(each, id=name, marks=marks)
+        yield pytest.param(paraview, id=name, marks=marks)
 
 
 PARAVIEWS = list(_all_paraviews())
@@ -130,9 +126,9 @@ def display():
 
 @contextmanager
 def virtual_display():
-    """A virtual X display for the ParaViews that need one to draw; without Xvfb the user's own.
+    """A virtual X display; without Xvfb the user's own.
 
-    Those in a root file system reach it too, for its socket is abstract.
+    ParaViews in root file systems can use it, since its socket is abstract.
     """
     if shutil.which("Xvfb") is None:
         yield os.environ.get("DISPLAY")

@@ -1,4 +1,4 @@
-"""What the scripts of this folder share: the loaded plugin, a scene, and its numbers as arrays."""
+"""Helpers of the scripts in this folder: the loaded plugin, a scene, and its arrays."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from paraview import servermanager, simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkIOImage import vtkPNGReader
 
 PLUGIN = Path(__file__).resolve().parents[2] / "paraview_plugin" / "vtk_mls_plugin.py"
 simple.LoadPlugin(str(PLUGIN), ns=vars(simple))
 
 import vtk_mls  # noqa: E402  the plugin made it importable
 
-# The eight corners of a box inside the wavelet, its upper face turned by 30 degrees and lifted.
+# The corners of a box inside the wavelet; its upper face is rotated by 30 degrees and lifted.
 REST = np.array([(x, y, z) for z in (-5.0, 5.0) for y in (-6.0, 6.0) for x in (-6.0, 6.0)])
 TURN = np.array([[0.75**0.5, -0.5, 0], [0.5, 0.75**0.5, 0], [0, 0, 1]])
 DEFORMED = np.where(REST[:, 2:] > 0, REST @ TURN.T + np.array([0, 0, 1.5]), REST)
@@ -52,9 +53,20 @@ def array(dataset, name):
     return values
 
 
+def screenshot(view, file):
+    """Save a picture of a view; the colors (height, width, 3), bottom row first."""
+    simple.SaveScreenshot(str(file), view, ImageResolution=list(view.ViewSize))
+    reader = vtkPNGReader()
+    reader.SetFileName(str(file))
+    reader.Update()
+    width, height, _ = reader.GetOutput().GetDimensions()
+    pixels = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
+    return pixels.reshape(height, width, -1)[..., :3].astype(int)
+
+
 @contextmanager
 def output_messages():
-    """Collects what VTK reports inside, in a list of one string, instead of printing it."""
+    """Collect VTK's messages in a list of one string instead of printing them."""
     window, usual, text = vtkStringOutputWindow(), vtkOutputWindow.GetInstance(), []
     vtkOutputWindow.SetInstance(window)
     try:

@@ -1,21 +1,13 @@
-"""Python's garbage collector takes nothing away that ParaView calls."""
+"""Python's garbage collector does not clear functions that ParaView calls."""
 
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import (  # noqa: F401  fixtures
-    ASIDE,
-    HANDLE,
-    PULL,
-    SETUP,
-    display,
-    gui,
-    paraview,
-    start,
-)
+from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
+from gui_scenes import ASIDE, HANDLE, PULL
 
-# Collects before and after all that hears the events of a drag, and between a request for a later
-# picture and that picture. It keeps no observed object: the collector leaves what is kept.
+# Collects before and after all observers of a drag, and between the request for a late render and
+# the render. It keeps no observed object alive, since the collector would then spare its observers.
 COLLECT = """
 collections = []
 
@@ -23,7 +15,7 @@ def collect(*_):
     collections.append(gc.collect())
 
 def collect_at_timers(interactor, event):
-    if gc.get_count()[0] > 50:  # more has happened than the timer of the tests
+    if gc.get_count()[0] > 50:  # more objects than the timer of the tests makes
         collect()
 
 for observed, events in (
@@ -42,7 +34,7 @@ PLACES = HANDLE, (-10, 10, 0), (10, -10, 0), (10, 0, 10), (0, 10, 10), (10, 10, 
 
 
 def drag(gui, place, by, condition):
-    """Drag a handle; again if it was missed, for ParaView was busy with the last drag."""
+    """Drag a handle; again if ParaView was busy with the last drag and missed this one."""
     for _ in range(5):
         with gui.dragging(place, by):
             gui.move((3, 2))
@@ -51,27 +43,28 @@ def drag(gui, place, by, condition):
     raise AssertionError(f"no handle at {place}")
 
 
-@pytest.mark.parametrize("look", ["Outline", pytest.param("Volume", marks=pytest.mark.matrix)])
-@pytest.mark.parametrize("is_applied_at_once", [True, False], ids=["auto", "apply"])
-def test_drags_with_a_collection_at_every_event(gui, is_applied_at_once, look):
-    gui.run(f"settings.SetAutoApply({is_applied_at_once})")
+@pytest.mark.parametrize(
+    "representation", ["Outline", pytest.param("Volume", marks=pytest.mark.matrix)]
+)
+@pytest.mark.parametrize("auto_apply", [True, False], ids=["auto", "apply"])
+def test_drags_with_a_collection_at_every_event(gui, auto_apply, representation):
+    gui.run(f"settings.SetAutoApply({auto_apply})")
     gui.run(f"""
-shown = simple.GetDisplayProperties(wavelet, view)
-simple.ColorBy(shown, ("POINTS", "RTData"))
-shown.SetRepresentationType({look!r})
+display = simple.GetDisplayProperties(wavelet, view)
+simple.ColorBy(display, ("POINTS", "RTData"))
+display.SetRepresentationType({representation!r})
 simple.Render(view)
-del shown""")
-    gui.run("import gc; gc.collect(); gc.freeze()")  # collections of what comes now are quick
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    if not is_applied_at_once:
+del display""")
+    gui.run("import gc; gc.collect(); gc.freeze()")  # makes the collections of the test fast
+    gui.add_deform(apply=False)
+    if not auto_apply:
         gui.press("alt+a")
     gui.until("is_straight()")
     gui.run(COLLECT)
     for count, place in enumerate(PLACES, start=1):
-        drag(gui, place, PULL if count % 2 else ASIDE, f"len(dragged(pending=True)) == {count}")
-    if not is_applied_at_once:
+        drag(gui, place, PULL if count % 2 else ASIDE, f"len(dragged()) == {count}")
+    if not auto_apply:
         gui.press("ctrl+z", "ctrl+y", "alt+a")
-    gui.until(f"len(dragged()) == {len(PLACES)} and is_bent()")
+    gui.until(f"len(applied_drags()) == {len(PLACES)} and is_bent()")
     assert gui.value("len(collections)") > 10 * len(PLACES)
     gui.run("simple.Delete(deform); del deform; collect(); simple.Render(view)")

@@ -28,11 +28,11 @@ def write_program(path, lines):
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """A folder for caches, and a PATH with nothing of use on it but what tests put there."""
+    """A folder for caches, and a PATH with the programs of the tests."""
     (tmp_path / "bin").mkdir()
     monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:/usr/bin:/bin")
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    monkeypatch.setenv("DISPLAY", "of none")
+    monkeypatch.setenv("DISPLAY", "none")
     monkeypatch.setattr(caches, "folder", lambda: tmp_path / "caches")
     monkeypatch.setattr(installation, "_USUAL_FOLDERS", ())
     return tmp_path
@@ -59,7 +59,7 @@ def paraview(home):
 
 @pytest.fixture
 def python(home):
-    """A Python of ParaView's version: it makes environments whose pip writes down what it gets."""
+    """A Python of ParaView's version, whose environments have a pip that records its arguments."""
 
     def make(pip="exit 0"):
         write_program(
@@ -67,14 +67,14 @@ def python(home):
             f"""[ "$1 $2" = "-m venv" ] || exit 9
             mkdir -p "$3/bin"
             echo version = 3.77.1 >"$3/pyvenv.cfg"
-            printf '#!/bin/sh\\necho "$@" >>{home}/asked\\n{pip}\\n' >"$3/bin/python"
+            printf '#!/bin/sh\\necho "$@" >>{home}/arguments\\n{pip}\\n' >"$3/bin/python"
             chmod +x "$3/bin/python" """,
         )
 
     return make
 
 
-def test_what_is_made_is_used_from_then_on(home, paraview, python, capfd):
+def test_the_environment_is_used_afterwards(home, paraview, python, capfd):
     command = paraview()
     python()
     assert main(command) == 0
@@ -82,23 +82,23 @@ def test_what_is_made_is_used_from_then_on(home, paraview, python, capfd):
     assert "no pyopencl; or let `vtk-mls paraview --setup` bring one" in out
     assert "--venv" not in out
     folder = home / "caches/vtk_mls/paraview-python3.77"
-    for _ in range(2):  # a second time it is made anew
+    for _ in range(2):  # the second time replaces the first
         assert main([*command, "--setup"]) == 0
         out = capfd.readouterr().out
         assert "has 0:0 Fast now: start it with vtk-mls paraview" in out
         assert str(folder) in out
-    asked = (home / "asked").read_text()
-    assert asked.count("-m pip install") == 2
-    assert "numpy==2.1.1" in asked
-    assert "pyopencl" in asked
-    assert "extra" not in asked
+    arguments = (home / "arguments").read_text()
+    assert arguments.count("-m pip install") == 2
+    assert "numpy==2.1.1" in arguments
+    assert "pyopencl" in arguments
+    assert "extra" not in arguments
     assert main(command) == 0
     out = capfd.readouterr().out
     assert f"started with --venv={folder}" in out
     assert "no pyopencl" not in out
 
 
-def test_the_doctor_knows_it(home, paraview, python, monkeypatch):
+def test_the_doctor_reports_it(home, paraview, python, monkeypatch):
     paraview()
     python()
     monkeypatch.setattr("shutil.which", {"paraview": str(home / "pv/bin/paraview")}.get)
@@ -110,7 +110,7 @@ def test_the_doctor_knows_it(home, paraview, python, monkeypatch):
     assert not any("pyopencl" in problem and "ParaView" in problem for problem in problems)
 
 
-def test_where_it_is_told_to(home, paraview, python, capsys):
+def test_a_given_folder(home, paraview, python, capsys):
     command, folder = paraview(), home / "mine"
     python()
     assert main([*command, "--setup", "--venv", str(folder)]) == 0
@@ -120,16 +120,16 @@ def test_where_it_is_told_to(home, paraview, python, capsys):
 
 
 @pytest.mark.parametrize("name", ["chapter", "pyvenv.cfg"])
-def test_a_folder_of_the_users_is_left_alone(name, home, paraview, python, capsys):
-    """Whatever it holds, his own virtual environment too."""
-    command, kept = paraview(), home / "thesis" / name
+def test_an_existing_folder_is_refused(name, home, paraview, python, capsys):
+    """Even a virtual environment."""
+    command, file = paraview(), home / "thesis" / name
     python()
-    kept.parent.mkdir()
-    kept.write_text("1")
-    for given in (kept.parent, kept):
+    file.parent.mkdir()
+    file.write_text("1")
+    for given in (file.parent, file):
         assert main([*command, "--setup", "--venv", str(given)]) == 1
         assert "is there already: remove it, or name another" in capsys.readouterr().err
-    assert kept.read_text() == "1"
+    assert file.read_text() == "1"
 
 
 def test_uv_brings_a_python(home, paraview, capsys):
@@ -139,8 +139,8 @@ def test_uv_brings_a_python(home, paraview, capsys):
     )
     assert main([*paraview(), "--setup"]) == 0
     folder = home / "caches/vtk_mls/paraview-python3.77"
-    asked = (folder / "pyvenv.cfg").read_text().split()
-    assert asked == f"venv --quiet --seed --python 3.77 {folder}".split()
+    arguments = (folder / "pyvenv.cfg").read_text().split()
+    assert arguments == f"venv --quiet --seed --python 3.77 {folder}".split()
 
 
 @pytest.mark.parametrize(
@@ -152,9 +152,7 @@ def test_uv_brings_a_python(home, paraview, capsys):
         ("5.13.2", "exit 0", LACKS, "is made, and yet in ParaView 5.13.2 .*: no pyopencl"),
     ],
 )
-def test_where_it_cannot_be_made_a_sentence_says_why(
-    version, pip, with_venv, message, home, paraview, python, capsys
-):
+def test_errors(version, pip, with_venv, message, home, paraview, python, capsys):
     if pip is not None:
         python(pip)
     assert main([*paraview(version, with_venv=with_venv), "--setup"]) == 1
@@ -165,13 +163,13 @@ def test_where_it_cannot_be_made_a_sentence_says_why(
     assert (home / "caches/vtk_mls/paraview-python3.77").exists() == is_whole
 
 
-def test_a_paraview_that_has_all_needs_nothing(home, paraview, capsys):
+def test_a_paraview_with_a_device_needs_nothing(home, paraview, capsys):
     assert main([*paraview(alone=GOOD), "--setup"]) == 0
     assert "needs nothing, it has 0:0 Fast" in capsys.readouterr().out
     assert not (home / "caches").exists()
 
 
-def test_what_is_installed_is_what_the_extra_needs():
+def test_requirements_are_those_of_the_extra():
     requirements = companion._requirements()
-    assert any(each.startswith("pyopencl") for each in requirements)
-    assert not any("extra" in each for each in requirements)
+    assert any(name.startswith("pyopencl") for name in requirements)
+    assert not any("extra" in name for name in requirements)

@@ -1,140 +1,64 @@
-"""How handles look in ParaView, and how they are dragged along a surface, in each there is."""
+"""Markers of handles, and drags along a surface, in ParaView's GUI."""
 
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import HANDLE, PULL, display, gui, noise, paraview, start  # noqa: F401  fixtures
-
-MARKS = """
-from vtkmodules.vtkRenderingCore import vtkGlyph3DMapper
-
-def spheres():  # colors and diameters of handles
-    for prop in (props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())):
-        mapper = prop.IsA("vtkActor") and prop.GetMapper()
-        if mapper and mapper.IsA("vtkGlyph3DMapper") and prop.GetVisibility():
-            data = mapper.GetInput().GetPointData()
-            if data.GetScalars() is None:
-                return None
-            return vtk_to_numpy(data.GetScalars()), vtk_to_numpy(data.GetArray("Diameter"))
-
-props = view.GetRenderer().GetViewProps()
-
-def looks():  # numbers of handles in each color
-    found = {}
-    for number, color in enumerate(spheres()[0].tolist()):
-        found.setdefault(tuple(color), []).append(number)
-    return sorted(found.values(), key=len)
-
-def largest():
-    diameters = spheres()[1]
-    return np.flatnonzero(diameters > 1.4 * np.median(diameters)).tolist()
-
-def drawn_handles():
-    return bool(spheres()) and len(spheres()[0]) > 0
-
-def labels():  # how many are shown
-    for prop in (props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())):
-        mapper = prop.IsA("vtkActor2D") and prop.GetMapper()
-        if mapper and mapper.IsA("vtkLabeledDataMapper"):
-            return mapper.GetNumberOfLabels() if prop.GetVisibility() else 0
-"""
-BALL = """
-simple.Delete(wavelet)
-ball = simple.Sphere(Radius=10, ThetaResolution=90, PhiResolution=90)
-ball.UpdatePipeline()
-simple.Show(ball, view)
-view.ResetCamera()
-simple.SetActiveSource(ball)
-simple.Render(view)
-"""
-PENDING = """
-from vtkmodules.vtkRenderingCore import vtkCoordinate
-
-def held():  # where the handle is that was dragged last
-    widgets = view.SMProxy.GetProperty("HiddenRepresentations")
-    widgets = [widgets.GetProxy(i) for i in range(widgets.GetNumberOfProxies())]
-    (widget,) = [each.GetClientSideObject().GetWidget() for each in widgets
-                 if each.GetXMLName() == "PolyLineWidgetRepresentation"
-                 and each.GetClientSideObject().GetWidget().GetEnabled()]
-    shown = widget.GetRepresentation()
-    number = shown.GetCurrentHandleIndex()
-    moved = deform.SMProxy.GetProperty("DeformedPoints")
-    place = [moved.GetUncheckedElement(3 * number + i) for i in range(3)]
-    assert np.allclose(place, shown.GetHandlePositions().GetTuple(number))
-    return np.array(place)
-
-def off_the_mouse():  # pixels
-    coordinate = vtkCoordinate()
-    coordinate.SetCoordinateSystemToWorld()
-    coordinate.SetValue(*held())
-    seen = coordinate.GetComputedDisplayValue(view.GetRenderer())
-    return float(np.abs(np.array(seen) - view.GetInteractor().GetEventPosition()).max())
-"""
+from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
+from gui_scenes import AS_VOLUME, BALL, HANDLE, PULL
 
 
 @pytest.mark.matrix
-def test_what_was_dragged_is_seen(gui):
-    gui.run(MARKS)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("is_straight()")
-    assert gui.value("[[len(each) for each in looks()], largest()]") == [[27], []]
+def test_markers_show_drags_selection_and_numbers(gui):
+    gui.add_deform()
+    assert gui.value("[[len(group) for group in marker_groups()], large_markers()]") == [[27], []]
     for place in (HANDLE, (10, -10, 0)):
         with gui.dragging(place, PULL):
-            gui.until("dragged(pending=True)")
-    gui.until("len(dragged(pending=True)) == 2")
-    assert gui.value("sorted(sum(looks()[:-1], [])) == dragged(pending=True)")
+            gui.until("dragged()")
+    gui.until("len(dragged()) == 2")
+    assert gui.value("sorted(sum(marker_groups()[:-1], [])) == dragged()")
     last = "(np.reshape(deform.RestPoints, (-1, 3)) == [10, -10, 0]).all(axis=1)"
-    assert gui.value(f"largest() == np.flatnonzero({last}).tolist()")
-    assert gui.value("labels()") == 0
-    gui.run("deform.SMProxy.GetProperty('NumberHandles').SetUncheckedElement(0, 1)")
-    gui.until("labels() == 27")
+    assert gui.value(f"large_markers() == np.flatnonzero({last}).tolist()")
+    assert gui.value("label_count()") == 0
+    gui.run("edit('NumberHandles', [1])")
+    gui.until("label_count() == 27")
     gui.screenshot("1_numbers")
-    gui.run("deform.SMProxy.GetProperty('NumberHandles').SetUncheckedElement(0, 0)")
-    gui.until("labels() == 0")
+    gui.run("edit('NumberHandles', [0])")
+    gui.until("label_count() == 0")
     gui.press("ctrl+z", "ctrl+z")
-    gui.until("dragged(pending=True) == []")
-    assert gui.value("len(looks()[-1])") >= 26
+    gui.until("dragged() == []")
+    assert gui.value("len(marker_groups()[-1])") >= 26
 
 
 def test_a_drag_along_a_mesh(gui):
-    gui.run(BALL + PENDING)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
+    gui.run(BALL)
+    gui.add_deform()
     front = (0, 0, 10)
     with gui.dragging(front, PULL, key="ctrl"):
-        gui.until("dragged(pending=True)")
+        gui.until("dragged()")
         gui.screenshot("1_dragging")
-        assert gui.value("np.linalg.norm(held())") == pytest.approx(10, abs=0.02)
-        assert gui.value("held()[2]") < 9.8
-        assert gui.value("off_the_mouse()") < 8  # it was taken hold of beside its middle
+        assert gui.value("np.linalg.norm(held_handle())") == pytest.approx(10, abs=0.02)
+        assert gui.value("held_handle()[2]") < 9.8
+        assert gui.value("distance_to_mouse()") < 8  # it was picked beside its center
     gui.press("ctrl+z")
-    gui.until("dragged(pending=True) == []")
+    gui.until("dragged() == []")
     with gui.dragging(front, PULL):
-        gui.until("dragged(pending=True)")
-        assert gui.value("held()[2]") == pytest.approx(10, abs=0.05)  # in the plane of the view
+        gui.until("dragged()")
+        assert gui.value("held_handle()[2]") == pytest.approx(
+            10, abs=0.05
+        )  # in the plane of the view
 
 
 @pytest.mark.matrix
 def test_a_drag_along_a_volume(gui):
-    """Also along one that is drawn bent before Apply."""
-    gui.run(PENDING)
-    gui.run("""
-simple.ColorBy(simple.GetDisplayProperties(wavelet, view), ("POINTS", "RTData"))
-simple.GetDisplayProperties(wavelet, view).SetRepresentationType("Volume")
-simple.Render(view)
-""")
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
+    """Also along a volume that is drawn deformed before Apply."""
+    gui.run(AS_VOLUME)
+    gui.add_deform(apply=False)
     for place, count in (((0, 0, 10), 1), ((10, 0, 10), 2)):
         with gui.dragging(place, (-60, 50), key="ctrl"):
-            gui.until(f"len(dragged(pending=True)) == {count}")
+            gui.until(f"len(dragged()) == {count}")
             gui.screenshot(f"{count}_dragging")
-            assert gui.value("off_the_mouse()") < 8
-            assert 0 < gui.value("held()[2]") < 9.9
+            assert gui.value("distance_to_mouse()") < 8
+            assert 0 < gui.value("held_handle()[2]") < 9.9
 
 
 MANY = """
@@ -143,44 +67,35 @@ for name in ("RestPoints", "DeformedPoints"):
     setattr(deform, name, places.ravel().tolist())
 deform.UpdatePipeline()
 simple.Render(view)
-pushes, told = [], deform.SMProxy.GetProperty("DeformedPoints")
-told.AddObserver("UncheckedPropertyModifiedEvent", lambda *_: pushes.append(1), -1.0)
+events, prop = [], deform.SMProxy.GetProperty("DeformedPoints")
+prop.AddObserver("UncheckedPropertyModifiedEvent", lambda *_: events.append(1), -1.0)
 
-def widget():  # what ParaView knows of the handles
-    shown = view.SMProxy.GetProperty("HiddenRepresentations")
-    shown = [shown.GetProxy(i) for i in range(shown.GetNumberOfProxies())]
-    lists = [each.GetProperty("HandlePositions") for each in shown
-             if each.GetXMLName() == "PolyLineWidgetRepresentation"]
-    return [[each.GetElement(i) for i in range(each.GetNumberOfElements())] for each in lists]
-
-def unchecked():
-    return [told.GetUncheckedElement(i) for i in range(told.GetNumberOfUncheckedElements())]
+def is_known():  # whether ParaView's widget has the pending positions
+    lists = [proxy.GetProperty("HandlePositions") for proxy in widget_proxies("PolyLineWidget")]
+    lists = [[item.GetElement(i) for i in range(item.GetNumberOfElements())] for item in lists]
+    return pending("DeformedPoints") in lists
 """
 
 
 @pytest.mark.matrix
-def test_many_handles_are_told_to_paraview_once_a_drag(gui):
-    """As it sets each of them by itself, a move of one of 500 took it seconds."""
-    gui.run(MARKS)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("is_straight()")
+def test_paraview_gets_a_drag_of_many_handles_once(gui):
+    """It sets handles one by one, which took seconds with 500."""
+    gui.add_deform()
     gui.run(MANY)
     with gui.dragging((10, 10, 10), PULL):
-        gui.until("dragged(pending=True)")
+        gui.until("dragged()")
         gui.shake(0.5)
-        assert gui.value("len(pushes)") == 0
-        assert gui.value("len(looks()[0])") == 1
+        assert gui.value("len(events)") == 0
+        assert gui.value("len(marker_groups()[0])") == 1
         gui.screenshot("1_dragging")
-    gui.until("pushes")
-    assert gui.value("len(dragged(pending=True))") == 1
-    assert gui.value("unchecked() in widget()")
+    gui.until("events")
+    assert gui.value("len(dragged())") == 1
+    assert gui.value("is_known()")
     gui.press("ctrl+z")
-    gui.until("dragged(pending=True) == []")
-    assert gui.value("unchecked() in widget()")
+    gui.until("dragged() == []")
+    assert gui.value("is_known()")
     gui.press("ctrl+y", "alt+a")
-    gui.until("len(dragged()) == 1")
+    gui.until("len(applied_drags()) == 1")
     gui.until("is_bent()")
 
 
@@ -190,12 +105,12 @@ def test_an_announcement_is_no_error(gui):
 import sys
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtk_mls.base.messages import inform
-heard = []
+events = []
 for event in ("ErrorEvent", "WarningEvent"):
-    vtkOutputWindow.GetInstance().AddObserver(event, lambda window, event: heard.append(event))
+    vtkOutputWindow.GetInstance().AddObserver(event, lambda window, event: events.append(event))
 inform("A device is tested ...")
 """)
-    assert gui.value("heard") == []
+    assert gui.value("events") == []
     assert "A device is tested ..." in gui.printed
-    gui.run("sys.stderr.write('what the window shows in red\\\\n')")
-    gui.until("heard")
+    gui.run("sys.stderr.write('text in red\\\\n')")
+    gui.until("events")

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid
-from vtk_mls.paraview.image_axes import along_world
+from vtk_mls.paraview.image_reader import along_world_axes
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -49,7 +49,7 @@ def by_place(image):
 @pytest.mark.parametrize("direction", SIGNED, ids=range(len(SIGNED)))
 def test_along_the_axes_nothing_is_left_to_turn(direction):
     image = oriented(direction)
-    result = along_world(image)
+    result = along_world_axes(image)
     grid = ImageGeometry.of_image(result).grid
     np.testing.assert_array_equal(grid.direction, np.eye(3))
     for found, expected in zip(by_place(result), by_place(image)):
@@ -63,7 +63,7 @@ def test_oblique_axes_are_taken_to_the_nearest():
     turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
     for direction in (turn @ signed for signed in SIGNED):
         image = oriented(direction)
-        result = along_world(image)
+        result = along_world_axes(image)
         np.testing.assert_allclose(ImageGeometry.of_image(result).grid.direction, turn, atol=1e-12)
         for found, expected in zip(by_place(result), by_place(image)):
             np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -1,4 +1,4 @@
-"""ParaView found, looked into and started by `vtk-mls paraview`; and what is refused."""
+"""`vtk-mls paraview` finds, checks and starts ParaView."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vtk_mls.paraview import installation
 
 VERSIONS = {"python": "3.11.2", "vtk": "9.2.0", "numpy": "1.24.2"}
 GOOD = {**VERSIONS, "plugin": True, "device": "0:0 Fast"}
-# Run by ParaView, as its --script: the plugin is loaded, and works.
+# A script for ParaView: exit status 7 if the plugin works.
 QUIT = """
 import os
 from paraview import simple
@@ -32,12 +32,12 @@ os._exit(7 if deform.GetDataInformation().GetNumberOfPoints() == 21**3 else 8)
 
 @pytest.fixture
 def pretend(tmp_path, monkeypatch):
-    """Make a folder with a ParaView of some version that finds this; nothing else is found."""
+    """Make a folder with a false ParaView; no other is found."""
     monkeypatch.setenv("PATH", "/usr/bin:/bin" if sys.platform != "win32" else "")
     monkeypatch.setattr("shutil.which", lambda name: None)
     monkeypatch.setattr(installation, "_USUAL_FOLDERS", ())
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    monkeypatch.setenv("DISPLAY", "of none")
+    monkeypatch.setenv("DISPLAY", "none")
 
     def make(version, found="", name="pv"):
         folder = tmp_path / name / "bin"
@@ -57,7 +57,7 @@ def test_plugin_path(capsys):
     assert capsys.readouterr().out.strip() == str(resource("paraview_plugin"))
 
 
-def test_where_it_is_found(pretend, tmp_path, monkeypatch):
+def test_find(pretend, tmp_path, monkeypatch):
     old, new = pretend("5.9.1", name="ParaView-5.9.1"), pretend("5.13.2", name="ParaView-5.13.2")
     with pytest.raises(ValueError, match="no ParaView found on PATH or in the usual places"):
         installation.find()
@@ -71,7 +71,7 @@ def test_where_it_is_found(pretend, tmp_path, monkeypatch):
     assert installation.find().folder == old
 
 
-def test_what_it_is_started_with(monkeypatch, tmp_path):
+def test_environment(monkeypatch, tmp_path):
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setenv("PYTHONHOME", "/elsewhere")
     monkeypatch.setenv("PV_PLUGIN_PATH", "/mine")
@@ -122,7 +122,7 @@ def test_virtual_environments(tmp_path):
         new.check_venv(tmp_path, "3.11.9")
 
 
-def test_what_is_in_it(pretend, monkeypatch):
+def test_contents(pretend, monkeypatch):
     folder = pretend("5.11.0", json.dumps(GOOD))
     assert installation.find(folder).contents() == GOOD
     failing = {**VERSIONS, "failure": "ImportError: no such thing"}
@@ -133,7 +133,7 @@ def test_what_is_in_it(pretend, monkeypatch):
         installation.find(pretend("5.11.0", name="broken")).contents()
 
 
-def test_the_doctor_looks_into_it(pretend, monkeypatch):
+def test_the_doctor_reports_it(pretend, monkeypatch):
     def look(found, name):
         folder = pretend("5.11.0", found, name)
         monkeypatch.setattr(installation, "_USUAL_FOLDERS", (str(folder),))
@@ -150,7 +150,7 @@ def test_the_doctor_looks_into_it(pretend, monkeypatch):
     assert any("does not run" in problem for problem in problems)
 
 
-def test_started_with_what_was_asked(pretend, tmp_path, capfd):
+def test_options_are_passed_on(pretend, tmp_path, capfd):
     folder, file = pretend("5.13.2", json.dumps(GOOD)), tmp_path / "a.vti"
     file.touch()
     (folder / "paraview").write_text('#!/bin/sh\necho "$VTK_MLS_OPEN" "$@"; exit 5\n')

@@ -1,45 +1,17 @@
-"""A volume follows the mouse before Apply, in each ParaView there is."""
+"""The result of a drag is drawn before Apply."""
 
 from __future__ import annotations
 
-from gui_fixtures import HANDLE, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
-
-LIVE = """
-simple.ColorBy(simple.GetDisplayProperties(wavelet, view), ("POINTS", "RTData"))
-simple.GetDisplayProperties(wavelet, view).SetRepresentationType("Volume")
-simple.Render(view)
-from vtk_mls.rendering import DeformedVolume
-frames, drawn = [], []
-usual = DeformedVolume.update
-def update(self, deformation, nodes=64, within=None):
-    usual(self, deformation, nodes, within)
-    drawn[:] = [self, deformation, nodes]
-DeformedVolume.update = update
-
-def pending():
-    moved = deform.SMProxy.GetProperty("DeformedPoints")
-    values = [moved.GetUncheckedElement(i) for i in range(moved.GetNumberOfUncheckedElements())]
-    return np.reshape(values, (-1, 3))
-
-def ended(*_):
-    applied = np.reshape(deform.DeformedPoints, (-1, 3))
-    if not np.array_equal(pending(), applied):
-        frames.append(bool(drawn) and np.array_equal(pending(), drawn[1].deformed))
-
-def volumes(seen=view):  # visible ones
-    props = seen.GetRenderer().GetVolumes()
-    props = [props.GetItemAsObject(i) for i in range(props.GetNumberOfItems())]
-    return [type(each).__name__ for each in props if each.GetVisibility()]
-"""
+from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
+from gui_scenes import HANDLE, LIVE, PULL
 
 
 def test_a_volume_follows_before_apply(gui):
     gui.run(LIVE)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.run("view.GetRenderer().AddObserver('EndEvent', ended)")
-    with gui.dragging(HANDLE, PULL):  # before the first Apply: the input is what is shown
-        gui.until("dragged(pending=True) and drawn")
+    gui.add_deform(apply=False)
+    gui.run("view.GetRenderer().AddObserver('EndEvent', record_frame)")
+    with gui.dragging(HANDLE, PULL):  # before the first Apply the input is shown
+        gui.until("dragged() and drawn")
         gui.screenshot("1_before_the_first_apply")
         assert gui.value("volumes()") == ["vtkVolume"]
     gui.press("alt+a")
@@ -50,11 +22,11 @@ def test_a_volume_follows_before_apply(gui):
     gui.run("frames.clear(); drawn.clear()")
     other = [10, -10, 0]
     with gui.dragging(other, PULL):
-        gui.until("len(dragged(pending=True)) == 2 and drawn")
+        gui.until("len(dragged()) == 2 and drawn")
         gui.run("frames.clear(); before = drawn[0].uploads")
         gui.shake_until("len(frames) >= 10")
         frames, uploads = gui.value("[frames, drawn[0].uploads - before]")
-        assert sum(frames) >= 0.9 * len(frames)  # show where the handle is
+        assert sum(frames) >= 0.9 * len(frames)
         assert uploads <= len(frames)
         gui.run("frames.clear()")
         gui.shake(1, rate=1000)
@@ -62,12 +34,12 @@ def test_a_volume_follows_before_apply(gui):
         assert len(frames) > 0
         assert sum(frames) >= 0.9 * len(frames)
         gui.screenshot("3_dragging")
-        assert gui.value("len(dragged())") == 1
+        assert gui.value("len(applied_drags())") == 1
         assert gui.value("drawn[2]") == 64
     gui.until("drawn[2] > 100")  # fewer than 128 if the first map has waited for kernels
     gui.screenshot("4_let_go")
     gui.press("ctrl+z")
-    gui.until("len(dragged(pending=True)) == 1")
+    gui.until("len(dragged()) == 1")
     gui.screenshot("5_undone")
     gui.press("alt+a")
     gui.screenshot("6_end")
@@ -84,47 +56,36 @@ view.ResetCamera()
 simple.SetActiveSource(elevation)
 simple.Render(view)
 from vtk_mls.rendering import DeformedMesh
-drawn = []
-usual = DeformedMesh.update
-def update(self, deformation, exact=True):
-    usual(self, deformation, exact)
-    drawn[:] = [self, deformation, exact]
-DeformedMesh.update = update
+record_updates(DeformedMesh)
 """
 
 
 def test_a_mesh_follows_before_apply(gui):
     gui.run(MESH)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("dragged() == [] and deform.GetDataInformation().GetNumberOfPoints() > 0")
+    gui.add_deform()
     with gui.dragging((10, 0, 0), PULL):  # the tip
-        gui.until("dragged(pending=True) and drawn")
+        gui.until("dragged() and drawn")
         gui.screenshot("1_dragging")
         assert gui.value("drawn[2]") is False
     gui.until("drawn[2]")
     gui.screenshot("2_let_go")
-    gui.run("shown = drawn[0]._actor.GetMapper().GetInput().GetBounds()")
+    gui.run("bounds = drawn[0]._actor.GetMapper().GetInput().GetBounds()")
     gui.press("alt+a")
-    gui.until("len(dragged()) == 1")
-    gui.until("np.allclose(deform.GetDataInformation().GetBounds(), shown, atol=1e-4)")
+    gui.until("len(applied_drags()) == 1")
+    gui.until("np.allclose(deform.GetDataInformation().GetBounds(), bounds, atol=1e-4)")
     gui.screenshot("3_applied")
 
 
-def test_what_is_drawn_live_follows_the_display(gui):
+def test_live_props_follow_the_display(gui):
     gui.run(LIVE)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("is_straight()")
+    gui.add_deform()
     own = gui.value("volumes()")
     assert own != ["vtkVolume"]
     with gui.dragging(HANDLE, PULL):
-        gui.until("dragged(pending=True) and drawn")
+        gui.until("dragged() and drawn")
     gui.run("display = simple.GetDisplayProperties(deform, view)")
     live = ["vtkVolume"]
-    for change, wanted in (
+    for change, expected in (
         ("simple.Hide(deform, view)", []),
         ("simple.Show(deform, view)", live),
         ("display.SetRepresentationType('Surface')", []),
@@ -134,7 +95,7 @@ def test_what_is_drawn_live_follows_the_display(gui):
         ("deform.Live = 1", live),
     ):
         gui.run(f"{change}; simple.Render(view)")
-        assert gui.value("volumes()") == wanted, change
+        assert gui.value("volumes()") == expected, change
     gui.screenshot("1_grey")
     gui.run("other = simple.CreateRenderView(); simple.Show(deform, other)")
     gui.run("simple.GetDisplayProperties(deform, other).SetRepresentationType('Volume')")
@@ -162,25 +123,21 @@ other.GetRenderWindow().AddObserver("EndEvent", lambda *_: rendered.append(volum
 
 def test_another_view_follows_when_the_mouse_lets_go(gui):
     gui.run(LIVE)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("is_straight()")
+    gui.add_deform()
     gui.run(OTHER)
     own = gui.value("volumes(other)")
     with gui.dragging(HANDLE, PULL):
-        gui.until("dragged(pending=True) and drawn")
+        gui.until("dragged() and drawn")
         gui.shake(0.5)
         gui.run("rendered.clear()")
     gui.until("rendered")
     gui.shake(0.5)
     assert gui.value("rendered") == [["vtkVolume"]]  # once
     gui.screenshot("1_let_go")
-    switch = "deform.SMProxy.GetProperty('Live')"
-    gui.run(f"rendered.clear(); {switch}.SetUncheckedElement(0, 0)")
+    gui.run("rendered.clear(); edit('Live', [0])")
     gui.until("rendered")
     assert gui.value("rendered") == [own]
-    gui.run(f"rendered.clear(); {switch}.SetUncheckedElement(0, 1)")
+    gui.run("rendered.clear(); edit('Live', [1])")
     gui.until("rendered")
     assert gui.value("rendered") == [["vtkVolume"]]
     gui.press("alt+r")
@@ -197,27 +154,20 @@ camera = view.GetActiveCamera()
 camera.Azimuth(45)
 simple.Render(view)
 
-def ended(*_):
-    frames.append(bool(drawn) and drawn[1].cuts[0].point.tolist() == cut())
+def record_cut(*_):
+    frames.append(bool(drawn) and drawn[1].cuts[0].point.tolist() == pending("CutOrigin"))
 
-def cut():
-    changed = deform.SMProxy.GetProperty("CutOrigin")
-    return [changed.GetUncheckedElement(i) for i in range(3)]
-
-view.GetRenderer().AddObserver("EndEvent", ended)
+view.GetRenderer().AddObserver("EndEvent", record_cut)
 """
 
 
 def test_a_cut_is_drawn_where_the_mouse_moves_it(gui):
     gui.run(LIVE)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("is_straight()")
+    gui.add_deform()
     gui.run(CUT)
     gui.until("is_bent()")
     with gui.dragging((0, 5, 3), (90, 0)):
-        gui.until("cut()[0] > 2 and drawn")
+        gui.until("pending('CutOrigin')[0] > 2 and drawn")
         gui.run("frames.clear()")
         gui.shake_until("len(frames) >= 5")
         frames = gui.value("frames")

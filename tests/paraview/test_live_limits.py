@@ -1,4 +1,4 @@
-"""Where *Live* cannot draw, it says so and leaves ParaView as it was."""
+"""Where *Live* cannot draw, it warns and restores ParaView's own props."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ import socket
 import subprocess
 
 import pytest
-from gui_fixtures import HANDLE, PULL, SETUP, display, gui, paraview, start  # noqa: F401
-from paraviews import PROJECT
-from test_live import LIVE
+from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
+from gui_scenes import HANDLE, LIVE, LOAD, PROJECT, PULL, SETUP, WAVELET
 
-LAUNCHED = "deform = simple.GetActiveSource(); own = volumes()"
 NO_GLSL = """
 from vtk_mls.rendering import shader
 shader._REPLACEMENTS["//VTK::Cropping::Impl"] = "not GLSL;\\n{tag}"
@@ -34,13 +32,10 @@ simple.Render(view)
 def test_a_shader_that_does_not_build(start):
     with start() as gui:
         gui.run(SETUP + LIVE + NO_GLSL)
-        gui.launch("MLS Deform")
-        gui.run(LAUNCHED)
-        gui.press("alt+a")
-        gui.until("is_straight()")
+        gui.add_deform()
         gui.run("simple.Render(view); own = volumes()")
         with gui.dragging(HANDLE, PULL):
-            gui.until("dragged(pending=True) and drawn and not deform.Live")
+            gui.until("dragged() and drawn and not deform.Live")
             gui.shake(0.5)
         assert gui.value("volumes() == own")
         gui.screenshot("1_not_followed")
@@ -54,10 +49,10 @@ def test_a_volume_that_is_not_drawn_by_the_graphics_card(start):
     with start() as gui:
         gui.run(SETUP + LIVE + "display = simple.GetDisplayProperties(wavelet, view)")
         gui.run("display.VolumeRenderingMode = 'Ray Cast Only'; simple.Render(view)")
-        gui.launch("MLS Deform")
-        gui.run(LAUNCHED)
+        gui.add_deform(apply=False)
+        gui.run("own = volumes()")
         with gui.dragging(HANDLE, PULL):
-            gui.until("dragged(pending=True) and not deform.Live")
+            gui.until("dragged() and not deform.Live")
             gui.shake(0.5)
         assert gui.value("volumes() == own and not drawn")
         gui.press("alt+a")
@@ -66,14 +61,13 @@ def test_a_volume_that_is_not_drawn_by_the_graphics_card(start):
 
 
 @pytest.mark.matrix
-def test_what_cannot_be_drawn_is_said_once(start):
+def test_a_failed_update_is_reported_once(start):
     with start() as gui:
         gui.run(SETUP + FAILS)
-        gui.launch("MLS Deform")
-        gui.run("deform = simple.GetActiveSource()")
+        gui.add_deform(apply=False)
         handles = gui.value("[*zip(*[iter(deform.RestPoints)] * 3)]")
         with gui.dragging(max(handles, key=lambda position: position[2]), PULL):
-            gui.until("dragged(pending=True) and not deform.Live")
+            gui.until("dragged() and not deform.Live")
             gui.shake(0.5)
         gui.press("alt+a")
         gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
@@ -81,7 +75,7 @@ def test_what_cannot_be_drawn_is_said_once(start):
 
 
 @pytest.mark.matrix
-def test_on_a_server_it_is_off_and_says_why(start, paraview, display):
+def test_on_a_server_it_is_off_and_warns(start, paraview, display):
     with socket.socket() as probe:
         probe.bind(("", 0))
         port = probe.getsockname()[1]
@@ -97,22 +91,20 @@ def test_on_a_server_it_is_off_and_says_why(start, paraview, display):
         while "Accepting" not in server.stdout.readline():
             assert server.poll() is None
         with start(PARAVIEW_GUI_SERVER=str(port), PV_PLUGIN_PATH="paraview_plugin") as gui:
-            gui.run("import gc; gc.collect()")  # which must leave what ParaView calls
-            there = SETUP.replace("ns=vars(simple))", "True, vars(simple))")
-            gui.run(there.replace("volume = rtdata(wavelet).copy()", ""))
-            gui.launch("MLS Deform")
-            gui.run("deform = simple.GetActiveSource()")
+            gui.run("import gc; gc.collect()")  # observers must survive
+            gui.run(LOAD.replace("ns=vars(simple))", "True, vars(simple))") + WAVELET)
+            gui.add_deform(apply=False)
             gui.press("alt+a")
             assert gui.value("deform.Live") == 0
             gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
             with gui.dragging(HANDLE, PULL):
-                gui.until("dragged(pending=True)")
+                gui.until("dragged()")
             gui.screenshot("1_dragged")
             gui.run("deform.Live = 1; simple.Render(view)")
             assert gui.value("deform.Live") == 0
             assert gui.printed.count("on another machine. Apply shows the result") == 1
             gui.press("alt+a")
-            gui.until("dragged()")
+            gui.until("applied_drags()")
             gui.screenshot("2_applied")
     finally:
         os.killpg(server.pid, signal.SIGKILL)

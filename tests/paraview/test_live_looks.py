@@ -1,84 +1,67 @@
-"""What is drawn before Apply is what Apply shows, whatever ParaView shows data as."""
+"""Live props look as the result of Apply, in all representations."""
 
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import SETUP, display, gui, noise, paraview, start  # noqa: F401
-from test_live import LIVE
+from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
+from gui_scenes import LIVE
 
-LOOKS = """
-from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+COMPARE = """
 rest = np.reshape(deform.RestPoints, (-1, 3))
 size = np.ptp(rest, axis=0).max()
-turn = 1
+sign = 1
 
-def seen():
-    simple.Render(view)
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(view.GetRenderWindow())
-    grab.ReadFrontBufferOff()
-    grab.Update()
-    return vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).astype(int)
-
-def share(first, second):  # of pixels that differ, in thousandths
-    return 1000 * float((abs(first - second).max(axis=1) > 16).mean())
-
-def compare():  # how much is changed by an edit of two handles, and what by Apply
-    global turn
-    turn = -turn
+def compare():  # shares of the pixels that an edit of two handles changes, and Apply
+    global sign
+    sign = -sign
     moved = rest.copy()
-    moved[[-1, 8]] += np.multiply([[-0.2, 0.15, 0.1], [0.1, 0.2, -0.2]], turn * size)
-    before, changed = seen(), deform.SMProxy.GetProperty("DeformedPoints")
-    changed.SetUncheckedElements(moved.ravel().tolist(), moved.size)
-    pending = seen()
+    moved[[-1, 8]] += np.multiply([[-0.2, 0.15, 0.1], [0.1, 0.2, -0.2]], sign * size)
+    before = rendered_picture()
+    edit("DeformedPoints", moved.ravel().tolist())
+    edited = rendered_picture()
     deform.DeformedPoints = moved.ravel().tolist()
     simple.UpdatePipeline(proxy=deform)
-    return share(before, pending), share(pending, seen())
+    return changed_share(before, edited), changed_share(edited, rendered_picture())
 """
 
-LOOK_AT = """
-simple.ColorBy(simple.GetDisplayProperties(shown, view), by)
+SHOW = """
+simple.ColorBy(simple.GetDisplayProperties(source, view), by)
 simple.HideScalarBarIfNotNeeded(simple.GetColorTransferFunction(by[1]), view)
 view.CameraPosition = [4, 3, 6]
 view.CameraFocalPoint = [0, 0, 0]
 view.ResetCamera()
-simple.SetActiveSource(shown)
+simple.SetActiveSource(source)
 simple.Render(view)
 """
 
 
-def begin(gui, shown, by):
-    """Make a filter of what is shown."""
-    gui.run(f"shown, by = {shown}, {by}\n{LOOK_AT}")
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
-    gui.press("alt+a")
-    gui.until("deform.GetDataInformation().GetNumberOfPoints() > 0")
+def begin(gui, source, by):
+    """Show a source, and add a filter."""
+    gui.run(f"source, by = {source}, {by}\n{SHOW}")
+    gui.add_deform()
     gui.run("display = simple.GetDisplayProperties(deform, view)")
-    gui.run(LOOKS)
+    gui.run(COMPARE)
 
 
-# Its thin lines lie in the slice, where rounding decides what is drawn first.
+# Its lines lie in the slice, where rounding decides which is in front.
 HIDE_PLANE = """
-widgets = view.SMProxy.GetProperty("HiddenRepresentations")
-for number in range(widgets.GetNumberOfProxies()):
-    if "ImplicitPlane" in widgets.GetProxy(number).GetXMLName():
-        widgets.GetProxy(number).GetProperty("Visibility").SetElement(0, 0)
-        widgets.GetProxy(number).UpdateVTKObjects()
+for proxy in widget_proxies("ImplicitPlane"):
+    proxy.GetProperty("Visibility").SetElement(0, 0)
+    proxy.UpdateVTKObjects()
 """
 
 
-def check(gui, *looks, name=""):
-    """The edit is to be seen, and Apply changes nothing more."""
-    for look in looks:
-        gui.run(f"display.SetRepresentationType({look!r}); simple.Render(view)")
+def check(gui, *representations, name=""):
+    """An edit changes the picture, and Apply does not change it further."""
+    for representation in representations:
+        gui.run(f"display.SetRepresentationType({representation!r}); simple.Render(view)")
         edited, applied = gui.value("compare()")
-        gui.screenshot(f"{name}{look}".replace(" ", "_"))
-        assert edited > 5, look
-        assert applied < 0.1, look
+        gui.screenshot(f"{name}{representation}".replace(" ", "_"))
+        assert edited > 5, representation
+        assert applied < 0.1, representation
 
 
-def test_images_follow_whatever_they_are_shown_as(gui):
+def test_images_follow_in_every_representation(gui):
     begin(gui, "wavelet", ("POINTS", "RTData"))
     check(gui, "Surface", "Surface With Edges", "Wireframe", "Points", "Slice", "Outline")
     gui.run("deform.CutType = 'plane'; deform.CutNormal = [1, 0, 0]; simple.Render(view)")
@@ -98,7 +81,7 @@ def test_cells_edges_and_boxes_of_images_follow(gui):
         gui.run(f"display.Slice = {number}; display.SliceMode = 'YZ Plane'")
         check(gui, "Slice", name=f"cells_{number}_")
     gui.run("deform.OutputGrid = 'fitted'; simple.Hide(cells, view)")
-    gui.run("simple.HideInteractiveWidgets(proxy=deform)")  # just what is deformed is seen
+    gui.run("simple.HideInteractiveWidgets(proxy=deform)")
     check(gui, "Outline", "Surface", "Slice", name="fitted_")
 
 
@@ -112,18 +95,17 @@ INPUT_CHANGES = {
 def test_changes_of_the_input_are_followed(gui):
     begin(gui, "wavelet", ("POINTS", "RTData"))
     gui.run("simple.HideInteractiveWidgets(proxy=deform)")
-    gui.run("changed = deform.SMProxy.GetProperty('DeformedPoints')")
     gui.run("moved = rest.copy(); moved[-1] += [-4, 3, 2]")
-    for look, change in INPUT_CHANGES.items():
-        gui.run(f"display.SetRepresentationType({look!r}); simple.Render(view)")
-        gui.run("changed.SetUncheckedElements(moved.ravel().tolist(), moved.size)")
-        gui.run(f"before = seen(); wavelet.{change}; pending = seen()")
-        gui.screenshot(look)
+    for representation, change in INPUT_CHANGES.items():
+        gui.run(f"display.SetRepresentationType({representation!r}); simple.Render(view)")
+        gui.run("edit('DeformedPoints', moved.ravel().tolist())")
+        gui.run(f"before = rendered_picture(); wavelet.{change}; edited = rendered_picture()")
+        gui.screenshot(representation)
         gui.run("deform.DeformedPoints = moved.ravel().tolist()")
-        gui.run("simple.UpdatePipeline(proxy=deform); applied = seen()")
+        gui.run("simple.UpdatePipeline(proxy=deform); applied = rendered_picture()")
         gui.run("deform.DeformedPoints = rest.ravel().tolist()")
-        assert gui.value("share(before, pending)") > 5, look
-        assert gui.value("share(pending, applied)") < 0.1, look
+        assert gui.value("changed_share(before, edited)") > 5, representation
+        assert gui.value("changed_share(edited, applied)") < 0.1, representation
 
 
 VOLUME_CHANGES = (
@@ -138,59 +120,59 @@ VOLUME_CHANGES = (
 def test_changes_of_the_input_of_a_volume_are_followed(gui):
     """Values, extent, spacing, another source: with an edit pending, and after Apply alike."""
     gui.run(f"{LIVE}\nfrom vtk_mls.rendering.ray_spacing import usual_step")
-    gui.run("step_of = lambda each: each._mapper.GetSampleDistance()")
+    gui.run("step_of = lambda prop: prop._mapper.GetSampleDistance()")
     gui.run("other = simple.Wavelet(WholeExtent=[-12, 8, -10, 10, -10, 10], Maximum=200)")
     begin(gui, "wavelet", ("POINTS", "RTData"))
     gui.run("simple.HideInteractiveWidgets(proxy=deform)")
     gui.run("display.SetRepresentationType('Volume'); simple.Render(view)")
-    gui.run("changed = deform.SMProxy.GetProperty('DeformedPoints'); own = volumes()")
+    gui.run("own = volumes()")
     gui.run("moved = rest.copy(); moved[-1] += [-4, 3, 2]")
     for number, change in enumerate(VOLUME_CHANGES):
-        gui.run("changed.SetUncheckedElements(moved.ravel().tolist(), moved.size)")
-        gui.run(f"before = seen(); {change}; pending = seen()")
+        gui.run("edit('DeformedPoints', moved.ravel().tolist())")
+        gui.run(f"before = rendered_picture(); {change}; edited = rendered_picture()")
         gui.screenshot(f"{number}_pending")
         assert gui.value("volumes()") == ["vtkVolume"], change
         assert gui.value("bool(np.isclose(step_of(drawn[0]), usual_step(drawn[0]._source)))"), (
             change
         )
         gui.run("deform.DeformedPoints = moved.ravel().tolist()")
-        gui.run("simple.UpdatePipeline(proxy=deform); applied = seen()")
+        gui.run("simple.UpdatePipeline(proxy=deform); applied = rendered_picture()")
         gui.screenshot(f"{number}_applied")
         assert gui.value("volumes() == own"), change
         gui.run("deform.DeformedPoints = rest.ravel().tolist()")
-        assert gui.value("share(before, pending)") > 5, change
-        difference = gui.value("float(abs(pending - applied).mean())")
+        assert gui.value("changed_share(before, edited)") > 5, change
+        difference = gui.value("float(abs(edited - applied).mean())")
         print(f"{change}: {difference:.2f} of 255")
         assert difference < 1, change
 
 
 @pytest.mark.matrix
 def test_a_volume_steps_unseen_from_drag_to_apply(gui):
-    """A map of 64 nodes while it is dragged, of 128 or so when it is let go, then as by Apply."""
+    """A map of 64 nodes during the drag, of about 128 after it, then the result of Apply."""
     gui.run("wavelet.WholeExtent = [-32, 31, -32, 31, -32, 31]; wavelet.UpdatePipeline()")
-    gui.run("volume = rtdata(wavelet).copy()")
+    gui.run("volume = values(wavelet).copy()")
     gui.run(LIVE)
     begin(gui, "wavelet", ("POINTS", "RTData"))
-    gui.run("display.SetRepresentationType('Volume'); pictures = [seen()]")
+    gui.run("display.SetRepresentationType('Volume'); pictures = [rendered_picture()]")
     with gui.dragging((31, 31, -0.5), (160, 120)):
-        gui.until("dragged(pending=True) and drawn and drawn[2] == 64")
-        gui.run("pictures.append(seen())")
-    gui.until("drawn[2] > 100")  # fewer than 128 if the first map has waited for kernels
-    gui.run("pictures.append(seen())")
+        gui.until("dragged() and drawn and drawn[2] == 64")
+        gui.run("pictures.append(rendered_picture())")
+    gui.until("drawn[2] > 100")  # fewer than 128 if the first map waited for kernels
+    gui.run("pictures.append(rendered_picture())")
     gui.press("alt+a")
     gui.until("is_bent()")
-    gui.run("pictures.append(seen())")
+    gui.run("pictures.append(rendered_picture())")
     gui.screenshot("applied")
     changes = gui.run("""
 changes = [abs(a - b) for a, b in zip(pictures, pictures[1:])]
-answer = [[float(each.mean()), float(np.percentile(each, 99))] for each in changes]""")
-    print(*(f"mean {mean:.2f}, p99 {most:.0f} of 255" for mean, most in changes), sep="; ")
+answer = [[float(c.mean()), float(np.percentile(c, 99))] for c in changes]""")
+    print(*(f"mean {mean:.2f}, p99 {p99:.0f} of 255" for mean, p99 in changes), sep="; ")
     edited, let_go, applied = changes
     assert edited[0] > 1
-    for mean, most in (let_go, applied):
+    for mean, p99 in (let_go, applied):
         assert mean < edited[0] / 2
         assert mean <= 1
-        assert most <= 8
+        assert p99 <= 8
 
 
 def test_blocks_and_outlines_of_meshes_follow(gui):

@@ -1,26 +1,25 @@
-"""What else users do while an edit waits for Apply, and is drawn."""
+"""Undo, animations, states and deletions while an edit waits for Apply."""
 
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import HANDLE, HAS_QT, PULL, SETUP, display, gui, noise, paraview, start  # noqa: F401
-from test_live import LIVE
+from gui_fixtures import display, gui, paraview, require_qt, start  # noqa: F401  fixtures
+from gui_scenes import AS_VOLUME, HANDLE, LIVE, PULL, VALUES, WAVELET
 
-VOLUME = ["vtkVolume"]  # ours; ParaView's is of another class
+VOLUME = ["vtkVolume"]  # ParaView's own is of another class
 
 
 def drag(gui):
     """Leave an edit pending."""
     with gui.dragging(HANDLE, PULL):
-        gui.until("dragged(pending=True) and drawn")
+        gui.until("dragged() and drawn")
 
 
 @pytest.fixture
 def deform(gui):
     """The GUI with a filter that is applied, shown as a volume."""
     gui.run(LIVE)
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
+    gui.add_deform(apply=False)
     gui.press("alt+a")
     gui.until("is_straight() and volumes()")
     gui.run("own = volumes()")
@@ -32,11 +31,11 @@ def test_undo_reset_animations_and_states(deform):
     gui = deform
     drag(gui)
     assert gui.value("volumes()") == VOLUME
-    for keys, wanted in (("ctrl+z", False), ("ctrl+y", True), ("alt+r", False)):
+    for keys, is_edited in (("ctrl+z", False), ("ctrl+y", True), ("alt+r", False)):
         gui.press(keys)
-        gui.until(f"bool(dragged(pending=True)) is {wanted}")
+        gui.until(f"bool(dragged()) is {is_edited}")
         gui.run("simple.Render(view)")
-        assert (gui.value("volumes()") == VOLUME) is wanted, keys
+        assert (gui.value("volumes()") == VOLUME) is is_edited, keys
         gui.screenshot(keys)
     drag(gui)
     gui.press("alt+a")
@@ -51,7 +50,7 @@ def test_undo_reset_animations_and_states(deform):
     # Animation, with another handle's edit pending.
     gui.run("drawn.clear()")
     with gui.dragging((10, -10, 0), PULL):
-        gui.until("len(dragged(pending=True)) == 2 and drawn")
+        gui.until("len(dragged()) == 2 and drawn")
     gui.run("""
 track = simple.GetAnimationTrack("Blend", proxy=deform)
 track.KeyFrames = [simple.CompositeKeyFrame(KeyTime=t, KeyValues=[t]) for t in (0.0, 1.0)]
@@ -59,20 +58,20 @@ scene = simple.GetAnimationScene()
 scene.AnimationTime = 0.5 * (scene.StartTime + scene.EndTime)
 simple.Render(view)
 half = np.reshape(deform.RestPoints, (-1, 3))
-half = half + 0.5 * (pending() - half)""")
+half = half + 0.5 * (pending_rows('DeformedPoints') - half)""")
     assert gui.value("volumes()") == VOLUME
     assert gui.value("abs(drawn[1].deformed - half).max()") < 1e-9
     gui.run("scene.Play(); simple.Delete(track); del track; simple.Render(view)")
-    assert gui.value("len(dragged(pending=True))") == 2
+    assert gui.value("len(dragged())") == 2
 
-    # A state has what is applied; saving it takes nothing away.
+    # A state has the applied values; saving it keeps the edit.
     state = f"{gui.folder}/state.pvsm"
     gui.run(f"simple.SaveState({state!r}); simple.Render(view)")
     assert gui.value("volumes()") == VOLUME
     gui.run(f"simple.LoadState({state!r})")
     gui.run("""
-loaded = [each for each in simple.GetSources().values() if each.GetXMLName() == "MLSDeform"]
-loaded = next(each for each in loaded if each != deform)
+sources = [s for s in simple.GetSources().values() if s.GetXMLName() == "MLSDeform"]
+loaded = next(source for source in sources if source != deform)
 moved = np.array(loaded.DeformedPoints)
 simple.Render(view)""")
     assert gui.value("np.array_equal(moved, deform.DeformedPoints)")
@@ -82,7 +81,7 @@ simple.Render(view)""")
 
 @pytest.mark.matrix
 def test_a_track_of_a_coordinate(deform):
-    """ParaView drops an edit of a list when it sets another element: then nothing is live."""
+    """ParaView drops a list's edit when it sets another element: then nothing is live."""
     gui = deform
     drag(gui)
     gui.run("""
@@ -92,7 +91,7 @@ scene = simple.GetAnimationScene()
 scene.AnimationTime = 0.5 * (scene.StartTime + scene.EndTime)
 simple.Render(view)
 moved = np.reshape(deform.DeformedPoints, (-1, 3))
-is_live = not np.array_equal(pending(), moved)""")
+is_live = not np.array_equal(pending_rows('DeformedPoints'), moved)""")
     assert gui.value("moved[0].tolist()") == [-12, -10, -10]
     assert gui.value("(volumes() == ['vtkVolume']) is is_live")
     gui.screenshot("1_half")
@@ -100,7 +99,7 @@ is_live = not np.array_equal(pending(), moved)""")
     drag(gui)
     assert gui.value("volumes()") == VOLUME
     gui.press("alt+a")
-    gui.until("len(dragged()) == 2")
+    gui.until("len(applied_drags()) == 2")
     gui.run("simple.Render(view)")
     assert gui.value("volumes() == own")
 
@@ -108,8 +107,7 @@ is_live = not np.array_equal(pending(), moved)""")
 @pytest.mark.matrix
 def test_reset_session(deform):
     gui = deform
-    if not gui.run(HAS_QT):
-        pytest.skip("no PyQt of ParaView's version")
+    require_qt(gui)
     drag(gui)
     gui.run("""
 import gui_places
@@ -123,9 +121,8 @@ del view, deform, wavelet""")
     gui.click("button('Yes')")
     gui.until("not simple.GetSources()")
     gui.run("view = simple.GetActiveViewOrCreate('RenderView')")
-    gui.run(SETUP[SETUP.index("wavelet = ") :] + LIVE[: LIVE.index("from")] + "drawn.clear()")
-    gui.launch("MLS Deform")
-    gui.run("deform = simple.GetActiveSource()")
+    gui.run(f"{WAVELET}{VALUES}{AS_VOLUME}drawn.clear()")
+    gui.add_deform(apply=False)
     drag(gui)
     assert gui.value("volumes(view)") == VOLUME
     gui.screenshot("again")
@@ -140,7 +137,7 @@ def test_deleting_while_it_is_dragged(deform):
     gui.run("simple.ColorBy(simple.GetDisplayProperties(deform, other), ('POINTS', 'RTData'))")
     gui.run("simple.SetActiveView(view); simple.SetActiveSource(deform); simple.Render(other)")
     with gui.dragging(HANDLE, PULL):
-        gui.until("dragged(pending=True) and drawn")
+        gui.until("dragged() and drawn")
         gui.run("simple.Render(other)")
         assert gui.value("volumes() + volumes(other)") == VOLUME + VOLUME
         gui.run("simple.Delete(other); del other; simple.Render(view)")

@@ -1,5 +1,4 @@
-"""ParaView over MPI processes, in each ParaView that has an `mpirun`: pvbatch, and pvserver with a
-client."""
+"""The plugin in MPI processes: pvbatch, and pvserver with a client."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ ROOT_MAY = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"
 
 @pytest.fixture
 def start(paraview, display):
-    """Start a program of ParaView on processes, from the project folder; it ends with the test."""
+    """Start a program of ParaView in `count` processes; it ends with the test."""
     found = subprocess.run(
         [*paraview.prefix, "mpirun", "--version"], capture_output=True, check=False
     )
@@ -54,7 +53,7 @@ def start(paraview, display):
 
 
 def finish(process):
-    """What the process printed; it must succeed without an error or a warning."""
+    """The output of a process, which must succeed and print no error or warning."""
     try:
         output, _ = process.communicate(timeout=TIMEOUT)
     except subprocess.TimeoutExpired:

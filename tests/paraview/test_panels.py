@@ -1,4 +1,4 @@
-"""The panels of ParaView show the properties of the filters; no ParaView is needed to see it."""
+"""ParaView's panels have the properties of the filters. Runs without ParaView."""
 
 from xml.etree import ElementTree
 
@@ -7,84 +7,87 @@ import pytest
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.paraview import panels
 
-OF_EVERY_PANEL = {"Drag", "NumberHandles"}
-OF_PANEL = OF_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
+IN_EVERY_PANEL = {"Drag", "NumberHandles"}
+IN_FILTER_PANELS = IN_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
 INPUTS = {"Input", "ControlPoints", "Cuts"}
 
 
-def seen(table):
-    """A table with the defaults of what people look at."""
-    others = {each.name: each for each in property_tables.INTERACTIVE_COMPUTING}
-    return [others.get(each.name, each) for each in table]
+def interactive(table):
+    """A table with the defaults for interactive use."""
+    others = {prop.name: prop for prop in property_tables.INTERACTIVE_COMPUTING}
+    return [others.get(prop.name, prop) for prop in table]
 
 
-EACH = [
+PANELS = [
     pytest.param(
-        panels.DEFORM, seen(property_tables.DEFORM), OF_PANEL | INPUTS | {"Live"}, id="deform"
+        panels.DEFORM,
+        interactive(property_tables.DEFORM),
+        IN_FILTER_PANELS | INPUTS | {"Live"},
+        id="deform",
     ),
     pytest.param(
         panels.DISPLACEMENT_FIELD,
-        seen(property_tables.DISPLACEMENT_FIELD),
-        OF_PANEL | INPUTS,
+        interactive(property_tables.DISPLACEMENT_FIELD),
+        IN_FILTER_PANELS | INPUTS,
         id="field",
     ),
     pytest.param(
-        panels.CONTROL_POINTS, property_tables.CONTROL_POINTS, OF_EVERY_PANEL, id="points"
+        panels.CONTROL_POINTS, property_tables.CONTROL_POINTS, IN_EVERY_PANEL, id="points"
     ),
 ]
 
 
-def shown(panel):
+def elements_of(panel):
     """The elements of the properties of a panel by their names."""
     root = ElementTree.fromstring(f"<Proxy>{''.join(panel)}</Proxy>")
-    found = [each for each in root if each.tag.endswith("Property")]
-    assert len({each.get("name") for each in found}) == len(found)
-    return {each.get("name"): each for each in found}
+    found = [child for child in root if child.tag.endswith("Property")]
+    assert len({child.get("name") for child in found}) == len(found)
+    return {child.get("name"): child for child in found}
 
 
-@pytest.mark.parametrize(("panel", "table", "others"), EACH)
+@pytest.mark.parametrize(("panel", "table", "others"), PANELS)
 def test_all_properties_are_shown_and_no_others(panel, table, others):
-    in_python_alone = {each.name for each in table if isinstance(each, properties.Cuts)}
-    assert {*shown(panel)} == {each.name for each in table} - in_python_alone | others
+    only_in_python = {prop.name for prop in table if isinstance(prop, properties.Cuts)}
+    assert {*elements_of(panel)} == {prop.name for prop in table} - only_in_python | others
 
 
-@pytest.mark.parametrize(("panel", "table", "others"), EACH)
+@pytest.mark.parametrize(("panel", "table", "others"), PANELS)
 def test_help_default_and_level_are_those_of_the_table(panel, table, others):
-    found = shown(panel)
-    for each in table:
-        if isinstance(each, properties.Cuts):
+    found = elements_of(panel)
+    for prop in table:
+        if isinstance(prop, properties.Cuts):
             continue
-        element = found[each.name]
-        assert element.findtext("Documentation") == " ".join(each.help.split())
-        assert (element.get("panel_visibility") == "advanced") == each.is_advanced
+        element = found[prop.name]
+        assert element.findtext("Documentation") == " ".join(prop.help.split())
+        assert (element.get("panel_visibility") == "advanced") == prop.is_advanced
         default = element.get("default_values")
-        if isinstance(each, properties.Choice):
+        if isinstance(prop, properties.Choice):
             assert [option.get("value") for option in element.find("StringListDomain")] == [
-                *each.choices
+                *prop.choices
             ]
-            assert default == each.default
-        elif isinstance(each, (properties.Number, properties.Flag)):
-            assert float(default) == each.default
-        elif isinstance(each, properties.Vector):
-            assert tuple(map(float, default.split())) == each.default
-        elif isinstance(each, (properties.Text, properties.Items)):
+            assert default == prop.default
+        elif isinstance(prop, (properties.Number, properties.Flag)):
+            assert float(default) == prop.default
+        elif isinstance(prop, properties.Vector):
+            assert tuple(map(float, default.split())) == prop.default
+        elif isinstance(prop, (properties.Text, properties.Items)):
             assert default in ("", "none")
 
 
-@pytest.mark.parametrize(("panel", "table", "others"), EACH)
-def test_lists_are_told_how_long_they_are(panel, table, others):
-    """Or ParaView can make them longer only."""
+@pytest.mark.parametrize(("panel", "table", "others"), PANELS)
+def test_lists_have_a_command_for_their_length(panel, table, others):
+    """Otherwise ParaView can only make them longer."""
     lists = {
         name: element.get("set_number_command")
-        for name, element in shown(panel).items()
+        for name, element in elements_of(panel).items()
         if element.get("use_index") == "1"
     }
     assert lists == {name: f"SetNumberOf{name}" for name in lists}
     assert {"RestPoints", "DeformedPoints", "Weights"} <= {*lists}
 
 
-def test_a_property_is_shown_while_it_counts():
-    found = shown(panels.DEFORM)
+def test_a_property_is_shown_while_it_has_an_effect():
+    found = elements_of(panels.DEFORM)
     (hint,) = found["Degree"].iter("PropertyWidgetDecorator")
     assert (hint.get("property"), hint.get("value")) == ("Kind", "polynomial")
     (hint,) = found["CutOrigin"].iter("PropertyWidgetDecorator")
@@ -96,7 +99,7 @@ def test_a_property_is_shown_while_it_counts():
 )
 @pytest.mark.parametrize("name", ["Nu", "CutFrame"])
 def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
-    (composite,) = shown(panel)[name].find("Hints")
+    (composite,) = elements_of(panel)[name].find("Hints")
     (any_of,) = composite
     assert (composite.get("type"), any_of.get("type")) == ("CompositeDecorator", "or")
     conditions = [[hint.get(key) for key in ("property", "value", "inverse")] for hint in any_of]

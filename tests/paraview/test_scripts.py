@@ -1,11 +1,11 @@
-"""The plugin in real ParaViews: the scripts of tests/paraview and the pvpython example, in each."""
+"""The scripts `check_*.py` and the pvpython example, in all installed ParaViews."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from gui_fixtures import write_brain
+from gui_scenes import write_brain
 from paraviews import PICTURES, PROJECT, display, paraview  # noqa: F401  fixtures
 
 SCRIPTS = sorted(
@@ -20,7 +20,7 @@ def test_script(paraview, display, script, request):
     paraview.check(script, _pictures(request), display=display)
 
 
-def test_nobody_sees_the_tolerance(paraview, display, request):
+def test_the_tolerance_is_invisible(paraview, display, request):
     pictures = _pictures(request)
     head = write_brain(pictures / "head.vti", every=2)
     paraview.check("tests/paraview/tolerance.py", pictures, head, display=display)

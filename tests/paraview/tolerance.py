@@ -1,4 +1,4 @@
-"""By default ParaView shows of a volume what the map of each point shows, for all that is seen.
+"""ParaView's default tolerance of the map changes no picture visibly.
 
 Arguments: a folder for pictures, and the file of a volume of a head.
 """
@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from paraview import simple
-from scene import array, control_points, data
+from scene import array, control_points, data, screenshot
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOImage import vtkPNGReader
 
 FOLDER, HEAD = Path(sys.argv[1]), sys.argv[2]
 TOLERANCE = 0.02
@@ -24,12 +23,12 @@ bounds = np.reshape(image.GetBounds(), (3, 2))
 centre, size = bounds.mean(axis=1), np.ptp(bounds, axis=1)
 
 
-def hard_handles(pulled):
-    """Random ones with drags far apart, half of them half a voxel from another, or a cut opened."""
+def hard_handles(is_cut):
+    """Random handles with large drags, in close pairs; or pulled apart at a cut."""
     rng = np.random.default_rng(7)
     rest = centre + rng.uniform(-0.4, 0.4, (24, 3)) * size
     deformed = rest + rng.uniform(-0.05, 0.05, (24, 3)) * size
-    if pulled:
+    if is_cut:
         side = np.sign(rest[:, :1] - centre[0])
         return rest, rest + side * [[0.08 * size[0], 0, 0]] * (rest[:, 2:] > centre[2])
     deformed[1::2] = deformed[::2] + 0.5 * np.array(image.GetSpacing()) * [[0.6, 0.64, -0.48]]
@@ -37,7 +36,7 @@ def hard_handles(pulled):
 
 
 def made(kind, cut, tolerance, **settings):
-    """A filter as ParaView makes it, or with another tolerance."""
+    """A filter with ParaView's default tolerance or another."""
     proxy = kind(Input=source, ControlPoints=control_points(*hard_handles(cut != "none")))
     assert proxy.MapTolerance == proxy.GetClientSideObject().GetMapTolerance() == TOLERANCE
     proxy.CutType = cut
@@ -57,7 +56,7 @@ view.OrientationAxesVisibility = 0
 
 
 def picture(proxy, kind, colors, name):
-    """(400 * 400, 3) int of what a proxy makes, as a volume or a surface, from above and aside."""
+    """Colors (n, 3) of a proxy's output, as a volume or a surface."""
     display = simple.Show(proxy, view)
     display.SetRepresentationType(kind)
     simple.Render(view)
@@ -68,17 +67,13 @@ def picture(proxy, kind, colors, name):
     view.CameraPosition = list(centre + 2.4 * size.max() * np.array([0.4, -0.6, 0.9]))
     view.CameraFocalPoint, view.CameraViewUp = list(centre), [0, 0, 1]
     simple.Render(view)
-    file = str(FOLDER / f"tolerance_{name}.png")
-    simple.SaveScreenshot(file, view, ImageResolution=[400, 400])
+    pixels = screenshot(view, FOLDER / f"tolerance_{name}.png")
     simple.Hide(proxy, view)
-    reader = vtkPNGReader()
-    reader.SetFileName(file)
-    reader.Update()
-    return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(int)
+    return pixels.reshape(-1, 3)
 
 
 def contour(proxy):
-    """The surface of the grey matter."""
+    """The surface of the gray matter."""
     found = simple.Contour(Input=proxy)
     found.ContourBy = ["POINTS", scalars]
     found.Isosurfaces = [0.5 * VALUES.max()]
@@ -95,13 +90,13 @@ def face(proxy):
     return found
 
 
-# How it is shown: by what, as what, by which colours; and properties of the filter.
-LOOKS = {
+# Filters on top, representation, colors, and properties of the filter.
+PICTURES = {
     "volume": (lambda proxy: proxy, "Volume", ("POINTS", scalars), {}),
     "surface": (contour, "Surface", None, {}),
     "light": (contour, "Surface", ("POINTS", "Gradient", "X"), {"GradientArray": scalars}),
 }
-OF_CUTS = {
+CUT_PICTURES = {
     "face": (face, "Surface", None, {"HideVoid": 0, "VoidValues": "continued"}),
 }
 
@@ -109,33 +104,33 @@ for cut in CUTS:
     # the map
     for kind in ("rigid", "polynomial"):
         fields = [data(made(simple.MLSDisplacementField, cut, t, Kind=kind)) for t in (None, 0)]
-        default, exact = (array(each, "BackwardDisplacement") for each in fields)
+        default, exact = (array(field, "BackwardDisplacement") for field in fields)
         error = np.linalg.norm((default - exact) / image.GetSpacing(), axis=-1)
         print(f"{cut}, {kind}: at most {error.max():.4f} of a voxel")
         assert 1e-5 < error.max() <= TOLERANCE, (cut, kind, error.max())
         if cut != "none":
-            voids = [array(each, "Void") for each in fields]
+            voids = [array(field, "Void") for field in fields]
             np.testing.assert_array_equal(*voids)
             assert 1e-4 < (voids[0] > 0).mean() < 0.5
 
-    # nothing moves by a Blend of 0
+    # Blend 0 is the identity
     unmoved = data(made(simple.MLSDeform, cut, None, Blend=0))
     np.testing.assert_array_equal(
         array(unmoved, scalars), VALUES.reshape(image.GetDimensions()[::-1])
     )
 
-    # what is seen
-    for look, (seen, kind, colors, settings) in (
-        LOOKS if cut == "none" else LOOKS | OF_CUTS
+    # the pictures
+    for name, (shown, kind, colors, settings) in (
+        PICTURES if cut == "none" else PICTURES | CUT_PICTURES
     ).items():
         found, expected = (
             picture(
-                *(seen(made(simple.MLSDeform, cut, tolerance, **settings)), kind, colors),
-                f"{cut}_{look}_{name}",
+                *(shown(made(simple.MLSDeform, cut, tolerance, **settings)), kind, colors),
+                f"{cut}_{name}_{accuracy}",
             )
-            for name, tolerance in (("default", None), ("exact", 0))
+            for accuracy, tolerance in (("default", None), ("exact", 0))
         )
         levels = np.abs(found - expected).max(axis=1)
-        print(f"{cut}, {look}: {np.percentile(levels, [99, 99.9])} levels, at most {levels.max()}")
-        assert np.percentile(levels, 99.9) <= 2, (cut, look, levels.max())
+        print(f"{cut}, {name}: {np.percentile(levels, [99, 99.9])} levels, at most {levels.max()}")
+        assert np.percentile(levels, 99.9) <= 2, (cut, name, levels.max())
         assert len(np.unique(expected, axis=0)) > 200, "the picture is blank"

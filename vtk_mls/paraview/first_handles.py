@@ -1,9 +1,9 @@
-"""Where the handles of a new filter or source lie, in ParaView's GUI.
+"""Where the handles of a new filter or source start, in ParaView's GUI.
 
-ParaView lays those of a filter as a lattice over the bounds of its input. Where the material does
-not fill these, the handles are brought to it. Those of a source of control points, which has no
-input, go to the bounds of what is selected. Scripts outside of the GUI have ParaView's lattice, and
-the cube that is the source's default.
+ParaView places those of a filter as a lattice over the bounds of its input. If the material does
+not fill the bounds, the handles move to the material. The handles of a source of control points go
+to the bounds of the selection. Scripts outside the GUI get ParaView's lattice, and the source's
+default cube.
 """
 
 from __future__ import annotations
@@ -18,76 +18,71 @@ from vtk_mls.editor.scene_mesh import MeshSurface
 from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
 from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.paraview import undo
-from vtk_mls.paraview.handle_rows import pending
-from vtk_mls.paraview.server_manager import blocks_of, input_of, is_remote
+from vtk_mls.paraview.handle_lists import pending_rows
+from vtk_mls.paraview.server_manager import blocks_of, input_data, input_of, is_remote
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_COUNT = 3  # along each axis
-_MAX_CELLS = 10**6  # of a mesh: to find what is nearest takes a second
-_EMPTY, _ALIKE = 0.5, 0.02  # share of an image's faces; of the range of its values
+_COUNT = 3  # handles along each axis
+_MAX_CELLS = 10**6  # of a mesh; the search for closest points takes a second
+_MIN_EMPTY_SHARE = 0.5  # of the faces of an image
+_BACKGROUND_RANGE = 0.02  # of the range of values
 
 
-def lay(proxy, selected):
-    """Lay the handles of a proxy that was just made, unless somebody else has.
-
-    Parameters
-    ----------
-    proxy : proxy with lists of control points
-    selected : proxy of a source or an output port, or None
-    """
-    if proxy.GetSessionProxyManager().GetInLoadXMLState() or undo.is_busy():
+def place(proxy, selected):
+    """Place the handles of a new proxy, unless a script has; `selected` may be None."""
+    if proxy.GetSessionProxyManager().GetInLoadXMLState() or undo.is_running():
         return
     if proxy.GetProperty("Bounds"):
-        _lay_over(proxy, selected)
-    elif not is_remote(proxy) and proxy.GetProperty("Input").GetNumberOfProxies():
-        _lay_on_material(proxy)
+        _place_over(proxy, selected)
+    elif not is_remote(proxy) and input_of(proxy):
+        _place_on_material(proxy)
 
 
-def _lay_over(source, selected):
-    """Make the bounds of what is selected those of a source's cube and lattice."""
+def _place_over(source, selected):
+    """Set the cube and the lattice of a source to the bounds of the selection."""
     rest, box = source.GetProperty("RestPoints"), source.GetProperty("Bounds")
     if selected is None or not (rest.IsValueDefault() and box.IsValueDefault()):
         return
     bounds = np.array(selected.GetDataInformation().GetBounds())
-    if (bounds[::2] > bounds[1::2]).any():
-        return  # it has no data yet
     low, high = bounds[::2], bounds[1::2]
-    corners = np.where(pending(rest) > 0, high, low)
+    if (low > high).any():
+        return  # no data yet
+    corners = np.where(pending_rows(rest) > 0, high, low)
     _set(box, bounds)
-    _set(rest, list(dict.fromkeys(map(tuple, corners.tolist()))))  # of flat data there are fewer
+    _set(rest, list(dict.fromkeys(map(tuple, corners.tolist()))))  # fewer for flat data
     source.UpdateVTKObjects()
 
 
-def _lay_on_material(proxy):
-    """Bring the handles of ParaView's lattice to where the input has something."""
+def _place_on_material(proxy):
+    """Move the handles of ParaView's lattice to the material of the input."""
     rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
-    laid = pending(rest)
-    if len(laid) != _COUNT**3 or not np.array_equal(laid, pending(deformed)):
-        return  # a script has set them
+    rows = pending_rows(rest)
+    if len(rows) != _COUNT**3 or not np.array_equal(rows, pending_rows(deformed)):
+        return  # set by a script
     positions = None
-    with suppress(ValueError):  # images without values at points
-        positions = _on_material(blocks_of(input_of(proxy)))
+    with suppress(ValueError):  # images without point values
+        positions = _positions_on_material(blocks_of(input_data(proxy)))
     if positions is not None:
         _set(rest, positions)
         _set(deformed, positions)
         proxy.UpdateVTKObjects()
 
 
-def _on_material(blocks):
-    """Positions (n, 3) of handles; None where the lattice over the bounds is as good."""
-    shapes = [_shape_of(block) for block in blocks]
-    if not shapes or None in shapes:
+def _positions_on_material(blocks):
+    """Positions (n, 3) of handles; None where the lattice over the bounds is good."""
+    materials = [_material_of(block) for block in blocks]
+    if not materials or None in materials:
         return None
-    boxes = np.array([box for _, box in shapes])
+    boxes = np.array([box for _, box in materials])
     box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-    return handles_on([shape for shape, _ in shapes], box, _COUNT)
+    return handles_on([material for material, _ in materials], box, _COUNT)
 
 
-def _shape_of(data):
-    """What tells points that are nearest to data, and corners (2, 3) of a box round these.
+def _material_of(data):
+    """An object with closest points of the material, and the corners (2, 3) of a box around it.
 
-    None for what fills its bounds, or is too large to ask.
+    None for data that fill their bounds or are too large for a search.
     """
     if isinstance(data, vtkImageData):
         image = scalar_image(data)
@@ -103,15 +98,16 @@ def _shape_of(data):
 
 
 def _has_empty_faces(values):
-    """Whether the faces of an image (nz, ny, nx) are of a background, as air round a head is."""
+    """Whether most of an image's (nz, ny, nx) faces are background, such as air around a head."""
     if min(values.shape) < 2:
         return False
     ends = [np.take(values, (0, -1), axis=axis).ravel() for axis in range(3)]
     faces = np.concatenate(ends).astype(float)
-    scale = float(np.nanmax(values)) - float(np.nanmin(values))
-    is_background = ~(np.abs(faces - np.nanmedian(faces)) > _ALIKE * scale)
-    return is_background.mean() >= _EMPTY
+    value_range = float(np.nanmax(values)) - float(np.nanmin(values))
+    distance = np.abs(faces - np.nanmedian(faces))
+    is_background = ~(distance > _BACKGROUND_RANGE * value_range)
+    return is_background.mean() >= _MIN_EMPTY_SHARE
 
 
-def _set(changed, values):
-    changed.SetElements(np.ravel(values).tolist(), np.size(values))
+def _set(prop, values):
+    prop.SetElements(np.ravel(values).tolist(), np.size(values))

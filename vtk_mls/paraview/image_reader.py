@@ -3,37 +3,39 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from itertools import permutations
 
+import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import io
+from vtk_mls import Grid, io
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.paraview.image_axes import along_world
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 
 class MLSImageReader(Algorithm):
-    """Reads medical images to where they lie in the world, LPS, as ParaView's own readers do not.
+    """Reads medical images in LPS, unlike ParaView's own readers.
 
-    ParaView's outlines leave out an image's directions, and NIfTI's are backwards in LPS as a rule:
-    so voxels are stored along the axes of the world, as far as these are not oblique.
+    ParaView's outlines ignore the directions of an image, and those of NIfTI usually point
+    backwards in LPS: so voxels are reordered along the axes of the world as far as possible.
     """
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
-        self._file_name, self._read = "", None
+        self._file_name, self._cached_image = "", None
 
     def SetFileName(self, name):
         """An image, as of `io.read_dataset`."""
-        self._read = None
+        self._cached_image = None
         self._set("_file_name", name or "")
 
     def GetFileName(self):
-        """For ParaView, which names the data after it."""
+        """ParaView names the data after it."""
         return self._file_name
 
     def RequestInformation(self, request, inInfo, outInfo):
-        with suppress(ValueError):  # RequestData says it
+        with suppress(ValueError):  # RequestData reports it
             ImageGeometry.of_image(self._image()).announce(outInfo.GetInformationObject(0))
         return 1
 
@@ -42,9 +44,46 @@ class MLSImageReader(Algorithm):
         return 1
 
     def _image(self):
-        if self._read is None:
+        if self._cached_image is None:
             try:
-                self._read = along_world(io.read_dataset(self._file_name))
+                self._cached_image = along_world_axes(io.read_dataset(self._file_name))
             except OSError as error:
                 raise ValueError(f"`FileName`: {error}") from error
-        return self._read
+        return self._cached_image
+
+
+def along_world_axes(image):
+    """An image with its axes in the order and the direction of x, y and z.
+
+    Voxels stay in place; they are stored in another order. The direction matrix is then the
+    identity, or for oblique axes the smallest possible rotation. An image with its axes in order is
+    returned itself. Cell data are dropped.
+    """
+    grid = ImageGeometry.of_image(image).grid
+
+    def alignment(axes):
+        return np.abs(np.diagonal(grid.direction[:, axes])).sum()
+
+    order = list(max(permutations(range(3)), key=alignment))
+    signs = np.where(np.diagonal(grid.direction[:, order]) < 0, -1, 1)
+    if order == [0, 1, 2] and (signs > 0).all():
+        return image
+    dimensions = np.array(grid.dimensions)[order]
+    first = np.zeros(3)
+    first[order] = np.where(signs < 0, dimensions - 1, 0)
+    reordered = Grid(
+        dimensions,
+        grid.at(first[None])[0],
+        np.array(grid.spacing)[order],
+        grid.direction[:, order] * signs + 0.0,
+    )
+    result = vtkImageData()
+    ImageGeometry.of_grid(reordered).apply_to(result)
+    flipped = tuple(2 - np.flatnonzero(signs < 0))  # of arrays (nz, ny, nx)
+    values = [
+        np.flip(np.transpose(array, [*(2 - np.array(order[::-1])), *range(3, array.ndim)]), flipped)
+        for array in arrays.image_values(image.GetPointData(), grid)
+    ]
+    arrays.set_image_values(result.GetPointData(), values, image.GetPointData())
+    result.GetFieldData().ShallowCopy(image.GetFieldData())
+    return result

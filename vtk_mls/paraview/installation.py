@@ -1,4 +1,4 @@
-"""A ParaView of this machine: where it is, what is in it, and what starts it with the plugin."""
+"""A ParaView of this machine: its folder, its Python, and the variables to start it with."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pathlib import Path
 
 from vtk_mls.base.resources import resource
 
-_SECONDS = 120
+_TIMEOUT = 120  # seconds
 SCENE = Path(__file__).with_name("scene.py")
-# Beside PATH; in each, the newest version is taken.
+# Searched after PATH; in each, the newest version comes first.
 _USUAL_FOLDERS = (
     "/Applications/ParaView*.app/Contents/MacOS",
     "C:/Program Files/ParaView*/bin",
     "/opt/ParaView*/bin",
     "~/ParaView*/bin",
 )
-# Run by ParaView's own Python with the plugin's path: prints what it has as a line of JSON.
-_LOOK = """
+# Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON.
+_PROBE = """
 import json, sys
 found = {"python": "%d.%d.%d" % sys.version_info[:3]}
 from vtkmodules.vtkCommonCore import vtkVersion
@@ -58,7 +58,7 @@ class ParaView:
     Attributes
     ----------
     folder : Path
-        Where its programs are.
+        Of its programs.
     version : (major, minor, patch)
     """
 
@@ -71,12 +71,12 @@ class ParaView:
         return _program(self.folder, "paraview")
 
     def environment(self):
-        """Variables to start it with, so that it finds and loads the plugin.
+        """Environment variables with which it finds and loads the plugin.
 
         Raises
         ------
         ValueError
-            If PYTHONPATH would give it a VTK or numpy that are not its own.
+            If PYTHONPATH would replace its own VTK or numpy.
         """
         variables = dict(os.environ)
         variables.pop("PYTHONHOME", None)
@@ -89,13 +89,13 @@ class ParaView:
         variables["PYTHONPATH"] = os.pathsep.join(paths)
         plugins = [str(plugin), variables.get("PV_PLUGIN_PATH")]
         variables["PV_PLUGIN_PATH"] = os.pathsep.join(filter(None, plugins))
-        # Qt looks here last: what the user has chosen counts
+        # Qt reads the last folder last: the user's own settings come first
         defaults = [variables.get("XDG_CONFIG_DIRS") or "/etc/xdg", str(plugin / "settings")]
         variables["XDG_CONFIG_DIRS"] = os.pathsep.join(defaults)
         return variables
 
     def contents(self, venv=None):
-        """What its Python has, with a virtual environment or without.
+        """The contents of its Python, with a virtual environment or without.
 
         Returns
         -------
@@ -105,14 +105,14 @@ class ParaView:
         Raises
         ------
         ValueError
-            If it does not run, or what is wrong with the plugin.
+            If it does not run or does not load the plugin.
         """
         pvpython = _program(self.folder, "pvpython")
         variables = self.environment()
-        del variables["PV_PLUGIN_PATH"]  # the errors of loading are wanted
+        del variables["PV_PLUGIN_PATH"]  # the probe reports errors of loading
         with tempfile.TemporaryDirectory() as folder:
-            script = Path(folder) / "look.py"
-            script.write_text(_LOOK)
+            script = Path(folder) / "probe.py"
+            script.write_text(_PROBE)
             plugin = resource("paraview_plugin") / "vtk_mls_plugin.py"
             options = [] if venv is None else [f"--venv={venv}"]
             output = _output_of([pvpython, *options, script, plugin], variables)
@@ -128,18 +128,9 @@ class ParaView:
         return found
 
     def check_venv(self, folder, python):
-        """Whether a virtual environment can be used as ParaView's --venv.
+        """Raise a ValueError if `--venv` cannot use the virtual environment in a folder.
 
-        Parameters
-        ----------
-        folder : path
-        python : str
-            Version of ParaView's own Python.
-
-        Raises
-        ------
-        ValueError
-            With the reason.
+        `python` is the version of ParaView's own Python.
         """
         if self.version < (5, 13):
             raise ValueError(f"`--venv` needs ParaView 5.13 or later, this is {self}")
@@ -148,11 +139,11 @@ class ParaView:
         except OSError:
             raise ValueError(f"`--venv` {folder} is not a virtual environment") from None
         version = re.search(r"^version(?:_info)?\s*=\s*(\d+\.\d+)", settings, re.MULTILINE)
-        wanted = ".".join(python.split(".")[:2])
-        if version is None or version[1] != wanted:
+        required = ".".join(python.split(".")[:2])
+        if version is None or version[1] != required:
             raise ValueError(
                 f"`--venv` {folder} has Python {version[1] if version else 'of unknown version'}, "
-                f"and {self} has {wanted}: make it with python{wanted}"
+                f"and {self} has {required}: make it with python{required}"
             )
         for packages in Path(folder).glob("[Ll]ib/**/site-packages"):
             _refuse_mixing("`--venv` has", packages, names=("vtkmodules",))
@@ -162,7 +153,7 @@ class ParaView:
 
 
 def find(folder=None):
-    """The installation in `folder`, or else on PATH, or else in the usual places.
+    """The installation in `folder`, by default on PATH or in a usual folder.
 
     Raises
     ------
@@ -178,24 +169,25 @@ def find(folder=None):
         for pattern in map(os.path.expanduser, _USUAL_FOLDERS):
             start = Path(pattern).anchor
             found = Path(start).glob(str(Path(pattern).relative_to(start))) if start else []
-            folders += sorted(found, key=lambda each: _numbers(str(each)), reverse=True)
-    for each in folders:
-        if _program(each, "pvpython").exists():
-            output = _output_of([_program(each, "pvpython"), "--version"], dict(os.environ))
-            return ParaView(each, _numbers(output.partition("version")[2]))
+            folders += sorted(found, key=lambda path: _version(str(path)), reverse=True)
+    for candidate in folders:
+        pvpython = _program(candidate, "pvpython")
+        if pvpython.exists():
+            output = _output_of([pvpython, "--version"], dict(os.environ))
+            return ParaView(candidate, _version(output.partition("version")[2]))
     if folder is not None:
         raise ValueError(f"`--paraview` {folder} has no ParaView: there is no pvpython in it")
     raise ValueError(
-        "no ParaView found on PATH or in the usual places; install it (paraview.org), or say with "
-        "`--paraview DIR` where it is"
+        "no ParaView found on PATH or in the usual places; install it (paraview.org), or give its "
+        "folder with `--paraview DIR`"
     )
 
 
 def _program(folder, name):
-    """Path of a program; on macOS pvpython is in a folder of its own."""
+    """Path of a program; on macOS pvpython has a folder of its own."""
     name += ".exe" if sys.platform == "win32" else ""
-    beside = folder.parent / "bin" / name
-    return beside if folder.name == "MacOS" and not (folder / name).exists() else folder / name
+    in_bin = folder.parent / "bin" / name
+    return in_bin if folder.name == "MacOS" and not (folder / name).exists() else folder / name
 
 
 def _output_of(command, variables):
@@ -207,7 +199,7 @@ def _output_of(command, variables):
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
             text=True,
-            timeout=_SECONDS,
+            timeout=_TIMEOUT,
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -215,17 +207,17 @@ def _output_of(command, variables):
     return done.stdout
 
 
-def _refuse_mixing(where, folder, names=("vtkmodules", "numpy")):
+def _refuse_mixing(source, folder, names=("vtkmodules", "numpy")):
     for name in names:
         if (folder / name).is_dir():
             package = {"vtkmodules": "VTK"}.get(name, name)
             raise ValueError(
-                f"{where} {folder}, whose {package} would take the place of ParaView's own, and "
+                f"{source} {folder}, whose {package} would take the place of ParaView's own, and "
                 f"ParaView works only with the one it was built with: leave {folder} out"
             )
 
 
-def _numbers(text):
+def _version(text):
     """The first version number in a text; () without."""
     match = re.search(r"\d+(?:\.\d+)+", text)
     return tuple(int(number) for number in match[0].split(".")) if match else ()

@@ -1,9 +1,9 @@
-"""What pending edits of MLS Deform would show, drawn while they wait for Apply.
+"""The result of pending edits of MLS Deform, drawn before Apply.
 
-Where the filter, or before the first Apply its input, is shown, the input is drawn deformed beside
-it, and what ParaView shows is hidden. This is no part of the pipeline: states, Undo and the panel
-do not know of it. It is brought up to date once a frame, whatever number of edits came since the
-last: so it never falls behind the mouse. Views that the mouse is not in are drawn when it lets go.
+Where the filter is shown, or before the first Apply its input, the deformed input is drawn in place
+of ParaView's own prop. The pipeline has no part in this: states, Undo and the panel ignore it. It
+is updated once a frame for any number of edits, so that it keeps up with the mouse. Views without
+the mouse are rendered when a drag ends.
 """
 
 from __future__ import annotations
@@ -12,158 +12,156 @@ from contextlib import suppress
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from vtk_mls.paraview import late_render
-from vtk_mls.paraview.block_look import BlockLook
-from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice
+from vtk_mls.paraview.displays import BlockSettings
+from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
 from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
-from vtk_mls.paraview.live_volume import LiveVolume
 from vtk_mls.paraview.observers import Observers
-from vtk_mls.paraview.pending_filter import PendingFilter, moves
+from vtk_mls.paraview.pending_filter import PendingFilter, has_pending_map
 from vtk_mls.paraview.server_manager import (
     blocks_of,
-    find,
+    find_proxy,
+    input_data,
     input_of,
     is_remote,
-    proxies,
-    proxies_of,
+    pending_value,
+    proxies_in,
+    views_of,
 )
+from vtk_mls.paraview.views import render_later
 
 SWITCH = "Live"
-_KINDS = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
+_PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
 
 
 class Live:
-    """The pending state of a filter, drawn in every view.
-
-    Parameters
-    ----------
-    proxy : proxy of MLSDeform
-    """
+    """The result of the pending edits of an MLSDeform, drawn in all views."""
 
     def __init__(self, proxy):
-        self._number = proxy.GetGlobalID()
-        self._pending, self._is_stale, self._is_held = PendingFilter(), False, False
-        self._drawn = {}
-        self._views, self._observers = set(), Observers()  # ids of views, whose frames are heard of
+        self._proxy_id = proxy.GetGlobalID()
+        self._pending, self._is_stale, self._is_dragging = PendingFilter(), False, False
+        self._props = {}  # LiveProps by ids of view and display, and index of the block
+        self._observed_views, self._observers = set(), Observers()  # ids of views
         if is_remote(proxy):
             _switch_off(proxy)
 
-    def edited(self, is_held):
-        """Something that the deformation depends on may have changed.
-
-        Parameters
-        ----------
-        is_held : bool
-            Whether the mouse holds a handle: the map is coarser then.
-        """
-        proxy = find(self._number)
-        if proxy is None or not _is_wanted(proxy):
-            self.end()
+    def edited(self, is_dragging):
+        """Note that the deformation may have changed; the map is coarser during a drag."""
+        proxy = self._active_proxy()
+        if proxy is None:
             return
         if is_remote(proxy):
             self._give_up(proxy, "the data are on another machine")
             return
-        self._is_stale, self._is_held = True, is_held
-        for view in proxies(proxy.GetSessionProxyManager(), "views"):
-            self._hook(view)
-            if not is_held and view.GetGlobalID() in self._views and _shown(proxy, view):
-                late_render.ask([view.GetGlobalID()])
+        self._is_stale, self._is_dragging = True, is_dragging
+        for view in views_of(proxy):
+            self._observe(view)
+            is_observed = view.GetGlobalID() in self._observed_views
+            if is_observed and not is_dragging and _displays(proxy, view):
+                render_later([view.GetGlobalID()])
 
     def end(self):
-        """Show what ParaView shows."""
-        late_render.ask({number for number, *_ in self._drawn})
+        """Show ParaView's own props."""
+        render_later({view_id for view_id, *_ in self._props})
         self._observers.end()
-        self._views.clear()
-        for drawn in self._drawn.values():
-            drawn.end()
-        self._drawn, self._pending = {}, PendingFilter()
+        self._observed_views.clear()
+        for prop in self._props.values():
+            prop.end()
+        self._props, self._pending = {}, PendingFilter()
 
-    def _give_up(self, proxy, why):
-        """Leave it to Apply, and say so."""
+    def _active_proxy(self):
+        """The filter, if it is live and has pending edits; else None, and drawing ends."""
+        proxy = find_proxy(self._proxy_id)
+        if proxy is None or not (pending_value(proxy, SWITCH) and has_pending_map(proxy)):
+            self.end()
+            return None
+        return proxy
+
+    def _give_up(self, proxy, reason):
+        """End, and warn that only Apply shows the result."""
         self.end()
         _switch_off(proxy)
         vtkOutputWindow.GetInstance().DisplayWarningText(
-            f"MLS Deform does not follow live, for {why}. Apply shows the result.\n"
+            f"MLS Deform does not follow live, for {reason}. Apply shows the result.\n"
         )
 
-    def _hook(self, view):
-        """Hear of each frame of a view."""
-        number, client = view.GetGlobalID(), view.GetClientSideObject()
-        if number in self._views or not hasattr(client, "GetRenderWindow"):
+    def _observe(self, view):
+        """Draw in each frame of a view."""
+        view_id, client = view.GetGlobalID(), view.GetClientSideObject()
+        if view_id in self._observed_views or not hasattr(client, "GetRenderWindow"):
             return
-        window = client.GetRenderWindow()
 
-        def frame(window, event):
-            proxy = find(self._number)
-            if proxy is None or not _is_wanted(proxy):
-                self.end()
+        def frame_starts(window, event):
+            proxy = self._active_proxy()
+            if proxy is None:
                 return
             try:
-                self._draw(proxy, number)
+                self._draw(proxy, view_id)
             except (ValueError, TypeError, RuntimeError, MemoryError) as error:
                 self._give_up(proxy, str(error) or "there is not enough memory")
 
-        def drawn(window, event):
-            proxy = find(self._number)
-            if proxy and any(each.has_failed for each in self._drawn.values()):
+        def frame_ends(window, event):
+            proxy = find_proxy(self._proxy_id)
+            if proxy and any(prop.has_failed for prop in self._props.values()):
                 self.end()
                 _switch_off(proxy)
 
-        self._views.add(number)
-        self._observers.add(window, "StartEvent", frame)
-        self._observers.add(window, "EndEvent", drawn)
+        self._observed_views.add(view_id)
+        self._observers.add(client.GetRenderWindow(), "StartEvent", frame_starts)
+        self._observers.add(client.GetRenderWindow(), "EndEvent", frame_ends)
 
-    def _draw(self, proxy, number):
-        """Bring up to date what the view with this id shows."""
+    def _draw(self, proxy, view_id):
+        """Update the props of a view."""
         if self._is_stale:
             self._is_stale = False
-            with suppress(ValueError, TypeError, RuntimeError):  # Apply says it
+            with suppress(ValueError, TypeError, RuntimeError):  # Apply reports it
                 self._pending.update(proxy)
-        view = find(number, "views")
+        view = find_proxy(view_id, "views")
         if self._pending.deformation is None or view is None:
             return
         renderer = view.GetClientSideObject().GetRenderer()
-        wanted, data = {}, input_of(proxy)
-        blocks = blocks_of(data)
-        for display in _shown(proxy, view):
-            if all(_kind(display, block) for block in blocks):
-                hidden = BlockLook(display, data).hidden
-                for index, block in enumerate(blocks):
-                    if index not in hidden:
-                        wanted[number, display.GetGlobalID(), index] = display, block
-        for key in [key for key in self._drawn if key[0] == number]:
-            if key not in wanted or not self._drawn[key].is_of(*wanted[key]):
-                self._drawn.pop(key).end()
-        for key, (display, block) in wanted.items():
-            if key not in self._drawn:
-                self._drawn[key] = _kind(display, block)(display, block, renderer, key[-1])
-            self._drawn[key].update(self._pending, self._is_held)
+        visible = _visible_blocks(proxy, view)
+        for key in [key for key in self._props if key[0] == view_id]:
+            if key not in visible or not self._props[key].is_current(*visible[key]):
+                self._props.pop(key).end()
+        for key, (display, block) in visible.items():
+            if key not in self._props:
+                prop_type = _prop_type(display, block)
+                self._props[key] = prop_type(display, block, renderer, key[-1])
+            self._props[key].update(self._pending, self._is_dragging)
 
 
-def _kind(display, data):
-    """What can draw data as a display shows them; None if nothing can."""
-    return next((each for each in _KINDS if each.can_draw(display, data)), None)
+def _visible_blocks(proxy, view):
+    """Displays and visible blocks to draw in a view, by the keys of `Live._props`."""
+    visible, data = {}, input_data(proxy)
+    blocks = blocks_of(data)
+    for display in _displays(proxy, view):
+        if all(_prop_type(display, block) for block in blocks):
+            hidden = BlockSettings(display, data).hidden
+            for index, block in enumerate(blocks):
+                if index not in hidden:
+                    key = view.GetGlobalID(), display.GetGlobalID(), index
+                    visible[key] = display, block
+    return visible
 
 
-def _is_wanted(proxy):
-    """Whether a filter's pending state is to be drawn."""
-    return bool(proxy.GetProperty(SWITCH).GetUncheckedElement(0)) and moves(proxy)
+def _prop_type(display, data):
+    """The class that draws data as a display shows them; None without such a class."""
+    return next((cls for cls in _PROP_TYPES if cls.can_draw(display, data)), None)
 
 
 def _switch_off(proxy):
     proxy.GetProperty(SWITCH).SetElement(0, 0)
 
 
-def _shown(proxy, view):
-    """Displays in a view where the pending state is to be seen."""
-    displays = proxies_of(view.GetProperty("Representations"))
-    source = proxy.GetProperty("Input")
-    input_ = source.GetProxy(0), source.GetOutputPortForConnection(0)
-    found = {True: [], False: []}
-    for display in displays:
-        shown, visible = display.GetProperty("Input"), display.GetProperty("Visibility")
-        if shown and shown.GetNumberOfProxies() and visible and visible.GetElement(0):
-            of = shown.GetProxy(0), shown.GetOutputPortForConnection(0)
-            if of[0].GetGlobalID() == proxy.GetGlobalID() or of == input_:
-                found[of != input_].append(display)
-    return found[True] or found[False]
+def _displays(proxy, view):
+    """The visible displays of a filter in a view; if there are none, those of its input."""
+    of_filter, of_input = [], []
+    for display in proxies_in(view.GetProperty("Representations")):
+        source = input_of(display)
+        if source is None or not pending_value(display, "Visibility"):
+            continue
+        if source[0].GetGlobalID() == proxy.GetGlobalID():
+            of_filter.append(display)
+        elif source == input_of(proxy):
+            of_input.append(display)
+    return of_filter or of_input

@@ -1,4 +1,4 @@
-"""An image that ParaView shows as a surface or a slice, drawn deformed in its stead."""
+"""An image drawn deformed in place of ParaView's own prop."""
 
 from __future__ import annotations
 
@@ -7,147 +7,205 @@ from paraview.modules.vtkRemotingViews import vtkPVImageSliceMapper
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkVolume
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls.paraview import colors
-from vtk_mls.paraview.live_mesh import EDGES, SURFACES, edges_of, has_actor
-from vtk_mls.paraview.live_prop import LiveProp, shown_as
-from vtk_mls.paraview.pending_filter import PendingFilter
-from vtk_mls.paraview.server_manager import elements
+from vtk_mls.paraview.displays import apply_colors, color_array
+from vtk_mls.paraview.live_mesh import FEATURE_EDGES, SURFACES, feature_edges
+from vtk_mls.paraview.live_prop import LiveProp, representation_of
+from vtk_mls.paraview.server_manager import pending_value
+from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.map_pace import MapPace
+from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
 
-_MOST_HELD, _MOST = 2**18, 2**21  # points of an image that is made as a whole
-_NORMALS = {5: 2, 6: 0, 7: 1}  # axes of VTK's codes of planes: XY, YZ, XZ
+MAX_POINTS_DRAGGING, MAX_POINTS = 2**18, 2**21  # of an image that is deformed as a whole
+MAX_MAP_NODES = 128  # along an axis, of a volume's map at rest
+_NORMAL_AXES = {5: 2, 6: 0, 7: 1}  # of VTK's codes for the XY, YZ and XZ planes
+_GPU_MODES = (0, 2)  # of ParaView's volumes: Smart, GPU Based
 
 
 class LiveImage(LiveProp):
     """The surface of an image, or its edges and points.
 
-    Without cuts the six faces of the image are all that is to be seen, and just these are made, as
-    Apply makes them. A cut opens the image: then it is made as a whole, a large one on a coarser
+    Without cuts only the six faces of the image are visible, and only these are computed, exactly
+    as Apply does. A cut opens the image: then all of it is computed, a large image on a coarser
     grid.
     """
 
+    draws_images = True
+    representations = (*SURFACES, FEATURE_EDGES)
+
     def __init__(self, display, image, renderer, index=0):
-        self._mapper, actor = vtkPolyDataMapper(), vtkActor()
-        colors.apply(self._mapper, display)
-        actor.SetMapper(self._mapper)
-        self._has_cell_colors = colors.array(display)[0] == "1"
-        self._has_edges = shown_as(display) == EDGES
-        super().__init__(display, image, renderer, actor)
+        self._mapper = vtkPolyDataMapper()
+        apply_colors(self._mapper, display)
+        self._has_cell_colors = color_array(display)[0] == "1"
+        self._has_edges = representation_of(display) == FEATURE_EDGES
+        super().__init__(display, image, renderer, self._mapper)
 
-    @staticmethod
-    def can_draw(display, image):
-        """Whether a display shows the image so."""
-        is_image = isinstance(image, vtkImageData)
-        return is_image and shown_as(display) in (*SURFACES, EDGES) and has_actor(display)
-
-    @staticmethod
-    def look(display):
-        return colors.look(display), shown_as(display)
-
-    def _show(self, pending, is_held):
+    def _show(self, pending, is_dragging):
         geometry = pending.geometry(self._data)
-        most = _MOST_HELD if is_held else _MOST
+        max_points = MAX_POINTS_DRAGGING if is_dragging else MAX_POINTS
         if not pending.deformation.cuts:
-            make = _cells if self._has_cell_colors else PendingFilter.image
-            parts = [make(pending, self._data, extent) for extent in _faces(geometry.extent)]
-        elif geometry.grid.size <= most:
+            parts = [
+                _flat_part(pending, self._data, face, self._has_cell_colors)
+                for face in _faces(geometry.extent)
+            ]
+        elif geometry.grid.size <= max_points:
             parts = [pending.image(self._data, geometry.extent)]
         else:
-            parts = [pending.coarse_image(self._data, most)]
+            parts = [pending.coarse_image(self._data, max_points)]
         surface = vtkAppendPolyData()
-        for each in parts:
+        for part in parts:
             faces = vtkGeometryFilter()
-            faces.SetInputData(each)
+            faces.SetInputData(part)
             faces.Update()
             surface.AddInputData(faces.GetOutput())
-        drawn = edges_of(surface) if self._has_edges else surface
+        drawn = feature_edges(surface) if self._has_edges else surface
         drawn.Update()
         self._mapper.SetInputData(drawn.GetOutput())
 
 
 class LiveSlice(LiveProp):
-    """A slice of an image: just this is made, as Apply makes it."""
+    """A slice of an image; only the slice is computed, exactly as Apply does."""
+
+    draws_images = True
+    representations = ("Slice",)
 
     def __init__(self, display, image, renderer, index=0):
-        self._mapper, actor = vtkPVImageSliceMapper(), vtkActor()
-        colors.apply(self._mapper, display)
-        self._mapper.SetUseXYPlane(_value(display, "UseXYPlane"))
-        actor.SetMapper(self._mapper)
-        self._has_cell_colors = colors.array(display)[0] == "1"
-        self._slice, self._axis = _value(display, "Slice"), _NORMALS[_value(display, "SliceMode")]
-        super().__init__(display, image, renderer, actor)
+        self._mapper = vtkPVImageSliceMapper()
+        apply_colors(self._mapper, display)
+        self._mapper.SetUseXYPlane(pending_value(display, "UseXYPlane", 0))
+        self._has_cell_colors = color_array(display)[0] == "1"
+        self._slice = pending_value(display, "Slice", 0)
+        self._axis = _NORMAL_AXES[pending_value(display, "SliceMode", 5)]
+        super().__init__(display, image, renderer, self._mapper)
 
     @staticmethod
-    def can_draw(display, image):
-        """Whether a display shows the image so."""
-        is_slice = isinstance(image, vtkImageData) and shown_as(display) == "Slice"
-        return is_slice and has_actor(display)
+    def settings(display):
+        names = ("Slice", "SliceMode", "UseXYPlane")
+        return LiveProp.settings(display), [pending_value(display, name) for name in names]
 
-    @staticmethod
-    def look(display):
-        names = ("Representation", "Slice", "SliceMode", "UseXYPlane")
-        return colors.look(display), [_value(display, name) for name in names]
-
-    def _show(self, pending, is_held):
+    def _show(self, pending, is_dragging):
         extent = list(pending.geometry(self._data).extent)
         low, high = extent[2 * self._axis : 2 * self._axis + 2]
-        if all(first < last for first, last in zip(extent[::2], extent[1::2])):  # else it is one
+        if all(first < last for first, last in zip(extent[::2], extent[1::2])):  # not flat
             extent[2 * self._axis : 2 * self._axis + 2] = [min(low + self._slice, high)] * 2
-        make = _cells if self._has_cell_colors else PendingFilter.image
-        self._mapper.SetInputData(make(pending, self._data, extent))
+        part = _flat_part(pending, self._data, extent, self._has_cell_colors)
+        self._mapper.SetInputData(part)
 
 
 class LiveBox(LiveProp):
-    """The outline of an image: that of its grid."""
+    """The outline of an image's grid."""
+
+    draws_images = True
+    representations = ("Outline",)
 
     def __init__(self, display, image, renderer, index=0):
         self._grid, outline = vtkImageData(), vtkPVGeometryFilter()
         outline.SetInputData(self._grid)
         outline.SetUseOutline(True)
-        mapper, actor = vtkPolyDataMapper(), vtkActor()
+        mapper = vtkPolyDataMapper()
         mapper.SetInputConnection(outline.GetOutputPort())
         mapper.ScalarVisibilityOff()
-        actor.SetMapper(mapper)
-        super().__init__(display, image, renderer, actor)
+        super().__init__(display, image, renderer, mapper)
 
-    @staticmethod
-    def can_draw(display, image):
-        """Whether a display shows the image so."""
-        is_image = isinstance(image, vtkImageData)
-        return is_image and shown_as(display) == "Outline" and has_actor(display)
-
-    @staticmethod
-    def look(display):
-        return shown_as(display)
-
-    def _show(self, pending, is_held):
+    def _show(self, pending, is_dragging):
         pending.geometry(self._data).apply_to(self._grid)
 
 
-def _cells(pending, image, extent):
-    """What an image becomes within a flat extent: the cells there, which lie half a cell deep."""
+class LiveVolume(LiveProp):
+    """An image as a volume with one number per voxel.
+
+    ParaView's own vtkVolume cannot be deformed, since its mapper may be one of several.
+    """
+
+    draws_images = True
+    representations = ("Volume",)
+    prop_type = vtkVolume
+
+    def __init__(self, display, image, renderer, index=0):
+        if pending_value(display, "VolumeRenderingMode", 0) not in _GPU_MODES:
+            raise ValueError("`Volume Rendering Mode` is neither Smart nor GPU Based")
+        self._mapper = vtkGPUVolumeRayCastMapper()
+        self._mapper.SetInputData(image)
+        # as ParaView's own at rest, which takes longer steps during interaction, not fewer rays
+        self._mapper.SetAutoAdjustSampleDistances(False)
+        association, name = color_array(display)
+        if association == "1":
+            self._mapper.SetScalarModeToUseCellFieldData()
+        else:
+            self._mapper.SetScalarModeToUsePointFieldData()
+        self._mapper.SelectScalarArray(name)
+        self._mapper.SetBlendMode(pending_value(display, "BlendMode", 0))
+        super().__init__(display, image, renderer, self._mapper)
+        self._spacing = RaySpacing(self._mapper)
+        self._uses_depth_peeling = renderer.GetUseDepthPeelingForVolumes()
+        self._deformed, self._pace = DeformedVolume(self._prop, renderer), MapPace(MAX_MAP_NODES)
+
+    @classmethod
+    def can_draw(cls, display, image):
+        if not super().can_draw(display, image) or min(image.GetDimensions()) < 2:
+            return False
+        association, name = color_array(display)
+        attributes = image.GetCellData() if association == "1" else image.GetPointData()
+        array = attributes.GetArray(name)
+        return array is not None and array.GetNumberOfComponents() == 1
+
+    @staticmethod
+    def settings(display):
+        names = ("BlendMode", "VolumeRenderingMode")
+        return color_array(display), [pending_value(display, name) for name in names]
+
+    def update(self, pending, is_dragging):
+        # ParaView's own volume is drawn without depth peeling, which changes its colors
+        self._renderer.SetUseDepthPeelingForVolumes(False)
+        self._spacing.adjust(self._renderer.GetRenderWindow())
+        super().update(pending, is_dragging)
+
+    @property
+    def has_failed(self):
+        return self._deformed.failure is not None
+
+    def _show(self, pending, is_dragging):
+        self._mapper.SetSampleDistance(usual_step(self._data))  # the input may have changed
+        # a fitted grid contains the whole result, in steps of a voxel
+        within = None if pending.is_fitted else pending.geometry(self._data).grid
+
+        def make_map(nodes):
+            self._deformed.update(pending.deformation, nodes, within)
+
+        self._pace.make(make_map, is_dragging)
+
+    def end(self):
+        self._deformed.detach()
+        self._renderer.SetUseDepthPeelingForVolumes(self._uses_depth_peeling)
+        super().end()
+
+
+def _flat_part(pending, image, extent, has_cells):
+    """The deformed image in a flat extent: its points, or the cells next to them."""
+    if not has_cells:
+        return pending.image(image, extent)
     whole = pending.geometry(image).extent
-    deep = list(extent)
+    thick = list(extent)
     for low, high in ((2 * axis, 2 * axis + 1) for axis in range(3)):
         if extent[low] == extent[high] and whole[low] < whole[high]:
-            deep[low] = min(extent[low], whole[high] - 1)
-            deep[high] = deep[low] + 1
-    made, flat = pending.image(image, deep), vtkImageData()
-    flat.CopyStructure(made)
+            thick[low] = min(extent[low], whole[high] - 1)
+            thick[high] = thick[low] + 1
+    deformed, flat = pending.image(image, thick), vtkImageData()
+    flat.CopyStructure(deformed)
     flat.SetExtent(extent)
-    flat.GetCellData().ShallowCopy(made.GetCellData())
+    flat.GetCellData().ShallowCopy(deformed.GetCellData())
     return flat
 
 
 def _faces(extent):
-    """Extents of the faces of an extent; of a flat one itself."""
+    """The extents of the six faces of an extent; a flat extent itself."""
     if any(extent[2 * axis] == extent[2 * axis + 1] for axis in range(3)):
         return [extent]
-    sides = [(end, end ^ 1) for end in range(6)]
-    return [[extent[s] if e == other else v for e, v in enumerate(extent)] for s, other in sides]
-
-
-def _value(display, name):
-    changed = display.GetProperty(name)
-    return elements(changed)[0] if changed else 0
+    faces = []
+    for end in range(6):
+        face = list(extent)
+        face[end ^ 1] = face[end]
+        faces.append(face)
+    return faces

@@ -1,138 +1,102 @@
-"""A mesh that ParaView shows, drawn deformed in its stead."""
+"""A mesh drawn deformed in place of ParaView's own prop."""
 
 from __future__ import annotations
 
 from paraview.modules.vtkPVVTKExtensionsFiltersRendering import vtkPVGeometryFilter
-from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkPolyData, vtkStructuredGrid
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
 from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
-from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
+from vtkmodules.vtkRenderingCore import vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
 
-from vtk_mls.paraview import block_look, colors
-from vtk_mls.paraview.block_look import BlockLook
-from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
-from vtk_mls.paraview.server_manager import input_of
+from vtk_mls.paraview.displays import BlockSettings, apply_colors, block_settings
+from vtk_mls.paraview.live_prop import LiveProp
+from vtk_mls.paraview.server_manager import input_data
 from vtk_mls.rendering import DeformedMesh
 from vtk_mls.rendering.moved_mesh import MovedMesh
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
-EDGES = "Feature Edges"
+FEATURE_EDGES = "Feature Edges"
 
 
 class LiveMesh(LiveProp):
     """A mesh as a surface, or its edges and points.
 
-    ParaView's own actor cannot be drawn deformed: its mapper is for many blocks. `index` is that of
-    the mesh among these.
+    ParaView's own actor cannot be deformed, since its mapper draws all blocks.
     """
+
+    representations = SURFACES
 
     def __init__(self, display, mesh, renderer, index=0):
         mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
         mapper.SetInputDataObject(mesh)
-        colors.apply(mapper, display)
-        blocks = BlockLook(display, input_of(display))
-        color, opacity = blocks.colors.get(index), blocks.opacities.get(index)
-        if color:
+        apply_colors(mapper, display)
+        super().__init__(display, mesh, renderer, mapper)
+        self._deformed = DeformedMesh(self._prop)
+        blocks = BlockSettings(display, input_data(display))
+        color, opacity = blocks.color(index), blocks.opacities.get(index)
+        if index in blocks.colors:
             mapper.ScalarVisibilityOff()
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        super().__init__(display, mesh, renderer, actor)
-        self._drawn = DeformedMesh(actor)
-        color = color or colors.of_block(display, index)
         if color or opacity is not None:
-            looks = vtkProperty()
-            looks.DeepCopy(self._hidden.GetProperty())
-            looks.SetColor(color or looks.GetColor())
-            looks.SetOpacity(looks.GetOpacity() if opacity is None else opacity)
-            actor.SetProperty(looks)
+            prop = vtkProperty()
+            prop.DeepCopy(self._hidden.GetProperty())
+            prop.SetColor(color or prop.GetColor())
+            prop.SetOpacity(prop.GetOpacity() if opacity is None else opacity)
+            self._prop.SetProperty(prop)
 
     @staticmethod
-    def can_draw(display, mesh):
-        """Whether a display shows the mesh so."""
-        return is_mesh(mesh) and shown_as(display) in SURFACES and has_actor(display)
+    def settings(display):
+        return LiveProp.settings(display), block_settings(display)
 
-    @staticmethod
-    def look(display):
-        return colors.look(display), shown_as(display), block_look.settings(display)
-
-    def _show(self, pending, is_held):
-        self._drawn.update(pending.deformation, exact=not is_held)
+    def _show(self, pending, is_dragging):
+        self._deformed.update(pending.deformation, exact=not is_dragging)
 
     def end(self):
-        """Let ParaView's actor be seen again."""
-        self._drawn.detach()
+        self._deformed.detach()
         super().end()
 
 
 class LiveOutline(LiveProp):
     """The outline of a mesh."""
 
+    representations = ("Outline",)
+
     def __init__(self, display, mesh, renderer, index=0):
         mapper = vtkPolyDataMapper()
         mapper.ScalarVisibilityOff()
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        super().__init__(display, mesh, renderer, actor)
+        super().__init__(display, mesh, renderer, mapper)
         self._moved = MovedMesh()
-        is_bent = isinstance(mesh, vtkStructuredGrid)  # as its edges are
-        outline = vtkStructuredGridOutlineFilter() if is_bent else vtkOutlineFilter()
-        first, then = (outline, self._moved) if is_bent else (self._moved, outline)
+        is_curved = isinstance(mesh, vtkStructuredGrid)  # its outline follows the outer edges
+        outline = vtkStructuredGridOutlineFilter() if is_curved else vtkOutlineFilter()
+        first, second = (outline, self._moved) if is_curved else (self._moved, outline)
         first.SetInputDataObject(mesh)
-        then.SetInputConnection(first.GetOutputPort())
-        mapper.SetInputConnection(then.GetOutputPort())
+        second.SetInputConnection(first.GetOutputPort())
+        mapper.SetInputConnection(second.GetOutputPort())
 
-    @staticmethod
-    def can_draw(display, mesh):
-        """Whether a display shows the mesh so."""
-        return is_mesh(mesh) and shown_as(display) == "Outline" and has_actor(display)
-
-    @staticmethod
-    def look(display):
-        return shown_as(display)
-
-    def _show(self, pending, is_held):
-        self._moved.show(pending.deformation, exact=not is_held)
+    def _show(self, pending, is_dragging):
+        self._moved.show(pending.deformation, exact=not is_dragging)
 
 
 class LiveEdges(LiveProp):
-    """The feature edges of a mesh: they are others when it is bent."""
+    """The feature edges of a mesh, which change with its shape."""
+
+    representations = (FEATURE_EDGES,)
 
     def __init__(self, display, mesh, renderer, index=0):
-        self._moved, mapper, actor = MovedMesh(), vtkPolyDataMapper(), vtkActor()
+        self._moved, mapper = MovedMesh(), vtkPolyDataMapper()
         self._moved.SetInputDataObject(mesh)
-        edges = edges_of(self._moved)
+        edges = feature_edges(self._moved)
         mapper.SetInputConnection(edges.GetOutputPort())
-        colors.apply(mapper, display)
-        actor.SetMapper(mapper)
-        super().__init__(display, mesh, renderer, actor)
+        apply_colors(mapper, display)
+        super().__init__(display, mesh, renderer, mapper)
 
-    @staticmethod
-    def can_draw(display, mesh):
-        """Whether a display shows the mesh so."""
-        return is_mesh(mesh) and shown_as(display) == EDGES and has_actor(display)
-
-    @staticmethod
-    def look(display):
-        return colors.look(display), shown_as(display)
-
-    def _show(self, pending, is_held):
-        self._moved.show(pending.deformation, exact=not is_held)
+    def _show(self, pending, is_dragging):
+        self._moved.show(pending.deformation, exact=not is_dragging)
 
 
-def edges_of(surface):
-    """The filter for the feature edges of what another makes, as ParaView has them."""
+def feature_edges(surface):
+    """A filter for the feature edges of another filter's output, as ParaView draws them."""
     edges = vtkPVGeometryFilter()
     edges.SetUseOutline(False)
     edges.SetGenerateFeatureEdges(True)
     edges.SetInputConnection(surface.GetOutputPort())
     return edges
-
-
-def is_mesh(data):
-    """Whether what something becomes is a mesh."""
-    return isinstance(data, vtkDataSet) and not isinstance(data, vtkImageData)
-
-
-def has_actor(display):
-    """Whether ParaView draws a display by an actor here."""
-    return isinstance(shown_prop(display), vtkActor)

@@ -1,8 +1,12 @@
-"""What stands in a view for something that ParaView shows."""
+"""A prop that replaces ParaView's own in a view."""
 
 from __future__ import annotations
 
-from vtk_mls.paraview.server_manager import find
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
+from vtkmodules.vtkRenderingCore import vtkActor
+
+from vtk_mls.paraview.displays import color_settings
+from vtk_mls.paraview.server_manager import find_proxy, pending_value
 
 _PLACEMENT = ("Position", "Orientation", "Scale", "Origin", "UserMatrix")
 
@@ -10,77 +14,82 @@ _PLACEMENT = ("Position", "Orientation", "Scale", "Origin", "UserMatrix")
 class LiveProp:
     """A prop of our own with the properties of ParaView's, which is hidden.
 
-    Subclasses have `can_draw(display, data)` and `_show(pending, is_held)`. They are made of the
-    first three parameters and the data's index among the blocks of the display.
+    Subclasses have `_show(pending, is_dragging)`, and a constructor whose fourth parameter is the
+    index of the data among the blocks of the display.
 
     Parameters
     ----------
     display : proxy of a representation
         One that `can_draw` accepts.
     data : vtkDataSet
-        To be drawn.
     renderer : vtkRenderer
-    prop : vtkActor or vtkVolume
-        What will be drawn.
+    mapper : vtkAbstractMapper3D
+        Of the new prop.
     """
 
-    has_failed = False  # whether the graphics card cannot draw it, which was said
+    draws_images = False  # otherwise meshes
+    representations = ()
+    prop_type = vtkActor
+    has_failed = False  # whether the graphics card cannot draw it, which was reported
 
-    def __init__(self, display, data, renderer, prop):
-        self._data, self._renderer, self._prop = data, renderer, prop
-        self._display, self._hidden = display.GetGlobalID(), shown_prop(display)
-        self._look, self._latest = self.look(display), None
-        prop.SetProperty(self._hidden.GetProperty())
-        prop.PickableOff()
-        renderer.AddViewProp(prop)
+    def __init__(self, display, data, renderer, mapper):
+        self._data, self._renderer, self._prop = data, renderer, self.prop_type()
+        self._display_id, self._hidden = display.GetGlobalID(), paraview_prop(display)
+        self._settings, self._latest = self.settings(display), None
+        self._prop.SetMapper(mapper)
+        self._prop.SetProperty(self._hidden.GetProperty())
+        self._prop.PickableOff()
+        renderer.AddViewProp(self._prop)
+
+    @classmethod
+    def can_draw(cls, display, data):
+        """Whether this draws data as a display shows them."""
+        return (
+            isinstance(data, vtkDataSet)
+            and isinstance(data, vtkImageData) == cls.draws_images
+            and representation_of(display) in cls.representations
+            and isinstance(paraview_prop(display), cls.prop_type)
+        )
 
     @staticmethod
-    def look(display):
-        """What of a display makes another prop necessary when it changes."""
-        raise NotImplementedError
+    def settings(display):
+        """The settings of a display that need a new prop when they change."""
+        return color_settings(display), representation_of(display)
 
-    def is_of(self, display, data):
-        """Whether this still draws what the display shows."""
+    def is_current(self, display, data):
+        """Whether this still draws data as a display shows them."""
         return (
             data is self._data
             and self.can_draw(display, data)
-            and shown_prop(display) is self._hidden
-            and self.look(display) == self._look
+            and paraview_prop(display) is self._hidden
+            and self.settings(display) == self._settings
         )
 
-    def update(self, pending, is_held):
-        """Draw the data as pending edits have them.
-
-        Parameters
-        ----------
-        pending : PendingFilter
-        is_held : bool
-            Whether the mouse holds a handle: what is drawn may be coarser then.
-        """
+    def update(self, pending, is_dragging):
+        """Draw the result of a PendingFilter, possibly coarser while the mouse drags a handle."""
         self._hidden.SetVisibility(False)
         for name in _PLACEMENT:
             getattr(self._prop, f"Set{name}")(getattr(self._hidden, f"Get{name}")())
-        latest = pending.edits, is_held, self._data.GetMTime()
+        latest = pending.version, is_dragging, self._data.GetMTime()
         if self._latest != latest:
             self._latest = latest
-            self._show(pending, is_held)
+            self._show(pending, is_dragging)
             self._renderer.ResetCameraClippingRange()
 
     def end(self):
-        """Let what ParaView shows be seen again."""
+        """Show ParaView's prop again."""
         self._renderer.RemoveViewProp(self._prop)
-        display = find(self._display, "representations")
-        if display and shown_prop(display) is self._hidden:
+        display = find_proxy(self._display_id, "representations")
+        if display and paraview_prop(display) is self._hidden:
             self._hidden.SetVisibility(display.GetProperty("Visibility").GetElement(0))
 
 
-def shown_prop(display):
-    """ParaView's own actor or volume of a display; None where it has none here."""
+def paraview_prop(display):
+    """ParaView's own actor or volume of a display; None if this process has none."""
     active = display.GetClientSideObject().GetActiveRepresentation()
     return active.GetActor() if hasattr(active, "GetActor") else None
 
 
-def shown_as(display):
-    """What a display shows its data as: "Surface", "Volume" and so on; None if it does not say."""
-    shows = display.GetProperty("Representation")
-    return None if shows is None else shows.GetElement(0)
+def representation_of(display):
+    """The representation of a display, such as "Surface"; None for displays without a choice."""
+    return pending_value(display, "Representation")

@@ -1,4 +1,4 @@
-"""Panels of the proxies: their properties as XML, in the order of the work.
+"""Panels of the proxies: their properties as XML, in the order of the user's work.
 
 They are declared as XML on the class: ParaView's method decorators do not see inherited setters,
 and before ParaView 5.12 the panel would list their properties in alphabetical order.
@@ -6,27 +6,147 @@ and before ParaView 5.12 the panel would list their properties in alphabetical o
 
 from __future__ import annotations
 
+from itertools import product
+
 from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
-from vtk_mls.paraview.handle_panel import HANDLES, MOUSE_HELP, draggable
-from vtk_mls.paraview.property_xml import element, elements, visibility
-from vtk_mls.paraview.xml import (
+from vtk_mls.paraview.property_xml import (
+    array_choice,
     bounds,
     check_box,
+    choice,
     data_input,
     documentation,
+    element,
+    elements,
     input_arrays,
+    joined,
+    shown_when,
     vector,
+    visibility,
     xml,
 )
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
+
+MOUSE_HELP = """Drag a handle in the view; with Ctrl it follows the surface under the mouse.
+Ctrl+Click beside the handles adds a handle on that surface, Shift+Click removes a handle, and the
+key P puts the selected handle on the mesh under the mouse. The switch Show Spline below shows the
+handles."""
+
+_DEFORMED, _REST, _WEIGHTS = tables.OWN_CONTROL_POINTS
+_OWN = visibility(_WEIGHTS)
+
+
+def _draggable(deformed, rest, *hints):
+    """The two lists of handles, and the choice of the one that the mouse edits.
+
+    Drag and NumberHandles exist in the panel only.
+    """
+    return [
+        choice(
+            "Drag",
+            ("deformed", "rest"),
+            "deformed",
+            """What dragging a handle does: deformed bends the data; rest moves the handle to
+            another point of the material. Use rest to add handles, too.""",
+            xml("Hints", *hints),
+            command="",
+        ),
+        deformed,
+        _widget("Handles", "DeformedPoints", shown_when("Drag", "deformed"), *hints),
+        rest,
+        _widget("Handles at Rest", "RestPoints", shown_when("Drag", "rest"), *hints),
+        check_box(
+            "NumberHandles",
+            "Whether to show beside each handle the number of its row in the tables.",
+            xml("Hints", *hints),
+            command="",
+        ),
+    ]
+
+
+def _widget(label, name, *hints):
+    """The handles of a list in the view."""
+    return xml(
+        "PropertyGroup",
+        xml("Property", function="HandlePositions", name=name),
+        xml("Hints", *hints),
+        label=label,
+        panel_widget="InteractivePolyLine",
+    )
+
+
+def _lattice_over_input(prop):
+    """A list of handles that starts as a lattice over the bounds of the input.
+
+    The handles go back and forth along the axes, since the widget draws a line through them.
+    ParaView's bounds domain gives minima, centers and maxima of x, y, z in turn to a list that has
+    as many elements as the domain has modes.
+    """
+    steps = []
+    for x, y, z in product(range(3), repeat=3):
+        steps += [x, y if x % 2 == 0 else 2 - y, z if (x + y) % 2 == 0 else 2 - z]
+    domain = bounds(",".join(("min", "mid", "max")[step] for step in steps))
+    return element(prop, domain, " ".join(str(step - 1) for step in steps))
+
+
+def _control_point_array(name, index, default, domain, text):
+    """A choice among the point arrays of the control points, without ParaView's own guess."""
+    return vector(
+        "String",
+        name,
+        f"{index};1;0;0;{default}",
+        text,
+        array_choice(domain, "ControlPoints"),
+        xml("Hints", xml("NoDefault"), shown_when("ControlPoints", "null", inverse=1)),
+        default_values_delimiter=";",
+        command="SetInputArrayToProcess",
+        number_of_elements=5,
+        element_types="0 0 0 0 2",
+        animateable=0,
+        panel_visibility="advanced",
+    )
+
+
+# A property that names another property creates it, here ControlPoints, and ParaView's menu
+# connects the selection to the input that was created first: so these stand after Input.
+_HANDLES = [
+    *_draggable(_lattice_over_input(_DEFORMED), _lattice_over_input(_REST), *_OWN),
+    vector(
+        "Int",
+        "LatticeDimensions",
+        joined(tables.LATTICE_DIMENSIONS.default),
+        """Number of handles along each axis. A change replaces the handles by a lattice over the
+        bounds of the input, at rest.""",
+        xml("Hints", *_OWN),
+        command="",
+        panel_visibility="advanced",
+    ),
+    element(_WEIGHTS),
+    _control_point_array(
+        "DisplacementArray",
+        0,
+        DISPLACEMENT,
+        "vectors",
+        "Point vector array of the control points with their displacement q - p.",
+    ),
+    _control_point_array(
+        "WeightArray",
+        1,
+        WEIGHT,
+        "factors",
+        """Point array of the control points with a positive factor for each; without it all
+        factors are 1.""",
+    ),
+]
 
 _CONTROL_POINTS = data_input(
     "ControlPoints",
     1,
     "vtkPointSet",
-    """Control points (optional), used instead of the handles below, of any dataset with points,
-    such as an Extract Selection: their positions are p, where the material is at rest; a point
-    vector array holds the displacement q - p to where they were dragged.""",
+    """Control points (optional), used instead of the handles below: any dataset with points, for
+    example an Extract Selection. Its positions are p, where the material is at rest; a point vector
+    array holds the displacement q - p to where they were dragged.""",
     xml("Hints", xml("Optional")),
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),
@@ -37,17 +157,16 @@ _CUTS = data_input(
     "Cuts",
     2,
     "vtkPolyData",
-    """Surfaces to cut along (optional): the polygons of each input, as from the sources Plane and
-    Disk; several inputs, and parts that do not hang together, are several cuts.""",
+    """Surfaces to cut along (optional): the polygons of each input, for example of the sources
+    Plane and Disk. Each input and each connected part of it is a cut.""",
     xml("Hints", xml("Optional")),
     command="AddInputConnection",
     clean_command="DisconnectCuts",
     multiple_input=1,
 )
 
-# The long tables of the handles stand below all of which there are few: kind and cut. ParaView
-# shows the plane's widget where the first property of its group stands, which is Input: that comes
-# between CutType and these.
+# ParaView shows the widget of the plane where the first property of its group stands: Input, which
+# comes between CutType and these properties.
 _CUT = [
     element(tables.CUT_ORIGIN, bounds("mid")),
     element(tables.CUT_NORMAL),
@@ -57,7 +176,7 @@ _CUT = [
         xml("Property", function="Normal", name="CutNormal"),
         xml("Property", function="Input", name="Input"),
         xml("Hints", *visibility(tables.CUT_NORMAL)),
-        label="Cut Plane, as Laid",
+        label="Cut Plane",
         panel_widget="InteractivePlane",
     ),
     element(tables.CUT_INWARD),
@@ -66,24 +185,40 @@ _CUT = [
 
 _LIVE = check_box(
     "Live",
-    """Whether what is shown follows while a handle or the cut is dragged, before Apply. It is off
-    where the data are on another machine: there Apply shows the result. If only that machine has
-    the plugin it stays on, but nothing follows. Point Gaussian, 3D Glyphs, Surface LIC, volumes of
-    colors (RGB), and slices, clips and contours of the output follow at Apply.""",
+    """Whether the views follow while a handle or the cut is dragged, before Apply. It is off when
+    the data are on another machine: Apply shows the result. If only the server has the plugin, it
+    stays on without effect. Point Gaussian, 3D Glyphs, Surface LIC, volumes of colors (RGB), and
+    slices, clips and contours of the output follow at Apply.""",
     default=1,
     command="",
 )
 
-DEFORM = [
-    documentation(
-        """Deforms an image (a volume) or a mesh by control points that are dragged from p to q, by
-        moving least squares. Arrays of an image are resampled; points of a mesh are moved by the
-        exact inverse, so that both stay together. Cuts open it: the void in an image is in the
-        array Void, and cells of a mesh are split along them.""",
-        short_help=MOUSE_HELP,
-    ),
-    *elements(tables.MAP),
-    element(tables.CUT_TYPE),
+
+def _filter_panel(description, input_property, middle, *properties):
+    """The panel of a filter.
+
+    The short properties, of map and cut, come first; the long tables of the handles follow.
+    """
+    return [
+        documentation(description, short_help=MOUSE_HELP),
+        *elements(tables.MAP),
+        element(tables.CUT_TYPE),
+        input_property,
+        _CONTROL_POINTS,
+        _CUTS,
+        *_CUT,
+        *middle,
+        *_HANDLES,
+        *elements(properties),
+        *elements(tables.INTERACTIVE_COMPUTING),
+    ]
+
+
+DEFORM = _filter_panel(
+    """Deforms an image (a volume) or a mesh by control points that are dragged from p to q, with
+    moving least squares. Arrays of an image are resampled; points of a mesh are moved by the exact
+    inverse, so that both stay together. Cuts open the data: the array Void marks the void in an
+    image, and cells of a mesh are split along the cuts.""",
     data_input(
         "Input",
         0,
@@ -93,39 +228,30 @@ DEFORM = [
         input_arrays("scalars", "point", components=1),
         input_arrays("gradients", "any", components=3),
     ),
-    _CONTROL_POINTS,
-    _CUTS,
-    *_CUT,
-    _LIVE,
-    *HANDLES,
-    *elements((*tables.SAMPLING, *tables.VOID, tables.OVERLAP)),
-    *elements((*tables.VECTORS, *tables.JACOBIAN)),
-    *elements(tables.INTERACTIVE_COMPUTING),
-]
+    [_LIVE],
+    *tables.SAMPLING,
+    *tables.VOID,
+    tables.OVERLAP,
+    *tables.VECTORS,
+    *tables.JACOBIAN,
+)
 
-DISPLACEMENT_FIELD = [
-    documentation(
-        """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
-        point that the material now at v came from.""",
-        short_help=MOUSE_HELP,
-    ),
-    *elements(tables.MAP),
-    element(tables.CUT_TYPE),
+DISPLACEMENT_FIELD = _filter_panel(
+    """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
+    point that the material now at v came from.""",
     data_input(
         "Input",
         0,
         "vtkDataSet",
-        "Gives the grid of the field: its own if it is an image, else one over its bounds.",
+        "Gives the grid of the field: its own if it is an image, else a grid over its bounds.",
     ),
-    _CONTROL_POINTS,
-    _CUTS,
-    *_CUT,
-    *HANDLES,
-    *elements((tables.INVERSE, tables.SAMPLE_DIMENSIONS, tables.OVERLAP, *tables.JACOBIAN)),
-    *elements(tables.INTERACTIVE_COMPUTING),
-]
+    [],
+    tables.INVERSE,
+    tables.SAMPLE_DIMENSIONS,
+    tables.OVERLAP,
+    *tables.JACOBIAN,
+)
 
-_DEFORMED, _REST = tables.LISTS
 _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 
 CONTROL_POINTS = [
@@ -139,23 +265,21 @@ CONTROL_POINTS = [
     *elements(tables.FILES),
     xml(
         "PropertyGroup",
-        *(xml("Property", name=each.name) for each in tables.FILES),
+        *(xml("Property", name=prop.name) for prop in tables.FILES),
         xml("Hints", *visibility(tables.SPACE)),
-        label="Files, Taken to LPS",
+        label="Files, Converted to LPS",
     ),
-    *draggable(element(_DEFORMED), element(_REST, default=_CUBE)),
+    *_draggable(element(tables.LISTS[0]), element(tables.LISTS[1], default=_CUBE)),
     *elements(tables.LATTICE),
     element(tables.WEIGHTS),
 ]
 
-# Where several readers serve, ParaView asks in its GUI, and takes the first by the alphabet in
-# scripts: this one's name is before those of its own.
+# In scripts ParaView takes the first of several readers by name: this name precedes its own.
 IMAGE_READER = [
     documentation(
-        """Reads medical images as vtk-mls deform does: NIfTI, NRRD and MetaImage, all of them into
-        one world, LPS (x to the patient's left, y to the back, z to the head), as markups are, with
-        the orientation and the scaling that the file has. ParaView's own readers leave these
-        out."""
+        """Reads medical images as vtk-mls deform does: NIfTI, NRRD and MetaImage, all converted to
+        LPS (x to the patient's left, y to the back, z to the head), the frame of markups, with the
+        orientation and the scaling of the file. ParaView's own readers ignore these."""
     ),
     vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
     xml(

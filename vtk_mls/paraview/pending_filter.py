@@ -1,133 +1,129 @@
-"""An MLSDeform that has the pending values of another, and is asked what Apply would show."""
+"""An MLSDeform with the pending values of another one: it computes the result of Apply."""
 
 from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls.filters import MLSDeform, properties, property_tables
-from vtk_mls.paraview.server_manager import elements, is_pending
+from vtk_mls.filters import MLSDeform, properties
+from vtk_mls.filters import property_tables as tables
+from vtk_mls.paraview.server_manager import is_pending, pending_values
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_GRID = property_tables.OUTPUT_GRID, *property_tables.GIVEN_GRID
-_TABLE = [each for each in property_tables.DEFORM if each is not property_tables.CUTS]
-_MOVING = (
-    *(each for each in _TABLE if each in (*property_tables.MAP, *property_tables.CUTTING)),
-    *property_tables.OWN_CONTROL_POINTS,
-    *_GRID,
-)
-EDITED = [each.name for each in _MOVING]
-_LISTS = ("RestPoints", "DeformedPoints", "Weights")
+_GRID = tables.OUTPUT_GRID, *tables.GIVEN_GRID
+_TABLE = [prop for prop in tables.DEFORM if prop is not tables.CUTS]
+# Properties that change the deformation or the grid.
+MAP_PROPERTIES = [
+    *(prop.name for prop in _TABLE if prop in (*tables.MAP, *tables.CUTTING)),
+    *(prop.name for prop in (*tables.OWN_CONTROL_POINTS, *_GRID)),
+]
 _SOURCE = "MLSControlPoints"
 
 
 class PendingFilter:
-    """What the edits of a filter that wait for Apply would make.
+    """The deformation by edits that wait for Apply.
 
     Attributes
     ----------
     deformation : Deformation or None
         None until there are valid edits.
-    edits : object
+    version : object
         Differs after each edit.
     """
 
     def __init__(self):
         self._filter = MLSDeform()
-        self.deformation, self.edits = None, None
+        self.deformation, self.version = None, None
 
     def update(self, proxy):
-        """Take over what is pending.
-
-        Parameters
-        ----------
-        proxy : proxy of MLSDeform
+        """Copy the pending values of a proxy of MLSDeform.
 
         Raises
         ------
         TypeError, ValueError, RuntimeError
-            If there is no such deformation, as Apply says: the one before stays.
+            If a value is wrong, as Apply reports it; the last deformation stays.
         """
         self._set_properties(proxy)
         self.deformation = self._filter.updated_deformation()
-        self.edits = self.deformation, self._filter.GetMTime()
+        self.version = self.deformation, self._filter.GetMTime()
 
     def geometry(self, image):
-        """ImageGeometry of all that a vtkImageData would become."""
+        """ImageGeometry of a whole deformed vtkImageData."""
         return self._filter.output_geometry(ImageGeometry.of_image(image), lambda: self.deformation)
 
     @property
     def is_fitted(self):
-        """Whether images become as large as what is deformed."""
+        """Whether the grid of the output contains the whole deformed image."""
         return self._filter.GetOutputGrid() == "fitted"
 
     def image(self, image, extent):
-        """What a vtkImageData would become within an extent of that, to the bit."""
+        """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
         self._filter.SetInputDataObject(0, image)
         output = vtkImageData()
         if not self._filter.UpdateExtent(extent):
-            raise ValueError("the image cannot be deformed")  # the filter has said why
+            raise ValueError("the image cannot be deformed")  # the filter reported the reason
         output.ShallowCopy(self._filter.GetOutput())
         return output
 
-    def coarse_image(self, image, most):
-        """All that a vtkImageData would become, on a grid of about so many points at most."""
-        grid, kept = self.geometry(image).grid, self._grid()
+    def coarse_image(self, image, max_points):
+        """A whole deformed vtkImageData on a grid of about `max_points` points."""
+        grid = self.geometry(image).grid
+        settings = [getattr(self._filter, f"Get{prop.name}")() for prop in _GRID]
         steps = np.subtract(grid.dimensions, 1)
-        coarser = np.cbrt(np.prod(grid.dimensions) / most)
-        fewer = np.maximum(np.floor(steps / coarser).astype(int), np.minimum(steps, 1))
+        factor = np.cbrt(np.prod(grid.dimensions) / max_points)
+        fewer = np.maximum(np.floor(steps / factor).astype(int), np.minimum(steps, 1))
         spacing = grid.spacing * steps / np.maximum(fewer, 1) + (steps == 0)
         self._set_grid(("given", (fewer + 1).tolist(), spacing.tolist(), list(grid.origin)))
         try:
             return self.image(image, (0, fewer[0], 0, fewer[1], 0, fewer[2]))
         finally:
-            self._set_grid(kept)
-
-    def _grid(self):
-        return [getattr(self._filter, f"Get{each.name}")() for each in _GRID]
+            self._set_grid(settings)
 
     def _set_grid(self, values):
-        for each, value in zip(_GRID, values):
-            each.assign(self._filter, value)
+        for prop, value in zip(_GRID, values):
+            prop.assign(self._filter, value)
 
     def _set_properties(self, proxy):
-        for each in _TABLE:
-            each.assign(self._filter, _value(each, proxy))
+        for prop in _TABLE:
+            prop.assign(self._filter, _setter_value(prop, proxy))
         source = proxy.GetProperty("ControlPoints").GetProxy(0)
         client = proxy.GetClientSideObject()
         self._filter.DisconnectControlPoints()
-        if source and source.GetXMLName() == _SOURCE and _has_pending_lists(source):
-            for each in property_tables.OWN_CONTROL_POINTS:
-                each.assign(self._filter, _value(each, source))
+        if _has_pending_lists(source):
+            for prop in tables.OWN_CONTROL_POINTS:
+                prop.assign(self._filter, _setter_value(prop, source))
         elif source:
             self._filter.SetInputConnection(1, client.GetInputConnection(1, 0))
-            for number in range(2):
-                info = client.GetInputArrayInformation(number)
-                self._filter.SetInputArrayToProcess(number, info)
+            for index in range(2):
+                info = client.GetInputArrayInformation(index)
+                self._filter.SetInputArrayToProcess(index, info)
         self._filter.DisconnectCuts()
-        for number in range(client.GetNumberOfInputConnections(2)):
-            self._filter.AddInputConnection(2, client.GetInputConnection(2, number))
+        for index in range(client.GetNumberOfInputConnections(2)):
+            self._filter.AddInputConnection(2, client.GetInputConnection(2, index))
 
 
-def moves(proxy):
-    """Whether a filter has pending edits by which something moves."""
-    if any(is_pending(proxy.GetProperty(name)) for name in EDITED):
+def has_pending_map(proxy):
+    """Whether pending edits of an MLSDeform change the deformation or the grid."""
+    if any(is_pending(proxy.GetProperty(name)) for name in MAP_PROPERTIES):
         return True
-    source = proxy.GetProperty("ControlPoints").GetProxy(0)
-    return bool(source) and source.GetXMLName() == _SOURCE and _has_pending_lists(source)
+    return _has_pending_lists(proxy.GetProperty("ControlPoints").GetProxy(0))
 
 
 def _has_pending_lists(source):
-    return any(is_pending(source.GetProperty(name)) for name in _LISTS)
+    return (
+        source is not None
+        and source.GetXMLName() == _SOURCE
+        and any(is_pending(source.GetProperty(prop.name)) for prop in tables.OWN_CONTROL_POINTS)
+    )
 
 
-def _value(each, proxy):
+def _setter_value(prop, proxy):
     """The pending value of a property, as the filter's setter takes it."""
-    values = elements(proxy.GetProperty(each.name))
-    if isinstance(each, properties.Positions):
+    values = pending_values(proxy.GetProperty(prop.name))
+    if isinstance(prop, properties.Positions):
         return np.reshape(values, (-1, 3)).tolist()
-    if isinstance(each, (properties.Vector, properties.Rows, properties.ArrayNames)):
+    if isinstance(prop, (properties.Vector, properties.Rows, properties.ArrayNames)):
         return values
-    if isinstance(each, properties.ArrayName):
+    if isinstance(prop, properties.ArrayName):
         return "" if values[0] == "none" else values[0]
-    return bool(values[0]) if isinstance(each, properties.Flag) else values[0]
+    return bool(values[0]) if isinstance(prop, properties.Flag) else values[0]

@@ -1,145 +1,258 @@
-"""XML of the properties of ParaView's proxies, from the tables of the filters."""
+"""XML of the properties of ParaView's proxies, from the property tables of the filters."""
 
 from __future__ import annotations
 
 from functools import singledispatch
+from xml.sax.saxutils import escape, quoteattr
 
 from vtk_mls.files import formats
 from vtk_mls.filters import properties
-from vtk_mls.paraview.xml import (
-    arrays_of,
-    check_box,
-    choice,
-    either,
-    limits,
-    names,
-    shown_when,
-    vector,
-    xml,
-)
 
 
-def elements(table_of_properties):
+def xml(tag, *children, **attributes):
+    """An XML element; `children` are XML strings."""
+    pairs = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    return f"<{tag}{pairs}>{''.join(children)}</{tag}>"
+
+
+def documentation(text, **short_texts):
+    """The tooltip of a property, or the help page of a proxy."""
+    short_texts = {name: " ".join(short.split()) for name, short in short_texts.items()}
+    return xml("Documentation", escape(" ".join(text.split())), **short_texts)
+
+
+def vector(kind, name, default, text, *children, **attributes):
+    """A property with the setter Set<name>; `kind` is "Int", "Double" or "String".
+
+    With an empty `command` only the panel has the property.
+    """
+    default = str(default)
+    settings = {
+        "name": name,
+        "command": f"Set{name}",
+        "number_of_elements": 1 if kind == "String" else len(default.split()),
+        "default_values": default,
+    }
+    settings.update(attributes)
+    if not settings["command"]:
+        del settings["command"]
+    return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
+
+
+def choice(name, options, default, text, *children, **attributes):
+    """A string property shown as a drop-down list."""
+    strings = (xml("String", value=option) for option in options)
+    domain = xml("StringListDomain", *strings, name="options")
+    return vector("String", name, default, text, domain, *children, **attributes)
+
+
+def check_box(name, text, *children, default=0, **attributes):
+    """A property that is on or off."""
+    domain = xml("BooleanDomain", name="bool")
+    return vector("Int", name, default, text, domain, *children, **attributes)
+
+
+def data_input(name, port, data_type, text, *children, **attributes):
+    """An input port for one dataset; a vtkDataSet may come in blocks."""
+    settings = {"command": "SetInputConnection", **attributes}
+    groups = (xml("Group", name=group) for group in ("sources", "filters"))
+    return xml(
+        "InputProperty",
+        xml("ProxyGroupDomain", *groups, name="groups"),
+        xml(
+            "DataTypeDomain",
+            xml("DataType", value=data_type),
+            name="input_type",
+            composite_data_supported=int(data_type == "vtkDataSet"),
+        ),
+        *children,
+        documentation(text),
+        name=name,
+        port_index=port,
+        **settings,
+    )
+
+
+def input_arrays(name, association, components=0):
+    """A named set of arrays of an input; 0 components are any number."""
+    return xml(
+        "InputArrayDomain",
+        name=name,
+        attribute_type=association,
+        number_of_components=components,
+        optional=1,
+    )
+
+
+def array_choice(name, input_name, **attributes):
+    """The domain of a property whose values are names of an `input_arrays` set."""
+    source = xml("Property", name=input_name, function="Input")
+    return xml(
+        "ArrayListDomain",
+        xml("RequiredProperties", source),
+        name="arrays",
+        input_domain_name=name,
+        **attributes,
+    )
+
+
+def bounds(modes):
+    """The domain of positions that start at minima, centers or maxima of the input's bounds."""
+    return xml(
+        "BoundsDomain",
+        xml("RequiredProperties", xml("Property", name="Input", function="Input")),
+        name="bounds",
+        mode="normal",
+        default_mode=modes,
+    )
+
+
+def shown_when(name, value, **options):
+    """A hint: show a property only while the property `name` has that value."""
+    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
+    return xml("PropertyWidgetDecorator", **decorator, **options)
+
+
+def visibility(prop):
+    """Hints that say when a property is shown."""
+    if prop.shown_when:
+        name, value = prop.shown_when
+        return [shown_when(name, "null" if value is None else value)]
+    if not prop.hidden_when:
+        return []
+    hint = shown_when(*prop.hidden_when, inverse=1)
+    if prop.shown_with:
+        is_connected = shown_when(prop.shown_with, "null", inverse=1)
+        any_of = xml("Expression", hint, is_connected, type="or")
+        hint = xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")
+    return [hint]
+
+
+def joined(numbers):
+    """Numbers as an XML attribute."""
+    return " ".join(f"{number:g}" for number in numbers)
+
+
+def elements(table):
     """The XML of all properties of a table, in its order."""
-    return [element(each) for each in table_of_properties]
+    return [element(prop) for prop in table]
 
 
 @singledispatch
-def element(each, domain=""):
+def element(prop, domain="", default=""):
     """The XML of a property.
 
     Parameters
     ----------
-    each : Property
-        Of a kind that is registered below.
+    prop : Property
+        Of a type that is registered below.
     domain : str
-        XML of a domain that only ParaView knows.
+        XML of a domain that only ParaView has.
+    default : str
+        The default of a list.
     """
-    raise TypeError(f"`{each.name}` must be of a kind that ParaView can show, got {each!r}")
-
-
-def visibility(each):
-    """Hints that say when a property is shown."""
-    if each.shown_when:
-        name, value = each.shown_when
-        return [shown_when(name, "null" if value is None else value)]
-    if each.hidden_when:
-        hint = shown_when(*each.hidden_when, inverse=1)
-        if each.shown_with:
-            hint = either(hint, shown_when(each.shown_with, "null", inverse=1))
-        return [hint]
-    return []
+    raise TypeError(f"`{prop.name}` must be of a kind that ParaView can show, got {prop!r}")
 
 
 @element.register
-def _(each: properties.Number, domain=""):
-    kind = _kind(each.default)
-    return vector(kind, each.name, each.default, each.help, domain, _hints(each), **_level(each))
+def _(prop: properties.Number, domain=""):
+    return _numbers(prop, [prop.default], domain)
 
 
 @element.register
-def _(each: properties.Slider, domain=""):
-    kind = _kind(each.default)
-    ends = limits(kind, min=each.low, max=each.high)
-    return vector(kind, each.name, each.default, each.help, ends, _hints(each), **_level(each))
+def _(prop: properties.Slider, domain=""):
+    kind = _kind(prop.default)
+    limits = xml(f"{kind}RangeDomain", name="range", min=prop.low, max=prop.high)
+    return _numbers(prop, [prop.default], limits)
 
 
 @element.register
-def _(each: properties.Vector, domain=""):
-    kind, default = _kind(each.default[0]), joined(each.default)
-    return vector(kind, each.name, default, each.help, domain, _hints(each), **_level(each))
+def _(prop: properties.Vector, domain=""):
+    return _numbers(prop, prop.default, domain)
 
 
 @element.register
-def _(each: properties.Choice, domain=""):
-    return choice(each.name, each.choices, each.default, each.help, _hints(each), **_level(each))
+def _(prop: properties.Choice, domain=""):
+    hints = _hints(prop)
+    return choice(prop.name, prop.choices, prop.default, prop.help, hints, **_level(prop))
 
 
 @element.register
-def _(each: properties.Flag, domain=""):
-    return check_box(each.name, each.help, default=int(each.default))
+def _(prop: properties.Flag, domain=""):
+    return check_box(prop.name, prop.help, default=int(prop.default))
 
 
 @element.register
-def _(each: properties.Text, domain=""):
-    return vector("String", each.name, each.default, each.help, _hints(each), **_level(each))
+def _(prop: properties.Text, domain=""):
+    return vector("String", prop.name, prop.default, prop.help, _hints(prop), **_level(prop))
 
 
 @element.register
-def _(each: properties.FileName, domain=""):
+def _(prop: properties.FileName, domain=""):
     extensions = formats.extensions(formats.POINTS)
     chooser = xml("FileChooser", extensions=extensions, file_description="Handles")
     files = xml("FileListDomain", name="files")
-    return vector("String", each.name, "", each.help, files, _hints(each, chooser))
+    return vector("String", prop.name, "", prop.help, files, _hints(prop, chooser))
 
 
 @element.register
-def _(each: properties.ArrayName, domain=""):
-    arrays = arrays_of("scalars", "Input", none_string="none")
-    return vector("String", each.name, "none", each.help, arrays, _hints(each, xml("NoDefault")))
+def _(prop: properties.ArrayName, domain=""):
+    arrays = array_choice("scalars", "Input", none_string="none")
+    return vector("String", prop.name, "none", prop.help, arrays, _hints(prop, xml("NoDefault")))
 
 
 @element.register
-def _(each: properties.ArrayNames, domain=""):
-    arrays = arrays_of("gradients" if each.components == 3 else "arrays", "Input")
-    return names(each.name, f"Add{each.singular}", each.help, arrays)
-
-
-@element.register
-def _(each: properties.Rows, domain="", default=""):
-    labels = [
-        xml("ComponentLabel", component=i, label=label) for i, label in enumerate(each.columns)
-    ]
+def _(prop: properties.ArrayNames, domain=""):
     return vector(
-        "Double",
-        each.name,
-        default or "none",
-        each.help,
-        domain,
-        xml("Hints", xml("ShowComponentLabels", *labels), *visibility(each)),
-        command=f"Set{each.singular}",
-        use_index=1,
+        "String",
+        prop.name,
+        "none",
+        prop.help,
+        array_choice("gradients" if prop.components == 3 else "arrays", "Input"),
+        xml("Hints", xml("NoDefault")),
+        command=f"Add{prop.singular}",
+        clean_command=f"Clear{prop.name}",
         repeat_command=1,
-        set_number_command=f"SetNumberOf{each.name}",
-        number_of_elements=len(default.split()),
-        number_of_elements_per_command=len(each.columns),
-        **_level(each),
+        number_of_elements=0,
+        number_of_elements_per_command=1,
     )
 
 
-def joined(numbers):
-    """Numbers as XML has them."""
-    return " ".join(f"{each:g}" for each in numbers)
+@element.register
+def _(prop: properties.Rows, domain="", default=""):
+    labels = [
+        xml("ComponentLabel", component=i, label=label) for i, label in enumerate(prop.columns)
+    ]
+    return vector(
+        "Double",
+        prop.name,
+        default or "none",
+        prop.help,
+        domain,
+        _hints(prop, xml("ShowComponentLabels", *labels)),
+        command=f"Set{prop.singular}",
+        use_index=1,
+        repeat_command=1,
+        set_number_command=f"SetNumberOf{prop.name}",
+        number_of_elements=len(default.split()),
+        number_of_elements_per_command=len(prop.columns),
+        **_level(prop),
+    )
+
+
+def _numbers(prop, default, domain):
+    kind, text = _kind(default[0]), joined(default)
+    return vector(kind, prop.name, text, prop.help, domain, _hints(prop), **_level(prop))
 
 
 def _kind(default):
     return "Int" if isinstance(default, int) else "Double"
 
 
-def _level(each):
-    return {"panel_visibility": "advanced"} if each.is_advanced else {}
+def _level(prop):
+    return {"panel_visibility": "advanced"} if prop.is_advanced else {}
 
 
-def _hints(each, *hints):
-    hints = [*hints, *visibility(each)]
+def _hints(prop, *hints):
+    hints = [*hints, *visibility(prop)]
     return xml("Hints", *hints) if hints else ""

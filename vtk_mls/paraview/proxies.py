@@ -8,56 +8,89 @@ from __future__ import annotations
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 
 from vtk_mls import filters
-from vtk_mls.paraview import frame_check, image_reader, panels
-from vtk_mls.paraview.recovery import Recovers
+from vtk_mls.paraview import image_reader, panels
+from vtk_mls.paraview.frame_check import frame_mismatch, producers
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
-_SAYS_WHAT_THE_MOUSE_DOES = smhint.xml('<ShowProxyDocumentationInPanel type="short_help"/>')
+_SHOW_MOUSE_HELP = smhint.xml('<ShowProxyDocumentationInPanel type="short_help"/>')
 
 
 def _panel(elements):
     return smproperty.xml("".join(elements))
 
 
-class _ChecksFrames:
-    """A filter that says so if handles are on the wrong side of the head."""
+class _Recovers:
+    """An algorithm whose failures do not stop the updates of ParaView's views.
+
+    After a failed update, ParaView never updates the view again, even after a change. So a failed
+    execution is reported once, its empty output counts as up to date, and algorithms downstream do
+    not report their empty input.
+    """
+
+    _failure = None  # time of the pipeline and error text, if the last execution failed
 
     def RequestData(self, request, inInfo, outInfo):
-        if sentence := frame_check.mixed(self, inInfo):
-            self._warn(sentence)
+        result = super().RequestData(request, inInfo, outInfo)
+        self._failure = None
+        return result
+
+    def has_failed(self):
+        """Whether the output is empty because of an error."""
+        time = self.GetExecutive().GetPipelineMTime()
+        return self._failure is not None and self._failure[0] == time
+
+    def _fail(self, out_info, text):
+        self._empty(out_info)
+        failure = self.GetExecutive().GetPipelineMTime(), text
+        if failure != self._failure and not any(map(_has_failed, producers(self))):
+            self._report(text)
+        self._failure = failure
+        return 1
+
+
+def _has_failed(producer):
+    return isinstance(producer, _Recovers) and producer.has_failed()
+
+
+class _ChecksFrames:
+    """A filter that warns if image and control points are in different frames."""
+
+    def RequestData(self, request, inInfo, outInfo):
+        if warning := frame_mismatch(self, inInfo):
+            self._warn(warning)
         return super().RequestData(request, inInfo, outInfo)
 
 
 @smproxy.filter(name="MLSDeform", label="MLS Deform", support_reload=False)
 @_MENU
-@_SAYS_WHAT_THE_MOUSE_DOES
+@_SHOW_MOUSE_HELP
 @_panel(panels.DEFORM)
-class MLSDeform(Recovers, _ChecksFrames, filters.MLSDeform):
+class MLSDeform(_Recovers, _ChecksFrames, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
 
     def SetGradientArray(self, name):
-        """The list says "none" for no array."""
+        """The drop-down list has "none" for no array."""
         super().SetGradientArray("" if name == "none" else name)
 
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field", support_reload=False)
 @_MENU
-@_SAYS_WHAT_THE_MOUSE_DOES
+@_SHOW_MOUSE_HELP
 @_panel(panels.DISPLACEMENT_FIELD)
-class MLSDisplacementField(Recovers, _ChecksFrames, filters.MLSDisplacementField):
+class MLSDisplacementField(_Recovers, _ChecksFrames, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points", support_reload=False)
 @_MENU
-@_SAYS_WHAT_THE_MOUSE_DOES
+@_SHOW_MOUSE_HELP
 @_panel(panels.CONTROL_POINTS)
-class MLSControlPoints(Recovers, filters.MLSControlPoints):
+class MLSControlPoints(_Recovers, filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
 
 
 @smproxy.source(name="MLSImageReader", label="MLS Image Reader", support_reload=False)
 @_panel(panels.IMAGE_READER)
-class MLSImageReader(Recovers, image_reader.MLSImageReader):
+class MLSImageReader(_Recovers, image_reader.MLSImageReader):
     """`vtk_mls.paraview.image_reader.MLSImageReader` as a ParaView source."""

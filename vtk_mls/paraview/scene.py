@@ -1,4 +1,4 @@
-"""What `vtk-mls paraview` shows: the file that it was given, or a volume to deform."""
+"""The scene of `vtk-mls paraview`: the given file, or a volume to deform."""
 
 import os
 
@@ -7,17 +7,17 @@ from paraview import simple
 view = simple.GetActiveViewOrCreate("RenderView")
 file = os.environ.get("VTK_MLS_OPEN")
 if file:
-    shown = simple.OpenDataFile(file, registrationName=os.path.basename(file))
+    source = simple.OpenDataFile(file, registrationName=os.path.basename(file))
 else:
     volume = simple.Wavelet(registrationName="Volume")
-    shown = simple.MLSDeform(registrationName="Deformed", Input=volume)
+    source = simple.MLSDeform(registrationName="Deformed", Input=volume)
     view.CameraPosition = [25, 18, 60]
-display = simple.Show(shown, view)
+display = simple.Show(source, view)
 if not file:
     simple.ColorBy(display, ("POINTS", "RTData"))
     display.SetRepresentationType("Surface")
-elif shown.GetDataInformation().GetDataSetTypeAsString() == "vtkImageData":
-    display.SetRepresentationType("Volume")  # an outline would show nothing of it
-simple.SetActiveSource(shown)
+elif source.GetDataInformation().GetDataSetTypeAsString() == "vtkImageData":
+    display.SetRepresentationType("Volume")  # the default is an outline
+simple.SetActiveSource(source)
 simple.ResetCamera(view)
 simple.Render(view)

@@ -1,16 +1,18 @@
-"""What ParaView's server manager knows: proxies, and their properties with edits that wait."""
+"""Access to ParaView's server manager: proxies, and properties with edits that wait for Apply."""
 
 from __future__ import annotations
 
-# An object that Python meets before its class stays one of a base class: import those of views,
-# their representations and widgets first.
+# The first Python wrapper of a VTK object has the most derived class that is imported by then:
+# import those of views, representations and widgets first.
 import paraview.modules.vtkRemotingViews  # noqa: F401
 import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
+EDITED = "UncheckedPropertyModifiedEvent"  # of a property whose pending values were changed
 
-def proxies(manager, group):
+
+def registered_proxies(manager, group):
     """The proxies registered in a group."""
     iterator = vtkSMProxyIterator()
     iterator.SetSessionProxyManager(manager)
@@ -21,45 +23,63 @@ def proxies(manager, group):
         iterator.Next()
 
 
-def proxies_of(changed):
-    """The proxies that a property has."""
-    return [changed.GetProxy(number) for number in range(changed.GetNumberOfProxies())]
+def views_of(proxy):
+    """All views of the session of a proxy."""
+    return registered_proxies(proxy.GetSessionProxyManager(), "views")
 
 
-def find(number, group="sources"):
-    """The proxy of the active session with this id, if it is still there."""
+def find_proxy(proxy_id, group="sources"):
+    """The proxy of the active session with this global id; None if it was deleted."""
     manager = vtkSMProxyManager.GetProxyManager().GetActiveSessionProxyManager()
-    found = (each for each in proxies(manager, group) if each.GetGlobalID() == number)
-    return next(found, None)
+    proxies = registered_proxies(manager, group)
+    return next((proxy for proxy in proxies if proxy.GetGlobalID() == proxy_id), None)
 
 
-def elements(changed):
-    """The pending elements of a property."""
-    return [changed.GetUncheckedElement(i) for i in range(changed.GetNumberOfUncheckedElements())]
+def proxies_in(prop):
+    """The proxies in a proxy property."""
+    return [prop.GetProxy(index) for index in range(prop.GetNumberOfProxies())]
 
 
-def is_pending(changed):
+def pending_values(prop):
+    """The elements of a property, pending edits included."""
+    return [prop.GetUncheckedElement(i) for i in range(prop.GetNumberOfUncheckedElements())]
+
+
+def pending_value(proxy, name, default=None):
+    """The first element of a property, pending edits included; the default without it."""
+    prop = proxy.GetProperty(name)
+    return prop.GetUncheckedElement(0) if prop else default
+
+
+def is_pending(prop):
     """Whether a property has an edit that is not applied."""
-    count = changed.GetNumberOfUncheckedElements()
-    if count != changed.GetNumberOfElements():
-        return True
-    return any(changed.GetUncheckedElement(i) != changed.GetElement(i) for i in range(count))
+    count = prop.GetNumberOfUncheckedElements()
+    return count != prop.GetNumberOfElements() or any(
+        prop.GetUncheckedElement(i) != prop.GetElement(i) for i in range(count)
+    )
 
 
 def is_remote(proxy):
-    """Whether data and what draws them are not in this process."""
+    """Whether another process has the data and draws them."""
     return proxy.GetSession().IsA("vtkSMSessionClient")
 
 
 def input_of(proxy):
-    """A filter's input, as it was last updated."""
-    source = proxy.GetProperty("Input")
-    client = source.GetProxy(0).GetClientSideObject()
-    return client.GetOutputDataObject(source.GetOutputPortForConnection(0))
+    """Source proxy and output port that a filter or a display shows; None without an input."""
+    connected = proxy.GetProperty("Input")
+    if not connected or not connected.GetNumberOfProxies():
+        return None
+    return connected.GetProxy(0), connected.GetOutputPortForConnection(0)
+
+
+def input_data(proxy):
+    """The input of a filter or a display, as it was last updated."""
+    source, port = input_of(proxy)
+    return source.GetClientSideObject().GetOutputDataObject(port)
 
 
 def blocks_of(data):
-    """The datasets of which data consist."""
+    """The datasets of a composite dataset, or the dataset itself."""
     if not isinstance(data, vtkCompositeDataSet):
         return [data]
     blocks, iterator = [], data.NewIterator()
@@ -71,6 +91,6 @@ def blocks_of(data):
 
 
 def selected_source(manager):
-    """What is selected in the pipeline: proxy of a source or of one of its outputs, or None."""
+    """The selected proxy of a source or of one of its outputs; None without a selection."""
     selection = manager.GetSelectionModel("ActiveSources")
     return selection.GetCurrentProxy() if selection else None

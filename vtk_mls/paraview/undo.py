@@ -1,8 +1,8 @@
 """Undo for edits that wait for Apply.
 
-ParaView's undo stack knows only what was applied: after a drag, Ctrl+Z would take back what was
-applied before it and leave the drag. So each edit is put on the stack too, as a step that is empty,
-and done here when the stack comes to it.
+ParaView's undo stack has only applied edits: after a drag, Ctrl+Z would undo the last Apply and
+leave the drag. So each edit is pushed on the stack as an empty step, and undone here when the stack
+comes to this step.
 """
 
 from __future__ import annotations
@@ -11,66 +11,59 @@ from paraview.modules.vtkPVVTKExtensionsCore import vtkUndoSet
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
 
-_steps = {}  # by the empty steps: who edited, and what was before and after
-_observed = None  # the stack
+_edits = {}  # owner, state before and state after, by the empty steps
+_observed_stack = None
 
 
 def add(label, owner, before, after):
-    """Put an edit on the stack, unless it is applied at once or an undo itself.
+    """Push an edit on the stack, unless it is applied at once or comes from Undo or Redo.
 
-    Parameters
-    ----------
-    label : str
-        For the menu.
-    owner : object
-        Its `restore(state)` is called on Undo and Redo.
-    before, after : any
-        The states of this edit.
+    Undo and Redo call `owner.restore` with the state before or after the edit; the menu shows the
+    label.
     """
-    if vtkPVGeneralSettings.GetInstance().GetAutoApply() or is_busy():
+    if vtkPVGeneralSettings.GetInstance().GetAutoApply() or is_running():
         return
     stack = _stack()
-    stack.Push(label, vtkUndoSet())  # of which it makes another
-    _steps[stack.GetNextUndoSet()] = owner, before, after
+    stack.Push(label, vtkUndoSet())  # the stack pushes a copy
+    _edits[stack.GetNextUndoSet()] = owner, before, after
 
 
 def amend(owner, after):
-    """Count what was done since the owner's last edit as part of it."""
+    """Change the state after the owner's last edit."""
     step = _stack().GetNextUndoSet() if _stack().CanUndo() else None
-    if step in _steps and _steps[step][0] is owner:
-        _steps[step] = owner, _steps[step][1], after
+    if step in _edits and _edits[step][0] is owner:
+        _edits[step] = owner, _edits[step][1], after
 
 
 def forget(owner):
-    """Remove the edits of an owner: they were applied, or taken back in another way."""
-    if is_busy():
+    """Remove the edits of an owner, which were applied or reset."""
+    if is_running():
         return
     stack = _stack()
-    ended = {step for step, (editor, *_) in _steps.items() if editor is owner}
-    while stack.CanUndo() and stack.GetNextUndoSet() in ended:
+    steps = {step for step, (editor, *_) in _edits.items() if editor is owner}
+    while stack.CanUndo() and stack.GetNextUndoSet() in steps:
         stack.PopUndoStack()
-    for step in ended:
-        del _steps[step]
+    for step in steps:
+        del _edits[step]
 
 
-def is_busy():
-    """Whether what happens now is an Undo or a Redo."""
+def is_running():
+    """Whether ParaView executes an Undo or a Redo."""
     return _stack().GetInUndo() or _stack().GetInRedo()
 
 
 def _stack():
     """The undo stack of ParaView's GUI."""
-    global _observed
+    global _observed_stack
     stack = vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder().GetUndoStack()
-    if stack is not _observed:
-        _observed = stack
-        stack.AddObserver("StartEvent", _moved)
+    if stack is not _observed_stack:
+        _observed_stack = stack
+        stack.AddObserver("StartEvent", _step_starts)
     return stack
 
 
-def _moved(stack, event):
-    """The stack is about to undo or redo a step."""
+def _step_starts(stack, event):
     step = stack.GetNextUndoSet() if stack.GetInUndo() else stack.GetNextRedoSet()
-    if step in _steps:
-        owner, before, after = _steps[step]
+    if step in _edits:
+        owner, before, after = _edits[step]
         owner.restore(before if stack.GetInUndo() else after)

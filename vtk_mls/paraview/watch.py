@@ -1,28 +1,37 @@
-"""Pipelines of ParaView's GUI, watched for what the plugin adds to them.
+"""Watches the pipelines of ParaView's GUI for filters with handles, their widgets, and displays.
 
-A plugin in Python hears of nothing but what the server manager registers: filters with handles, the
-widgets that show these, and displays.
+A plugin in Python has no other notice of these than what the server manager registers.
 """
 
 from __future__ import annotations
 
+import logging
+import sys
+
 from paraview.modules.vtkRemotingCore import vtkProcessModule
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
+from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from vtk_mls.paraview import messages, undo
-from vtk_mls.paraview.display_look import show_as_input
-from vtk_mls.paraview.handle_widget import HandleWidget
+from vtk_mls.base import messages
+from vtk_mls.paraview import undo
+from vtk_mls.paraview.displays import copy_settings_of_input
+from vtk_mls.paraview.handle_controller import HandleController
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import PanelWidgets
-from vtk_mls.paraview.server_manager import elements, proxies, proxies_of, selected_source
+from vtk_mls.paraview.server_manager import (
+    pending_values,
+    proxies_in,
+    registered_proxies,
+    selected_source,
+)
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
 _is_watching = False
-_watched = {}  # by the ids of sessions: the Observers of each
+_sessions = {}  # _Session by the ids of ParaView's sessions
 
 
 def start():
-    """Watch the pipelines of all sessions of ParaView's GUI, unless somebody does already."""
+    """Watch all sessions of ParaView's GUI, unless this was called before."""
     global _is_watching
     if _is_watching or vtkSMProxyManager.GetProxyManager() is None:
         return
@@ -36,88 +45,118 @@ def start():
         sessions.GoToNextItem()
 
     # Plugins of PV_PLUGIN_PATH are loaded before there is a session.
-    modules.AddObserver("ConnectionCreatedEvent", _connected)
-    modules.AddObserver("ConnectionClosedEvent", _closed)
+    modules.AddObserver("ConnectionCreatedEvent", _session_created)
+    modules.AddObserver("ConnectionClosedEvent", _session_closed)
 
 
-def _connected(modules, event):
+def _session_created(modules, event):
     _watch(modules.GetEventCallDataSessionId())
 
 
-def _closed(modules, event):
-    observers = _watched.pop(modules.GetEventCallDataSessionId(), None)
-    if observers:
-        observers.end()
+def _session_closed(modules, event):
+    session = _sessions.pop(modules.GetEventCallDataSessionId(), None)
+    if session:
+        session.end()
 
 
-def _watch(number):
-    """Watch what the proxy manager of a session registers, if this is ParaView's GUI."""
+def _watch(session_id):
+    """Watch a session if this process is ParaView's GUI."""
     if vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder() is None:
-        return  # only the GUI has undo; pvpython's manager outlives Python and would call it still
-    messages.start()
-    session = vtkProcessModule.GetProcessModule().GetSession(number)
+        return  # only the GUI has undo; pvpython's manager would call observers after Python's end
+    if not any(isinstance(handler, _OutputMessages) for handler in messages.LOG.handlers):
+        messages.LOG.addHandler(_OutputMessages())
+        messages.LOG.propagate = False
+    session = vtkProcessModule.GetProcessModule().GetSession(session_id)
     manager = vtkSMProxyManager.GetProxyManager().GetSessionProxyManager(session)
-    pipelines = {}  # by the ids of their proxies, so that none is kept alive
-    views, displays = set(), set()  # ids
-    observers = _watched[number] = Observers()
-    panel_widgets = PanelWidgets(manager, _WITH_HANDLES, observers)
+    _sessions[session_id] = _Session(manager)
 
-    def edited(is_held):
-        for handles in list(pipelines.values()):
-            handles.show_pending(is_held)
 
-    def widgets_changed(shown, event):
-        sources = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
-        for widget in proxies_of(shown):
-            panel_widgets.follow(widget)
-            for number, handles in pipelines.items():
-                if number in sources and _shows(widget, sources[number]):
-                    handles.take(widget)
-                elif number in sources and _shows_cut(widget, sources[number]):
-                    handles.take_cut(widget)
+class _Session:
+    """The pipelines and views of a session, by its vtkSMSessionProxyManager."""
 
-    def displays_changed(shown, event):
-        every = {each.GetGlobalID(): each for each in proxies_of(shown)}
-        for number in every.keys() - displays:
-            displays.add(number)
-            if not manager.GetInLoadXMLState() and not undo.is_busy():
-                show_as_input(every[number], every.values())
+    def __init__(self, manager):
+        self._manager, self._observers = manager, Observers()
+        self._controllers = {}  # HandleController by the ids of proxies
+        self._view_ids, self._display_ids = set(), set()
+        self._panel_widgets = PanelWidgets(manager, _WITH_HANDLES, self._observers)
+        for event in ("RegisterEvent", "UnRegisterEvent"):
+            self._observers.add(manager, event, self._proxies_changed)
+        self._proxies_changed(manager, None)
 
-    def changed(manager, event):
-        here = {each.GetGlobalID(): each for each in proxies(manager, "sources")}
-        for number in pipelines.keys() - here.keys():
-            pipelines.pop(number).end()
-        for number in here.keys() - pipelines.keys():
-            if here[number].GetXMLName() in _WITH_HANDLES:
+    def end(self):
+        self._observers.end()
+
+    def _sources(self):
+        sources = registered_proxies(self._manager, "sources")
+        return {source.GetGlobalID(): source for source in sources}
+
+    def _edited(self, is_dragging):
+        for controller in list(self._controllers.values()):
+            controller.show_pending(is_dragging)
+
+    def _proxies_changed(self, manager, event):
+        sources = self._sources()
+        for deleted in self._controllers.keys() - sources.keys():
+            self._controllers.pop(deleted).end()
+        for new in sources.keys() - self._controllers.keys():
+            if sources[new].GetXMLName() in _WITH_HANDLES:
                 selected = selected_source(manager)
-                pipelines[number] = HandleWidget(here[number], edited, selected)
-        for view in proxies(manager, "views"):
-            shown = view.GetProperty("HiddenRepresentations")
-            if shown and view.GetGlobalID() not in views:
-                views.add(view.GetGlobalID())
-                observers.add(shown, "ModifiedEvent", widgets_changed)
-                shown = view.GetProperty("Representations")
-                displays.update(each.GetGlobalID() for each in proxies_of(shown))
-                observers.add(shown, "ModifiedEvent", displays_changed)
+                self._controllers[new] = HandleController(sources[new], self._edited, selected)
+        for view in registered_proxies(manager, "views"):
+            widgets = view.GetProperty("HiddenRepresentations")
+            if widgets and view.GetGlobalID() not in self._view_ids:
+                self._view_ids.add(view.GetGlobalID())
+                self._observers.add(widgets, "ModifiedEvent", self._widgets_changed)
+                displays = view.GetProperty("Representations")
+                self._display_ids.update(display.GetGlobalID() for display in proxies_in(displays))
+                self._observers.add(displays, "ModifiedEvent", self._displays_changed)
 
-    for event in ("RegisterEvent", "UnRegisterEvent"):
-        observers.add(manager, event, changed)
-    changed(manager, None)
+    def _widgets_changed(self, widgets, event):
+        sources = self._sources()
+        for widget in proxies_in(widgets):
+            self._panel_widgets.add(widget)
+            for source_id, controller in self._controllers.items():
+                if source_id in sources and _shows_handles(widget, sources[source_id]):
+                    controller.add_widget(widget)
+                elif source_id in sources and _shows_cut(widget, sources[source_id]):
+                    controller.add_cut_widget(widget)
+
+    def _displays_changed(self, prop, event):
+        displays = {display.GetGlobalID(): display for display in proxies_in(prop)}
+        for new in displays.keys() - self._display_ids:
+            self._display_ids.add(new)
+            if not self._manager.GetInLoadXMLState() and not undo.is_running():
+                copy_settings_of_input(displays[new], displays.values())
 
 
-def _shows(widget, proxy):
-    """Whether a representation is the widget of a proxy's handles: ParaView keeps them alike."""
+class _OutputMessages(logging.Handler):
+    """Announcements as lines of Output Messages, whose window does not open for them.
+
+    ParaView's sys.stderr would show them as errors.
+    """
+
+    def emit(self, record):
+        line = f"{self.format(record)}\n"
+        vtkOutputWindow.GetInstance().DisplayText(line)
+        if sys.__stderr__ is not None:  # the terminal
+            sys.__stderr__.write(line)
+            sys.__stderr__.flush()
+
+
+def _shows_handles(widget, proxy):
+    """Whether a representation is the widget of a proxy's handles: it has the same positions."""
     if widget.GetXMLName() != "PolyLineWidgetRepresentation":
         return False
-    positions = elements(widget.GetProperty("HandlePositions"))
+    positions = pending_values(widget.GetProperty("HandlePositions"))
     lists = (proxy.GetProperty(name) for name in ("RestPoints", "DeformedPoints"))
-    return any(positions == elements(each) for each in lists)
+    return any(positions == pending_values(prop) for prop in lists)
 
 
 def _shows_cut(widget, proxy):
     """Whether a representation is the widget of a proxy's cut plane."""
     return "ImplicitPlane" in widget.GetXMLName() and all(
         proxy.GetProperty(f"Cut{name}")
-        and elements(widget.GetProperty(name)) == elements(proxy.GetProperty(f"Cut{name}"))
+        and pending_values(widget.GetProperty(name))
+        == pending_values(proxy.GetProperty(f"Cut{name}"))
         for name in ("Origin", "Normal")
     )

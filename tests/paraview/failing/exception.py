@@ -1,3 +1,3 @@
-"""Must be seen to fail: an exception."""
+"""Must fail: an exception."""
 
 raise SystemExit(1)

@@ -1,4 +1,4 @@
-"""Must be seen to fail: a pipeline that only prints a VTK error."""
+"""Must fail: a pipeline that only prints a VTK error."""
 
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 

@@ -1,4 +1,4 @@
-"""Every process makes its piece with the VTK filters; together they are what one process makes.
+"""The pieces of all processes together equal the result of one process.
 
 For `mpirun -np N pvbatch --symmetric`.
 """
@@ -48,7 +48,7 @@ def tetrahedra():
 
 
 class Corners(Algorithm):
-    """Each process's share of the corners of `source()`, moving; the last has none, or fails."""
+    """The moving corners of `source()`, shared among all processes but the last, which may fail."""
 
     fails = False
 
@@ -77,7 +77,7 @@ class Corners(Algorithm):
 
 
 def sampled(time=0):
-    """The field on the grid over `Corners` that all processes must make."""
+    """The expected field on the grid over `Corners`."""
     box, producer = vtkImageData(), vtkTrivialProducer()
     box.SetDimensions(18, 17, 17)
     box.SetOrigin(time - 9, time - 8, time - 7)
@@ -86,7 +86,7 @@ def sampled(time=0):
 
 
 def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
-    """Control points; none if there are none."""
+    """Control points."""
     points = vtkPoints()
     points.SetData(numpy_to_vtk(np.array(rest, float).reshape(-1, 3), deep=True))
     moved = numpy_to_vtk(np.reshape(np.subtract(deformed, rest), (-1, 3)), deep=True)
@@ -108,7 +108,7 @@ def scalpel():
 
 
 def pipeline(kind, image, handles, cut=None, **settings):
-    """A filter over an image by a source; `handles` and `cut` are this process's."""
+    """A filter of a source, with the `handles` and the `cut` of this process."""
     deform = kind()
     deform.SetInputConnection(0, image.GetOutputPort())
     deform.SetInputDataObject(1, handles)
@@ -120,13 +120,13 @@ def pipeline(kind, image, handles, cut=None, **settings):
 
 
 def update(deform, ghosts=0):
-    """Make this process's piece; whether that succeeded."""
+    """Compute the piece of this process; returns whether this succeeded."""
     deform.UpdateInformation()
     return deform.GetExecutive().Update(0) if SIZE == 1 else deform.UpdatePiece(RANK, SIZE, ghosts)
 
 
 def pieces(deform, ghosts=0):
-    """The pieces of all processes, each an extent and arrays, which this one made its own of."""
+    """Extent, point arrays and cell arrays of the pieces of all processes."""
     update(deform, ghosts)
     output = deform.GetOutputDataObject(0)
     names = [name for name in ARRAYS if output.GetPointData().HasArray(name)]
@@ -138,40 +138,40 @@ def pieces(deform, ghosts=0):
 
 
 def check(deform, alone, ghosts=0):
-    """The pieces of `deform` against the whole that `alone` makes on each process by itself."""
+    """Compare the pieces of `deform` with the whole image `alone`."""
     extent = alone.GetExtent()
     covered = np.zeros(alone.GetDimensions()[::-1], bool)
     compared = 0
     for part, points, cells in pieces(deform, ghosts):
         if any(first > last for first, last in zip(part[::2], part[1::2])):
             continue
-        here = tuple(
+        block = tuple(
             slice(first - start, last - start + 1)
             for first, last, start in list(zip(part[::2], part[1::2], extent[::2]))[::-1]
         )
-        covered[here] = True
+        covered[block] = True
         for name, values in points.items():
-            expected = array(alone, name)[here]
+            expected = array(alone, name)[block]
             np.testing.assert_array_equal(values, expected, err_msg=f"{name} in {part}")
             compared += 1
         for name, values in cells.items():
             whole = np.asarray(alone.GetCellData().GetArray(name))
             whole = whole.reshape([max(n - 1, 1) for n in alone.GetDimensions()[::-1]])
-            inner = tuple(slice(s.start, max(s.stop - 1, s.start + 1)) for s in here)
+            inner = tuple(slice(s.start, max(s.stop - 1, s.start + 1)) for s in block)
             np.testing.assert_array_equal(values, whole[inner].ravel())
     assert covered.all()
     assert compared
 
 
 def whole(kind, image, handles, cut=None, **settings):
-    """What one process makes; each does it, with the same control points."""
+    """The result of one process; each process computes it."""
     deform = pipeline(kind, image, handles, cut, **settings)
     deform.Update()
     return deform.GetOutputDataObject(0)
 
 
 def volume(mesh):
-    """Of all cells together."""
+    """The volume of all cells."""
     sizes = vtkCellSizeFilter()
     sizes.SetInputData(mesh)
     sizes.Update()
@@ -179,14 +179,14 @@ def volume(mesh):
     return float(vtk_to_numpy(volumes).sum()) if mesh.GetNumberOfCells() else 0.0
 
 
-def mine(rank, data):
+def only_on(rank, data):
     """`data` on one process, nothing on the others."""
     return data if rank % SIZE == RANK else vtkPolyData()
 
 
 EVERYTHING = {"GenerateJacobian": True, "Interpolation": "cubic", "GradientArray": "RTData"}
 
-# Control points on all processes, on one, and each on its own; the field to the bit.
+# Control points on all processes, on one, or distributed; the results are equal to the bit.
 everywhere = whole(MLSDeform, source(), polydata(), **EVERYTHING)
 field = whole(MLSDisplacementField, source(), polydata())
 value = vtk_mls.Deformation(REST, DEFORMED)
@@ -198,14 +198,14 @@ np.testing.assert_array_equal(
 parts = np.array_split(np.arange(len(REST)), SIZE)[RANK]
 for handles in (
     polydata(),
-    mine(0, polydata()),
-    mine(-1, polydata()),
+    only_on(0, polydata()),
+    only_on(-1, polydata()),
     polydata(REST[parts], DEFORMED[parts]) if len(parts) else vtkPolyData(),
 ):
     check(pipeline(MLSDeform, source(), handles, **EVERYTHING), everywhere)
     check(pipeline(MLSDisplacementField, source(), handles), field)
 
-# A change makes every process compute again; more ghosts, or nothing, do not disturb.
+# After a change every process computes again, also with ghosts.
 image, handles = source(), MLSControlPoints()
 handles.SetRestPoints(REST)
 deform = MLSDeform()
@@ -220,21 +220,21 @@ check(deform, alone)
 deform.SetKind("affine")
 check(deform, whole(MLSDeform, source(), polydata(), Kind="affine"))
 
-# Each process asks its image for the part that it needs, and a field for next to nothing.
+# Each process requests the part of the image that it needs; a field requests one cell.
 small = REST + 0.25
 deform = pipeline(MLSDeform, source(), polydata(REST, small))
 update(deform)
 key = vtkStreamingDemandDrivenPipeline.UPDATE_EXTENT()
-asked = deform.GetInputInformation(0, 0).Get(key)
+requested = deform.GetInputInformation(0, 0).Get(key)
 if SIZE > 1:
-    made = deform.GetOutputDataObject(0).GetExtent()
+    extent = deform.GetOutputDataObject(0).GetExtent()
     limits = source().GetWholeExtent()
     expected = [
-        max(n - 1, limits[i]) if i % 2 == 0 else min(n, limits[i]) for i, n in enumerate(made)
+        max(n - 1, limits[i]) if i % 2 == 0 else min(n, limits[i]) for i, n in enumerate(extent)
     ]
-    # cells take theirs from between the points
-    assert all(abs(a - b) <= 1 for a, b in zip(asked, expected)), (asked, made)
-    sizes = on_all(int(np.prod(np.array(asked[1::2]) - asked[::2])))
+    # cells are between the points
+    assert all(abs(a - b) <= 1 for a, b in zip(requested, expected)), (requested, extent)
+    sizes = on_all(int(np.prod(np.array(requested[1::2]) - requested[::2])))
     assert max(sizes) < 0.75 * 17 * 16 * 16, sizes
 field = pipeline(MLSDisplacementField, source(), polydata())
 update(field)
@@ -245,13 +245,13 @@ opened = {"GradientArray": "RTData", "GenerateJacobian": True}
 for opened["CutFrame"] in vtk_mls.CUT_FRAMES:
     alone = whole(MLSDeform, source(), polydata(), scalpel(), **opened)
     assert array(alone, "Void").any() or opened["CutFrame"] == "rest"  # both sides move alike
-    for cut in (scalpel(), mine(-1, scalpel())):
-        check(pipeline(MLSDeform, source(), mine(0, polydata()), cut, **opened), alone)
+    for cut in (scalpel(), only_on(-1, scalpel())):
+        check(pipeline(MLSDeform, source(), only_on(0, polydata()), cut, **opened), alone)
 
-# Meshes, piece by piece, with a cell of the neighbours as well; whole and cut.
+# Meshes in pieces with ghost cells, without and with a cut.
 for cut in (None, scalpel()):
-    handles, cells = mine(0, polydata()), tetrahedra()
-    deform = pipeline(MLSDeform, cells, handles, cut and mine(-1, cut))
+    handles, cells = only_on(0, polydata()), tetrahedra()
+    deform = pipeline(MLSDeform, cells, handles, cut and only_on(-1, cut))
     update(deform, ghosts=1)
     piece = deform.GetOutput()
     cuts = surfaces(cut) if cut else ()
@@ -260,20 +260,20 @@ for cut in (None, scalpel()):
         places = vtk_to_numpy(cells.GetOutput().GetPoints().GetData())
         moved = vtk_to_numpy(piece.GetPoints().GetData())
         np.testing.assert_allclose(moved, value.forward(places), rtol=0, atol=1e-4)
-    deform = pipeline(MLSDeform, tetrahedra(), handles, cut and mine(-1, cut))
+    deform = pipeline(MLSDeform, tetrahedra(), handles, cut and only_on(-1, cut))
     update(deform)
     alone = pipeline(MLSDeform, tetrahedra(), polydata(), cut)
     measured = sum(on_all(volume(deform.GetOutput())))
     alone.Update()
-    # voxels are divided another way when they are counted from another corner
+    # the division of voxels into tetrahedra depends on the extent
     np.testing.assert_allclose(measured, volume(alone.GetOutput()), rtol=1e-3)
 
-# The field over a mesh in pieces: all have the same grid, over the bounds of all pieces.
+# The field over a mesh in pieces: one grid over the bounds of all pieces.
 alone, size = sampled(), {"SampleDimensions": (18, 17, 17)}
 cells, corners = tetrahedra(), Corners()
-check(pipeline(MLSDisplacementField, cells, mine(0, polydata()), **size), alone)
+check(pipeline(MLSDisplacementField, cells, only_on(0, polydata()), **size), alone)
 assert sum(on_all(cells.GetOutput().GetNumberOfCells())) == 5 * 17 * 16 * 16
-field = pipeline(MLSDisplacementField, corners, mine(0, polydata()), **size)
+field = pipeline(MLSDisplacementField, corners, only_on(0, polydata()), **size)
 check(field, alone)
 assert field.UpdateTimeStep(1.0, RANK, SIZE, 0)
 alone = sampled(time=1)
@@ -294,7 +294,7 @@ with output_messages() as text:
 assert not done
 assert "`Input` is empty" in text[0], text[0]
 
-# Blocks, of which each process has another number, and the last none.
+# Blocks; each process has another number, the last has none.
 blocks, wavelet, handles = vtkMultiBlockDataSet(), source(), MLSControlPoints()
 wavelet.Update()
 for number in range(SIZE - 1 - RANK):
@@ -323,28 +323,28 @@ for number in range(SIZE - 1 - RANK):
     expected = meshes.GetBlock(number).GetBounds()
     np.testing.assert_allclose(field.GetOutputDataObject(0).GetBlock(number).GetBounds(), expected)
 
-# More processes than slices, and a grid of its own.
+# More processes than slices, and other grids.
 thin = (0, 5, -3, 4, 2, 3)
 check(
-    pipeline(MLSDeform, source(thin), mine(0, polydata())),
+    pipeline(MLSDeform, source(thin), only_on(0, polydata())),
     whole(MLSDeform, source(thin), polydata()),
 )
 fitted = {"OutputGrid": "fitted"}
 check(
-    pipeline(MLSDeform, source(), mine(-1, polydata()), **fitted),
+    pipeline(MLSDeform, source(), only_on(-1, polydata()), **fitted),
     whole(MLSDeform, source(), polydata(), **fitted),
 )
 everything_outside = polydata([(0, 0, 0)], [(500, 0, 0)])
 alone = whole(MLSDeform, source(), everything_outside)
-check(pipeline(MLSDeform, source(), mine(0, everything_outside)), alone)
+check(pipeline(MLSDeform, source(), only_on(0, everything_outside)), alone)
 
-# What is wrong on one process is an error on all, and over once it is mended.
+# A wrong value on one process is an error on all, until it is corrected.
 for bad, words in (
     (polydata(name="Velocity"), "Displacement"),
     (polydata(DEFORMED, np.full_like(REST, np.nan)), "nan"),
     (vtkPolyData(), "ControlPoints"),
 ):
-    deform = pipeline(MLSDeform, source(), mine(-1, bad))
+    deform = pipeline(MLSDeform, source(), only_on(-1, bad))
     with output_messages() as text:
         done = update(deform)
     assert not done

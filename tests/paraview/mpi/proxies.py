@@ -1,4 +1,4 @@
-"""The proxies over processes: what the client fetches is what one process makes.
+"""The proxies in several processes: the client fetches the result of one process.
 
 For `mpirun -np N pvbatch`; or, with the number of a pvserver's port, for a client in pvpython.
 """

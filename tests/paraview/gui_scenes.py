@@ -1,0 +1,91 @@
+"""Scenes of the tests in ParaView's GUI, and their files."""
+
+from __future__ import annotations
+
+import os
+
+from gui import LISTENER
+from paraviews import NOISE, PICTURES, PROJECT
+from vtkmodules.vtkImagingCore import vtkImageShrink3D
+from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+
+from vtk_mls.commands import demo
+
+# Of this process, for files that several tests read: others can run beside it.
+OWN = PICTURES / os.environ.get("PYTEST_XDIST_WORKER", "alone")
+
+HANDLE = (10, 10, 0)  # the middle of an edge of the wavelet
+PULL = (60, 50)  # pixels
+ASIDE = (120, 40)
+
+LOAD = """
+from paraview import smtrace
+smtrace.start_trace()
+from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
+simple.LoadPlugin("paraview_plugin/vtk_mls_plugin.py", ns=vars(simple))
+settings = vtkPVGeneralSettings.GetInstance()
+"""
+WAVELET = """
+wavelet = simple.Wavelet()
+wavelet.UpdatePipeline()
+simple.Show(wavelet, view)
+view.ResetCamera()
+simple.Render(view)
+simple.SetActiveSource(wavelet)
+"""
+VALUES = "volume = values(wavelet).copy()\n"
+SETUP = LOAD + WAVELET + VALUES
+AS_VOLUME = """
+simple.ColorBy(simple.GetDisplayProperties(wavelet, view), ("POINTS", "RTData"))
+simple.GetDisplayProperties(wavelet, view).SetRepresentationType("Volume")
+simple.Render(view)
+"""
+LIVE = f"""{AS_VOLUME}
+from vtk_mls.rendering import DeformedVolume
+record_updates(DeformedVolume)
+"""
+BALL = """
+simple.Delete(wavelet)
+ball = simple.Sphere(Radius=10, ThetaResolution=90, PhiResolution=90)
+ball.UpdatePipeline()
+simple.Show(ball, view)
+view.ResetCamera()
+simple.SetActiveSource(ball)
+simple.Render(view)
+"""
+BRAIN = "file = simple.GetActiveSource(); volume = values(file).copy()\n"
+
+
+def write_brain(file, every):
+    """Write a brain, every n-th voxel along each axis; the file, relative to the project."""
+    reader = vtkNIFTIImageReader()
+    reader.SetFileName(str(demo.brain_file()))
+    smaller = vtkImageShrink3D()
+    smaller.SetInputConnection(reader.GetOutputPort())
+    smaller.SetShrinkFactors(every, every, every)
+    smaller.Update()
+    smaller.GetOutput().GetPointData().GetScalars().SetName("T1")
+    return write_image(file, smaller.GetOutput())
+
+
+def write_image(file, image):
+    """Write a vtkImageData; the file, relative to the project."""
+    (PROJECT / file).parent.mkdir(parents=True, exist_ok=True)
+    writer = vtkXMLImageDataWriter()
+    writer.SetInputData(image)
+    writer.SetFileName(str(PROJECT / file))
+    assert writer.Write()
+    return file
+
+
+def noise(gui):
+    """The errors and warnings that it has printed."""
+    return [line for line in gui.printed.splitlines() if NOISE.search(line)]
+
+
+def vtk_mls_command(file):
+    """The command `vtk-mls paraview FILE` with the listener."""
+    options = ("--dr", f"--script={LISTENER}")
+    command = ("python3", "-m", "vtk_mls", "paraview", str(file))
+    return (*command, *(f"--option={option}" for option in options))

@@ -1,0 +1,112 @@
+"""Drags among many handles, of which ParaView is informed when they end.
+
+When a handle moves, ParaView sets all handles of its widget one by one, and the widget computes the
+sizes of all after each: seconds with 500 handles. So ParaView gets the end of a drag only, and the
+sizes are computed once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkObject
+
+from vtk_mls.paraview.handle_lists import DRAGGED
+from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.server_manager import EDITED, find_proxy, pending_value
+
+MAX_DIRECT = 50  # handles; ParaView follows drags among fewer
+_BEFORE_PARAVIEW, _AFTER_PARAVIEW = 0.5, -0.5  # priorities; `SurfaceMouse` comes first
+
+
+class DeferredDrags:
+    """Keeps drags from ParaView until they end, if there are many handles.
+
+    Parameters
+    ----------
+    proxy : proxy with lists of handles
+    callbacks : dict of str to callable
+        By the names of lists: called with the list's property and an event for each edit that
+        ParaView does not get yet.
+    """
+
+    def __init__(self, proxy, callbacks):
+        self._proxy_id, self._callbacks = proxy.GetGlobalID(), callbacks
+        self._is_dragging = self._is_ending = False
+        self._deferred = {}  # properties with edits that ParaView did not get yet, by their names
+        self._widgets, self._unsized, self._observers = [], [], Observers()
+        for name in callbacks:
+            self._observe_list(proxy.GetProperty(name))
+
+    def add_widget(self, widget):
+        """Defer the drags of a widget, a proxy of a vtk3DWidgetRepresentation."""
+        widget = widget.GetClientSideObject().GetWidget()
+        self._widgets.append(widget)
+
+        def drag(widget, event):
+            proxy, representation = find_proxy(self._proxy_id), widget.GetRepresentation()
+            is_deferred = representation.GetNumberOfHandles() > MAX_DIRECT
+            if proxy and is_deferred and not self._is_ending:
+                widget.GetCommand(tag).SetAbortFlag(True)
+                self._edit(proxy, vtk_to_numpy(representation.GetHandlePositions()))
+
+        def drag_ends(widget, event):
+            deferred, self._deferred = self._deferred, {}
+            if not deferred or not find_proxy(self._proxy_id):
+                return
+            self._is_ending = True
+            self._suspend_sizes()
+            try:
+                widget.InvokeEvent("InteractionEvent")
+                for prop in deferred.values():
+                    prop.InvokeEvent(EDITED)
+            finally:
+                self._is_ending = False
+                self._compute_sizes()
+
+        tag = self._observers.add(widget, "InteractionEvent", drag, _BEFORE_PARAVIEW)
+        self._observers.add(widget, "EndInteractionEvent", drag_ends, _BEFORE_PARAVIEW)
+
+    def end(self):
+        self._observers.end()
+
+    def _edit(self, proxy, positions):
+        """Make positions pending without ParaView's reaction."""
+        self._is_dragging = True
+        try:
+            prop = proxy.GetProperty(DRAGGED[pending_value(proxy, "Drag")])
+            prop.SetUncheckedElements(np.ravel(positions).tolist(), positions.size)
+        finally:
+            self._is_dragging = False
+
+    def _observe_list(self, prop):
+        """Observe edits of a list before and after ParaView does."""
+
+        def before_paraview(prop, event):
+            if self._is_dragging:
+                vtkObject.GetCommand(prop, tag).SetAbortFlag(True)  # properties override it
+                self._deferred[prop.GetXMLName()] = prop
+                self._callbacks[prop.GetXMLName()](prop, event)
+            else:
+                self._suspend_sizes()
+
+        def after_paraview(prop, event):
+            if not self._is_ending:
+                self._compute_sizes()
+
+        tag = self._observers.add(prop, EDITED, before_paraview, _BEFORE_PARAVIEW)
+        self._observers.add(prop, EDITED, after_paraview, _AFTER_PARAVIEW)
+
+    def _suspend_sizes(self):
+        """Take away the renderers: without one, a widget does not compute sizes of handles."""
+        for representation in (widget.GetRepresentation() for widget in self._widgets):
+            renderer = representation.GetRenderer()
+            if renderer and representation.GetNumberOfHandles() > MAX_DIRECT:
+                self._unsized.append((representation, renderer))
+                representation.SetRenderer(None)
+
+    def _compute_sizes(self):
+        unsized, self._unsized = self._unsized, []
+        for representation, renderer in unsized:
+            representation.SetRenderer(renderer)
+            representation.BuildRepresentation()

@@ -1,0 +1,168 @@
+"""The displays of ParaView: copies of their settings, and colors for our own mappers."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
+    vtkDataAssembly,
+    vtkDataAssemblyUtilities,
+)
+
+from vtk_mls.paraview.server_manager import input_of, pending_value, pending_values
+
+# All but the representation itself.
+_COPIED = (
+    *("ColorArrayName", "LookupTable", "MapScalars", "InterpolateScalarsBeforeMapping"),
+    *("UseSeparateColorMap", "ScalarOpacityFunction", "UseTransfer2D", "TransferFunction2D"),
+    *("UseSeparateOpacityArray", "OpacityArrayName", "Opacity", "AmbientColor", "DiffuseColor"),
+    *("EdgeColor", "LineWidth", "PointSize", "Interpolation", "Specular", "Shade", "BlendMode"),
+    *("InterpolationType", "VolumeRenderingMode", "ScalarOpacityUnitDistance"),
+    *("IsosurfaceValues", "Slice", "SliceMode"),
+    # of blocks
+    *("Assembly", "BlockSelectors", "BlockColors", "BlockColorsDistinctValues", "BlockOpacities"),
+    *("BlockColorArrayNames", "BlockLookupTables", "BlockMapScalars", "BlockUseSeparateColorMaps"),
+    "BlockInterpolateScalarsBeforeMappings",
+)
+_HIERARCHY = "Hierarchy"
+_BLOCK_SETTINGS = ("Assembly", "BlockSelectors", "BlockColors", "BlockOpacities")
+_BLOCK_COLORS = "vtkBlockColors"
+_BLOCK_COLOR_COUNT = 12  # ParaView's table repeats after so many blocks
+
+
+def copy_settings_of_input(display, displays):
+    """Show the output of MLSDeform as one of the displays shows its input."""
+    deform = input_of(display)
+    if deform is None or deform[0].GetXMLName() != "MLSDeform":
+        return
+    source = input_of(deform[0])
+    for other in displays:
+        if source is None or input_of(other) != source:
+            continue
+        for name in _COPIED:
+            if display.GetProperty(name) and other.GetProperty(name):
+                display.GetProperty(name).Copy(other.GetProperty(name))
+        display.UpdateVTKObjects()
+        if display.GetProperty("Representation") and other.GetProperty("Representation"):
+            display.SetRepresentationType(other.GetProperty("Representation").GetElement(0))
+        return
+
+
+def color_array(display):
+    """Association ("0" for points, "1" for cells) and name of the array that colors a display."""
+    return tuple(pending_values(display.GetProperty("ColorArrayName"))[3:5])
+
+
+def color_settings(display):
+    """The settings that `apply_colors` reads, as a value to compare."""
+    table = _color_table(display)
+    return color_array(display), _is_mapped(display), table.GetGlobalID() if table else None
+
+
+def apply_colors(mapper, display):
+    """Color the data of a mapper as a display does."""
+    association, name = color_array(display)
+    table = _color_table(display)
+    if not name or table is None:
+        mapper.ScalarVisibilityOff()
+        return
+    if association == "1":
+        mapper.SetScalarModeToUseCellFieldData()
+    else:
+        mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray(name)
+    if not _is_mapped(display):
+        mapper.SetColorModeToDirectScalars()
+        return
+    mapper.SetColorModeToMapScalars()
+    mapper.SetLookupTable(table.GetClientSideObject())
+    mapper.UseLookupTableScalarRangeOn()
+    if hasattr(mapper, "SetInterpolateScalarsBeforeMapping"):
+        mapper.SetInterpolateScalarsBeforeMapping(association != "1")
+
+
+def _color_table(display):
+    return display.GetProperty("LookupTable").GetProxy(0)
+
+
+def _is_mapped(display):
+    """Whether the color table is used; otherwise the values are colors."""
+    return bool(pending_value(display, "MapScalars", True))
+
+
+def block_settings(display):
+    """All settings of blocks, as a value to compare."""
+    return [_values(display, name) for name in _BLOCK_SETTINGS]
+
+
+class BlockSettings:
+    """The settings of single blocks, by the indices of these.
+
+    Attributes
+    ----------
+    hidden : set of int
+    colors : dict of (red, green, blue)
+        Chosen by the user.
+    opacities : dict of float
+        Chosen by the user.
+
+    Parameters
+    ----------
+    display : proxy of a representation
+    data : vtkDataObject
+        With the blocks of the displayed data.
+    """
+
+    def __init__(self, display, data):
+        self.hidden, self.colors, self.opacities = set(), {}, {}
+        self._display = display
+        assembly = _values(display, "Assembly") or [_HIERARCHY]
+        if not isinstance(data, vtkCompositeDataSet) or assembly != [_HIERARCHY]:
+            return
+        self._tree = vtkDataAssembly()
+        vtkDataAssemblyUtilities.GenerateHierarchy(data, self._tree)
+        self._nodes = self._nodes_of_blocks(data)
+        if selectors := _values(display, "BlockSelectors"):
+            self.hidden = set(range(len(self._nodes))) - self._selected_blocks(selectors)
+        self.colors = {index: color for index, *color in self._rows("BlockColors", 3)}
+        self.opacities = dict(self._rows("BlockOpacities", 1))
+
+    def color(self, index):
+        """The color of a block, chosen or to tell blocks apart; None for that of the display."""
+        if index in self.colors or color_array(self._display)[1] != _BLOCK_COLORS:
+            return self.colors.get(index)
+        color, table = [0.0, 0.0, 0.0], _color_table(self._display)
+        if table is None:
+            return None
+        table.GetClientSideObject().GetColor(index % _BLOCK_COLOR_COUNT, color)
+        return color
+
+    def _nodes_of_blocks(self, data):
+        """The tree's dataset index for each block; partitions of a dataset share one."""
+        indices = np.unique(self._tree.GetDataSetIndices(self._tree.GetRootNode(), True))
+        blocks, iterator = [], data.NewIterator()
+        iterator.InitTraversal()
+        while not iterator.IsDoneWithTraversal():
+            blocks.append(iterator.GetCurrentFlatIndex())
+            iterator.GoToNextItem()
+        return indices[np.searchsorted(indices, blocks, side="right") - 1].tolist()
+
+    def _selected_blocks(self, selectors):
+        """The indices of the blocks that selectors name."""
+        nodes = self._tree.SelectNodes(selectors)
+        selected = {i for node in nodes for i in self._tree.GetDataSetIndices(node, True)}
+        return {index for index, node in enumerate(self._nodes) if node in selected}
+
+    def _rows(self, name, count):
+        """Rows of a block's index and `count` numbers, from a list of selectors and numbers."""
+        values = _values(self._display, name)
+        rows = [values[i : i + 1 + count] for i in range(0, len(values), 1 + count)]
+        # selectors of parts come after those of the whole, which they override
+        for selector, *numbers in sorted(rows, key=lambda row: row[0].count("/")):
+            for index in self._selected_blocks([selector]):
+                yield index, *map(float, numbers)
+
+
+def _values(display, name):
+    prop = display.GetProperty(name)
+    return pending_values(prop) if prop else []
