@@ -16,8 +16,8 @@ SECTIONS = {
 }
 HEAD = """# File formats
 
-Formats of `vtk-mls`, `vtk_mls.io` and ParaView's dialogs. Data in memory are in LPS. Readers convert
-files in other frames to LPS; writers convert back ([Coordinate frames](frames.md)).
+Formats of `vtk-mls`, `vtk_mls.io` and ParaView's dialogs. Data in memory are in LPS. Readers
+convert files in other frames to LPS; writers convert back ([Coordinate frames](frames.md)).
 Made by `python docs/formats_page.py` from `vtk_mls/files/formats.py`.
 """
 COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
