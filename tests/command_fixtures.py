@@ -22,7 +22,7 @@ for name in {names}:
 from vtk_mls.cli import main
 sys.exit(main(sys.argv[1:]))
 """
-# Runs the command; where the worker begins to import or to call something, code is run.
+# A program of the child that runs the command: code is run where it begins to import a module.
 AT = """
 import ctypes, importlib.abc, os, signal, sys, time
 
@@ -43,6 +43,15 @@ sys.meta_path.insert(0, Finder())
 if "{place}" == "the replacing":
     from vtk_mls.files import replacing
     replacing._move_over = lambda *_: meet()
+# here
+import runpy
+runpy.run_path(sys.argv[1])
+"""
+# The command, whose child runs another program before its own.
+_PARENT = """
+import sys
+from vtk_mls.base import child_process
+child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
 from vtk_mls.cli import main
 sys.exit(main())
 """
@@ -62,8 +71,12 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*arguments, code=None, **environment):
-    """A process of its own: (exit status, stdout, stderr)."""
+def run(*arguments, code=None, child=None, **environment):
+    """A process of its own: (exit status, stdout, stderr).
+
+    It runs the command, or the program `code`; the program `child` is run in the command's child.
+    """
+    code = _PARENT.format(child=child) if child else code
     command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
     path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(

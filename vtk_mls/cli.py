@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 
 from vtk_mls import __version__
-from vtk_mls.commands.supervision import IS_POSSIBLE, supervise
+from vtk_mls.base import child_process
+from vtk_mls.commands.supervision import supervise
 
 
 def main(arguments=None):
@@ -14,8 +15,8 @@ def main(arguments=None):
     Parameters
     ----------
     arguments : list of str, optional
-        Instead of those of the process; all is done in this process then, and what makes VTK
-        crash ends it.
+        Run in this process, which a crash of VTK ends. By default those of the process, which are
+        run in a child.
 
     Returns
     -------
@@ -24,51 +25,58 @@ def main(arguments=None):
     """
     try:
         # ParaView is a process of its own, and Ctrl-C is for it too
-        if arguments is None and IS_POSSIBLE and sys.argv[1:2] != ["paraview"]:
-            return supervise(lambda: _run(None))
-        return _run(arguments)
-    except KeyboardInterrupt:
-        print(file=sys.stderr)
-        return 130
+        is_supervised = arguments is None and sys.argv[1:2] != ["paraview"]
+        arguments = sys.argv[1:] if arguments is None else arguments
+        if is_supervised and child_process.interpreter():
+            return supervise("vtk_mls.cli:run", arguments)
+    except OSError as error:  # no folder for temporary files, or too many processes
+        return _fail(str(error))
+    return run(arguments)
 
 
-def _run(arguments):
+def run(arguments):
+    """Run a command in this process; the exit status, as of `main`."""
     import warnings
 
     from vtk_mls import Aborted, DeviceError
 
-    arguments = sys.argv[1:] if arguments is None else arguments
-    options = _parser().parse_args(_with_values(arguments))
     try:
+        options = _parser().parse_args(_with_values(arguments))
         with warnings.catch_warnings():
-            # numpy's remarks about values that are not finite, in files or for want of digits
+            # numpy's warnings about values that are not finite
             warnings.simplefilter("ignore", RuntimeWarning)
             return options.run(options)
+    except KeyboardInterrupt:
+        print(file=sys.stderr)
+        return 130
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("vtkmodules", "vtk"):
             raise
-        message = "VTK is not installed: pip install vtk"
+        return _fail("VTK is not installed: pip install vtk")
     except (Aborted, DeviceError, OSError, ValueError) as error:
-        message = str(error)
+        return _fail(str(error))
     except MemoryError:
-        message = "there is not enough memory"
+        return _fail("there is not enough memory")
+
+
+def _fail(message):
     print(f"vtk-mls: {' '.join(message.split())}", file=sys.stderr)
     return 1
 
 
 def _with_values(arguments):
-    """Options joined with their values, `--cut-plane=-1,...`, where these begin with a minus.
+    """Join options with values that begin with a minus, as `--cut-plane=-1,...`.
 
-    argparse takes such lists of numbers for options.
+    argparse would take such lists of numbers for options.
     """
     joined = []
-    for each in arguments:
+    for argument in arguments:
         before = joined[-1] if joined else ""
         is_value = before[:2] == "--" != before and "=" not in before
-        if is_value and each[:1] == "-" and each[1:2] in [*"0123456789."]:
-            joined[-1] += f"={each}"
+        if is_value and argument[:1] == "-" and argument[1:2] in [*"0123456789."]:
+            joined[-1] += f"={argument}"
         else:
-            joined.append(each)
+            joined.append(argument)
     return joined
 
 
@@ -91,7 +99,7 @@ def _parser():
         aliases=["info"],
         help="show versions, checked OpenCL devices, and problems",
         description="Show versions, checked OpenCL devices, and problems. "
-        "Exit status 1 if something is.",
+        "The exit status is 1 if there are problems.",
     )
     info.add_argument("--retest", action="store_true", help="test the devices again")
     info.set_defaults(run=_info)
@@ -99,7 +107,7 @@ def _parser():
     path = commands.add_parser(
         "plugin-path",
         help="print the folder of the ParaView plugin",
-        description="Print the folder of the ParaView plugin, for ParaView to load it by itself: "
+        description="Print the folder of the ParaView plugin. ParaView loads it at each start with "
         'export PV_PLUGIN_PATH="$(vtk-mls plugin-path)"',
     )
     path.set_defaults(run=_plugin_path)

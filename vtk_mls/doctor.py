@@ -10,7 +10,7 @@ import numpy as np
 
 from vtk_mls import DeviceError, __version__
 from vtk_mls.base.resources import resource
-from vtk_mls.commands import companion
+from vtk_mls.commands import paraview_venv
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.engine.device import devices as device
@@ -18,18 +18,18 @@ from vtk_mls.paraview import installation
 
 
 def report(retest=False):
-    """What is installed and found.
+    """Versions and devices.
 
     Parameters
     ----------
     retest : bool, optional
-        Check the devices although there are results for them.
+        Check devices again.
 
     Returns
     -------
     lines : list of str
     problems : list of str
-        What keeps something from working, with what to do.
+        Problems with their remedies.
     """
     problems = []
     lines = [
@@ -49,38 +49,38 @@ def _version(module, problems):
     package = module.partition(".")[0]
     is_vtk = module.startswith("vtk")
     try:
-        found = importlib.import_module(module)
+        imported = importlib.import_module(module)
     except ImportError as error:
         missing = isinstance(error, ModuleNotFoundError) and error.name in (module, package)
-        if missing and is_vtk:  # as it should be in an environment for ParaView
+        if missing and is_vtk:  # right for an environment of ParaView
             return (
                 "not installed: ParaView brings its own, the filters in Python and `vtk-mls "
                 "deform` need it (pip install vtk)"
             )
         state = "not installed" if missing else f"cannot be imported: {error}"
-        name, cure = ("VTK", "pip install vtk") if is_vtk else ("pyopencl", drivers.advice())
-        problems.append(f"{name} is {state}: {cure}")
+        name, remedy = ("VTK", "pip install vtk") if is_vtk else ("pyopencl", drivers.advice())
+        problems.append(f"{name} is {state}: {remedy}")
         return state
-    return found.vtkVersion.GetVTKVersion() if is_vtk else found.__version__
+    return imported.vtkVersion.GetVTKVersion() if is_vtk else imported.__version__
 
 
 def _paraview(problems):
     try:
-        found = installation.find()
+        paraview = installation.find()
     except ValueError:
         return "not found"
     try:
-        contents, _ = companion.look(found)
+        contents, _ = paraview_venv.find(paraview)
     except ValueError as error:
         problems.append(str(error))
-        return found
+        return paraview
     if "problem" in contents:
-        problems.append(f"{found}: {contents['problem']}")
+        problems.append(f"{paraview}: {contents['problem']}")
     versions = ", ".join(
         f"{name} {contents[key]}"
         for name, key in (("Python", "python"), ("VTK", "vtk"), ("numpy", "numpy"))
     )
-    return f"{found}: {versions}; the plugin loads, {contents.get('device', 'no OpenCL device')}"
+    return f"{paraview}: {versions}; the plugin loads, {contents.get('device', 'no OpenCL device')}"
 
 
 def _plugin(problems):
@@ -93,28 +93,28 @@ def _plugin(problems):
 
 def _devices(problems, retest):
     """The result for each device; an arrow marks the device that would be used."""
-    wanted = os.environ.get("VTK_MLS_DEVICE") or None
-    lines, found, chosen = [], [], None
+    requested = os.environ.get("VTK_MLS_DEVICE") or None
+    lines, devices, chosen = [], [], None
     try:
-        found = device.list_devices()
-        results = device_check.results(found, retest)
-        if wanted != "reference":
-            chosen = dispatch.choose(wanted)
+        devices = device.list_devices()
+        results = device_check.results(devices, retest)
+        if requested != "reference":
+            chosen = dispatch.choose(requested)
             if chosen is None:
                 problems.append(
                     f"no OpenCL device computes right, numpy does it, slowly: {drivers.advice()}"
                 )
     except DeviceError as error:
         problems.append(str(error))
-    lines.append("OpenCL devices" if found else "OpenCL devices: none")
-    for candidate, result in zip(found, results if found else ()):
+    lines.append("OpenCL devices" if devices else "OpenCL devices: none")
+    for candidate, result in zip(devices, results if devices else ()):
         mark = "->" if chosen is not None and candidate.key == chosen.key else "  "
         lines.append(f"  {mark} {candidate}, {candidate.version}, driver {candidate.driver}")
         lines += [f"       {line}" for line in _result(candidate, result)]
-    if not any(drivers.is_fastest(candidate.platform) for candidate in found):
+    if not any(drivers.is_fastest(candidate.platform) for candidate in devices):
         lines.append(f"faster on this processor: {drivers.advice()}")
-    if wanted is not None:
-        lines.append(f"VTK_MLS_DEVICE is {wanted}")
+    if requested is not None:
+        lines.append(f"VTK_MLS_DEVICE is {requested}")
     return lines
 
 

@@ -64,7 +64,7 @@ def main(directory):
     engine = _engine()
     slow = engine is engine_for("reference")
     frog = vtkXMLImageDataReader()
-    frog.SetFileName(str(demo.frog_file()))
+    frog.SetFileName(str(demo.file_of("pyvista", "examples/frog_tissues.vti", "0.44")))
     frog.Update()
     labels = frog.GetOutput().GetPointData().GetScalars().GetName()
     directory = Path(directory)

@@ -49,7 +49,7 @@ def test_deform(files, kind, capsys):
 
 
 @pytest.mark.parametrize(("options", "tolerance"), [([], 0.02), (["--map-tolerance", "0"], 0)])
-def test_what_is_viewed_has_a_tolerance_that_nobody_sees(files, options, tolerance, monkeypatch):
+def test_the_editor_has_a_small_map_tolerance(files, options, tolerance, monkeypatch):
     states = []
     monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
     assert main(["view", "in.vti", "handles.csv", *options, "--device", FAST]) == 0
@@ -89,7 +89,7 @@ def test_deform_with_cuts_and_a_gradient(files):
     np.testing.assert_allclose(values_of(output, "Gradient"), expected, atol=1e-4)
 
 
-def test_what_cuts_did_to_an_image_is_told(files, capsys):
+def test_void_and_overlapping_points_are_counted(files, capsys):
     options = ["--cut-plane", "4,3,3,1,-1,0", "--device", FAST]
     for name, more in {"a.vti": [], "b.vti": ["--overlap"], "c.nii.gz": ["--overlap"]}.items():
         assert main(["deform", "in.vti", "handles.csv", name, *options, *more]) == 0
@@ -99,9 +99,9 @@ def test_what_cuts_did_to_an_image_is_told(files, capsys):
     assert void.any()
     assert overlap.any()
     np.testing.assert_array_equal(values_of(io.read_dataset("b.vti"), "Overlap"), overlap)
-    told = [line.split("rigid")[1] for line in capsys.readouterr().out.splitlines()]
+    notes = [line.split("rigid")[1] for line in capsys.readouterr().out.splitlines()]
     both = f"; void: {void.sum()}; overlap: {overlap.sum()}"
-    assert told == [f"; void: {void.sum()}", both, both]
+    assert notes == [f"; void: {void.sum()}", both, both]
 
 
 @pytest.mark.parametrize("frame", CUT_FRAMES)
@@ -222,14 +222,14 @@ def test_info():
     assert "vtk_mls_plugin.py" in out
 
 
-def test_doctor_says_what_is_wrong():
+def test_doctor_lists_problems():
     status, out, _ = run("doctor", VTK_MLS_DEVICE="77:0")
     assert status == 1
     assert "wrong: no OpenCL device `77:0`" in out
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_doctor_shows_what_devices_have_proven(tmp_path):
+def test_doctor_shows_checked_devices(tmp_path):
     folder = str(tmp_path)
     status, out, _ = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
     assert status == 0
@@ -243,16 +243,18 @@ def test_doctor_shows_what_devices_have_proven(tmp_path):
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 def test_what_may_not_have_been_meant_is_said(files, capsys):
-    def said(*arguments, command="deform"):
+    def output_of(*arguments, command="deform"):
         assert main([command, "in.vti", *arguments, "--device", FAST]) == 0
         return capsys.readouterr().out
 
     Path("far.csv").write_text("500,0,0,505,0,0\n510,0,0,510,0,0\n")
-    assert "far from the data" in said("far.csv", "out.vti")
-    assert "far from the data" in said("far.csv", "field.vti", command="field")
-    assert "far from the data" not in said("handles.csv", "out.vti")
-    assert "the degree is that of polynomials" in said("handles.csv", "out.vti", "--degree", "3")
-    assert "the degree" not in said(
+    assert "far from the data" in output_of("far.csv", "out.vti")
+    assert "far from the data" in output_of("far.csv", "field.vti", command="field")
+    assert "far from the data" not in output_of("handles.csv", "out.vti")
+    assert "the degree is that of polynomials" in output_of(
+        "handles.csv", "out.vti", "--degree", "3"
+    )
+    assert "the degree" not in output_of(
         "handles.csv", "out.vti", "--degree", "1", "--kind", "polynomial"
     )
 

@@ -1,4 +1,4 @@
-"""A folder where a file is wanted, and the other way round, is said in a sentence."""
+"""A folder in place of a file, and a file in place of a folder, end in one sentence."""
 
 from pathlib import Path
 

@@ -42,12 +42,12 @@ def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, opt
     cuts = [Plane((4, 4, 4), (0, 0, 1))] if "cut" in option else []
     value = Deformation(REST, DEFORMED, cuts=cuts, device=FAST)
     expected = (value.backward if option == "--inverse" else value.forward)(PLACES)
-    found = control_point_files.read_landmarks(f"out{suffix}")
-    np.testing.assert_allclose(found.positions, expected, rtol=1e-12)
-    assert np.abs(found.positions - PLACES).max() > 0.1
+    landmarks = control_point_files.read_landmarks(f"out{suffix}")
+    np.testing.assert_allclose(landmarks.positions, expected, rtol=1e-12)
+    assert np.abs(landmarks.positions - PLACES).max() > 0.1
     if suffix not in (".txt", ".pts"):
-        assert found.labels == LABELS
-        assert found.descriptions == ["first", "", "", "", "last"]
+        assert landmarks.labels == LABELS
+        assert landmarks.descriptions == ["first", "", "", "", "last"]
     assert capsys.readouterr().out == f"out{suffix}: 5 points, rigid\n"
 
 
@@ -58,8 +58,8 @@ def test_options_of_the_map_count(landmarks):
     cut = HalfPlane((4, 4, 4), (0, 0, 1), (1, 0, 0))
     options = {"degree": 1, "alpha": 1.5, "cuts": cut, "nu": 7}
     value = Deformation(REST, DEFORMED, "polynomial", **options, device=FAST)
-    found = control_point_files.read_landmarks("out.csv").positions
-    np.testing.assert_allclose(found, value.backward(PLACES), rtol=1e-12)
+    landmarks = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(landmarks, value.backward(PLACES), rtol=1e-12)
 
 
 @pytest.mark.parametrize("frame", CUT_FRAMES)
@@ -70,8 +70,8 @@ def test_the_frame_of_the_cuts_counts(landmarks, frame, inverse):
     cut = Plane((4, 4, 4), (0, 0, 1))
     value = Deformation(REST, DEFORMED, cuts=cut, cut_frame=frame, device=FAST)
     expected = (value.backward if inverse else value.forward)(PLACES)
-    found = control_point_files.read_landmarks("out.csv").positions
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    landmarks = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(landmarks, expected, rtol=1e-12)
 
 
 def test_what_itk_reads_goes_back_by_the_displacement_field(landmarks):
@@ -99,8 +99,8 @@ def test_frames_of_landmarks_and_handles(landmarks):
     assert _points("in.fcsv", "ras.csv", "again.fcsv", "--handles-space", "ras") == 0
     expected = control_point_files.read_landmarks("out.fcsv").positions
     np.testing.assert_allclose(np.loadtxt("out.txt"), expected * [-1, -1, 1], rtol=1e-12)
-    found = control_point_files.read_landmarks("again.fcsv").positions
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    landmarks = control_point_files.read_landmarks("again.fcsv").positions
+    np.testing.assert_allclose(landmarks, expected, rtol=1e-12)
 
 
 def test_handles_of_two_files(landmarks):
@@ -108,10 +108,10 @@ def test_handles_of_two_files(landmarks):
     control_point_files.write("q.fcsv", DEFORMED, DEFORMED)
     assert _points("in.csv", "rest.fcsv", "out.csv", "--deformed", "q.fcsv") == 0
     assert _points("in.csv", "handles.csv", "expected.csv") == 0
-    found, expected = (
+    landmarks, expected = (
         control_point_files.read_landmarks(f"{name}.csv") for name in ("out", "expected")
     )
-    np.testing.assert_allclose(found.positions, expected.positions, rtol=1e-12)
+    np.testing.assert_allclose(landmarks.positions, expected.positions, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -129,9 +129,9 @@ def test_points_in_a_void_are_reported(files, name, fate, capsys):
     if fate == "left out":
         text += "; 1 are not placed in `in.mrk.json` and are left out"
     assert capsys.readouterr().out == text + "\n"
-    found = control_point_files.read_landmarks(name)
-    kept = found.positions[found.is_placed]
-    np.testing.assert_allclose(kept, [(-2, 0, 0), (3, 0, 0)], atol=1e-5)
+    landmarks = control_point_files.read_landmarks(name)
+    placed = landmarks.positions[landmarks.is_placed]
+    np.testing.assert_allclose(placed, [(-2, 0, 0), (3, 0, 0)], atol=1e-5)
     if fate == "marked so":
         statuses = [
             point["positionStatus"]

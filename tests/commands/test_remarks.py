@@ -159,7 +159,7 @@ def test_some_time_steps_without_anything_are_counted(inputs, capsys):
 
 
 @pytest.mark.parametrize(
-    ("rest", "deformed", "told"),
+    ("rest", "deformed", "expected"),
     [
         ((0, 0, 0), (0, 0, 0.1), {}),
         (
@@ -179,7 +179,9 @@ def test_some_time_steps_without_anything_are_counted(inputs, capsys):
         ),
     ],
 )
-def test_far_control_points_are_told_on_the_side_that_counts(inputs, rest, deformed, told, capsys):
+def test_far_control_points_are_reported_on_the_side_that_counts(
+    inputs, rest, deformed, expected, capsys
+):
     move = np.array([(0, 0, 0), *[(0.1, 0, 0)] * 7])
     _write("h.csv", REST + rest, REST + deformed + move)
     runs = {
@@ -190,9 +192,9 @@ def test_far_control_points_are_told_on_the_side_that_counts(inputs, rest, defor
     for name, arguments in runs.items():
         assert main([*arguments, "--device", FAST]) == 0
         printed = capsys.readouterr().out
-        if name in told:
-            assert f"; all control points, {told[name]}"[:40] in printed
-            assert told[name] in printed
+        if name in expected:
+            assert f"; all control points, {expected[name]}"[:40] in printed
+            assert expected[name] in printed
             assert "is their frame right (--handles-space)?" in printed
         else:
             assert "far from" not in printed

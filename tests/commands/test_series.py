@@ -15,7 +15,7 @@ from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, io
 from vtk_mls.cli import main
-from vtk_mls.commands import series, supervision
+from vtk_mls.commands import series
 from vtk_mls.files.blocks import blocks
 from vtk_mls.vtk import arrays
 
@@ -138,8 +138,8 @@ def test_cuts_of_a_series_are_in_a_frame(frame):
     assert deform(name, "out.pvd", *options) == 0
     shape = HalfPlane(point, normal, inward)
     values = {
-        each: Deformation(REST, DEFORMED, cuts=shape, cut_frame=each, device="reference")
-        for each in CUT_FRAMES
+        frame: Deformation(REST, DEFORMED, cuts=shape, cut_frame=frame, device="reference")
+        for frame in CUT_FRAMES
     }
     for (_, read), time in zip(series.read_steps("out.pvd"), TIMES):
         expected = values[frame].forward(places(time))
@@ -279,7 +279,6 @@ def test_a_full_disk_is_said_of_the_series():
     assert not list(Path().glob("*out*"))
 
 
-@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGSEGV", 1)])
 def test_what_a_killed_series_leaves(folder, name, status):
     """The second step is being read then; the first is written, for the time being."""
@@ -291,25 +290,8 @@ def test_what_a_killed_series_leaves(folder, name, status):
 from vtk_mls.commands import series
 usual = series.io.read_dataset
 series.io.read_dataset = lambda path: meet() if "9" in str(path) else usual(path)
-"""
-    text = AT.format(place="nothing", code=code).replace(
-        "from vtk_mls.cli", stop + "from vtk_mls.cli"
-    )
+# here"""
+    child = AT.format(place="nothing", code=code).replace("# here", stop)
     arguments = ["deform", "step_*.vtu", "handles.csv", "out.pvd", "--device", "reference"]
-    assert run(*arguments, code=text)[0] == status
+    assert run(*arguments, child=child)[0] == status
     assert sorted(folder.rglob("*")) == before
-
-
-@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
-def test_thousands_of_steps_do_not_fill_what_the_two_processes_share():
-    code = """
-import sys
-from vtk_mls.commands import supervision
-def work():
-    for number in range(5000):
-        with supervision.step("deform", "a file with a name of some length, " + str(number)):
-            pass
-    return 3
-sys.exit(supervision.supervise(work))
-"""
-    assert run(code=code)[0] == 3

@@ -1,6 +1,7 @@
 """The command in a process that is watched: crashes, signals, and what they leave."""
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -12,7 +13,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtk_mls import io
 from vtk_mls.commands import supervision
 
-pytestmark = pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="it cannot be split here")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
 
 DEFORM = ["deform", "in.vti", "handles.csv", "out.mhd", "--device", "reference"]
 PLACES = ["argparse", "numpy", "vtkmodules", "vtk_mls.filters", "the replacing"]
@@ -20,7 +21,7 @@ STOP = "os.kill(os.getppid(), signal.{}); forever()"
 
 
 def _run(place, code, *arguments):
-    return run(*(arguments or DEFORM), code=AT.format(place=place, code=code))
+    return run(*(arguments or DEFORM), child=AT.format(place=place, code=code))
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -44,24 +45,33 @@ def test_other_signals_end_it_too(files, name, status):
 
 
 def test_a_signal_that_is_ignored_stays_so(files):
-    code = "os.kill(os.getppid(), signal.SIGHUP)"
-    program = AT.format(place="numpy", code=code)
-    program = f"import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n{program}"
-    status, _, err = run(*DEFORM, code=program)
+    program = AT.format(place="numpy", code="os.kill(os.getppid(), signal.SIGHUP)")
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        status, _, err = run(*DEFORM, child=program)
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
     assert (status, err) == (0, "")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells children")
-def test_the_worker_does_not_outlive_a_killed_supervisor(files):
-    code = AT.format(place="numpy", code="print(os.getpid(), flush=True); forever()")
+def test_the_child_does_not_outlive_a_killed_parent(files, tmp_path):
+    child = AT.format(place="numpy", code="print('begun', flush=True); forever()")
+    code = f"""
+import sys
+from vtk_mls.base import child_process
+child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
+from vtk_mls.cli import main
+sys.exit(main())
+"""
     process = subprocess.Popen(
         [sys.executable, "-c", code, *DEFORM],
         stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        env={**os.environ, "PYTHONPATH": str(PROJECT), "TMPDIR": str(tmp_path)},
     )
-    int(process.stdout.readline())
+    assert process.stdout.readline() == b"begun\n"
     process.kill()
-    assert process.communicate(timeout=30) == (b"", None)  # the worker held the pipe, too
+    assert process.communicate(timeout=30) == (b"", None)  # the child held the pipe, too
+    assert not [*tmp_path.glob("vtk_mls-*")]
 
 
 @pytest.mark.parametrize(
@@ -115,17 +125,22 @@ def test_a_reader_that_crashes(files):
 
 
 def test_a_reader_that_does_not_end(files):
-    code = "from vtk_mls import io\nfrom vtk_mls.commands import supervision\n"
-    code += "supervision._SECONDS = 0.1\n"
-    code += "def endless(path):\n    while True: pass\nio.read_dataset = endless\n"
-    code += "import sys\nfrom vtk_mls.cli import main\nsys.exit(main())"
+    code = """
+from vtk_mls import io
+from vtk_mls.commands import supervision
+supervision.MIN_SECONDS = 0.1
+def endless(path):
+    while True: pass
+io.read_dataset = endless
+# here"""
+    child = AT.format(place="nothing", code="pass").replace("# here", code)
     sentence = (
         "`in.vti` could not be read: VTK's reader does not come to an end; the file is broken"
     )
-    assert run(*DEFORM, code=code) == (1, "", f"vtk-mls: {sentence}\n")
+    assert run(*DEFORM, child=child) == (1, "", f"vtk-mls: {sentence}\n")
 
 
-def test_nothing_is_imported_before_the_command_is_split():
+def test_the_parent_does_not_import_numpy():
     code = "import sys; import vtk_mls.cli; print('numpy' in sys.modules, vtk_mls.Grid.__name__)"
     assert run(code=code) == (0, "False Grid\n", "")
     code = "import vtk_mls; vtk_mls.nothing"
@@ -133,7 +148,7 @@ def test_nothing_is_imported_before_the_command_is_split():
     assert run(code="from vtk_mls import *; print(KINDS, Deformation)")[0] == 0
 
 
-def test_what_the_worker_prints_arrives(files):
+def test_output_of_the_child_arrives(files):
     status, out, err = run("--version")
     assert (status, err) == (0, "")
     assert out.startswith("vtk-mls ")
@@ -146,12 +161,11 @@ def test_what_the_worker_prints_arrives(files):
 def test_a_reader_that_exits(files, status):
     """As the libraries for Exodus do with some broken files."""
     stop = f"""
-import os
 from vtk_mls.files import image_files
 image_files.read_xml = lambda path: os._exit({status})
-from vtk_mls.cli"""
-    code = AT.format(place="nothing", code="pass").replace("from vtk_mls.cli", stop.lstrip())
-    found, out, err = _run_code(code)
+# here"""
+    child = AT.format(place="nothing", code="pass").replace("# here", stop)
+    found, out, err = run(*DEFORM, child=child)
     assert (found, out) == (1, "")
     assert err.startswith(
         f"vtk-mls: `in.vti` could not be read: VTK's reader crashed (exit status {status}"
@@ -160,8 +174,7 @@ from vtk_mls.cli"""
 
 
 def test_what_python_says_itself_is_not_said_twice(files):
-    code = AT.format(place="vtk_mls.filters", code="raise AttributeError('by a mistake')")
-    status, _, err = _run_code(code)
+    status, _, err = _run("vtk_mls.filters", "raise AttributeError('by a mistake')")
     assert status == 1
     assert err.endswith("AttributeError: by a mistake\n")
 
@@ -171,9 +184,9 @@ def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
     (tmp_path / "x" / "x_0.vtu").write_bytes(bytes(2_000_000))
     (tmp_path / "x.vtm").write_text("x/x_0.vtu")
     (tmp_path / "other.vtu").write_bytes(bytes(2_000_000))
-    seconds = supervision._processor_time(tmp_path / "x.vtm")
-    assert 70 <= seconds < 71
-    assert supervision._processor_time("none/none.vtm") == 60
+    seconds = supervision._reading_time(tmp_path / "x.vtm")
+    assert 130 <= seconds < 131
+    assert supervision._reading_time("none/none.vtm") == 120
 
 
 @pytest.mark.parametrize("name", [".", "..", "/", ""])
@@ -188,7 +201,3 @@ def test_folders_without_a_name_are_named_too(files, name):
         assert (status, out, err.count("\n")) == (1, "", 1)
         words = f"`{name}` is a folder; expected " if name else "no file is named"
         assert err.startswith(f"vtk-mls: {words}")
-
-
-def _run_code(code):
-    return run(*DEFORM, code=code)

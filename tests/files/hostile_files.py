@@ -18,6 +18,8 @@ import sys
 import tempfile
 import traceback
 from collections import Counter
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +41,7 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
-from vtk_mls import cli, io
+from vtk_mls import io
 from vtk_mls.commands import series, supervision
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.blocks import blocks
@@ -216,25 +218,30 @@ def _broken(content, rng):
 
 def _deform(arguments):
     """Exit status and stderr of the command, in a process with little memory and time."""
-    with tempfile.TemporaryFile() as errors:
+    with tempfile.TemporaryFile() as errors, tempfile.TemporaryDirectory() as folder:
         child = os.fork()
         if child == 0:
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             os.dup2(errors.fileno(), 2)
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            supervision._SECONDS = SECONDS / 4
+            supervision.MIN_SECONDS = SECONDS / 4
             signal.alarm(SECONDS)
             try:
-                status = supervision.supervise(lambda: cli._run(arguments))
+                supervision.work(folder, "vtk_mls.cli:run", arguments)
+            except SystemExit as ended:
+                status = ended.code
             except BaseException:
                 traceback.print_exc()
                 status = 99
             sys.stderr.flush()
             os._exit(status)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        text = StringIO()
+        with redirect_stderr(text):
+            status = supervision.report(status, child, folder)
         errors.seek(0)
-        return status, errors.read().decode(errors="replace")
+        return status, errors.read().decode(errors="replace") + text.getvalue()
 
 
 def _is_fine(status, text, names):

@@ -7,11 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vtk_mls.commands import supervision
-
-if not supervision.IS_POSSIBLE:
-    pytest.skip("the command is one process here", allow_module_level=True)
-
+pytest.importorskip("resource", reason="memory cannot be limited here")
 import hostile_files
 
 

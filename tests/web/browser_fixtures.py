@@ -12,13 +12,13 @@ import pytest
 def browser(request):
     """A browser of playwright; `BROWSER_ARGUMENTS` of a test module are its own."""
     chromium = shutil.which("chromium")
-    said = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
+    stop = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
     if chromium is None:
-        said("no chromium on this system: tests/web/install.sh brings it")
+        stop("no chromium on this system: tests/web/install.sh brings it")
     try:
         from playwright.sync_api import sync_playwright
     except ModuleNotFoundError:
-        said("no playwright: pip install 'vtk-mls[test]'")
+        stop("no playwright: pip install 'vtk-mls[test]'")
     arguments = ["--no-sandbox", *getattr(request.module, "BROWSER_ARGUMENTS", ())]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=arguments)

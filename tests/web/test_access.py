@@ -1,4 +1,4 @@
-"""Who is let in, whatever the request is made of; and what is heard of whoever is."""
+"""Access to the page for all kinds of requests, and messages of its socket."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ aiohttp = pytest.importorskip("aiohttp")
 TOKEN = "right-token"
 
 
-def _asked(*requests, routes=None):
-    """What a server behind the middleware answers to (path, headers): (status, headers) of each."""
+def _statuses(*requests):
+    """The status of the answer to each (path, headers) of a server behind the middleware."""
     from aiohttp import web
     from aiohttp.test_utils import TestServer
 
@@ -25,15 +25,15 @@ def _asked(*requests, routes=None):
 
     async def ask():
         application = web.Application(middlewares=[access.middleware(TOKEN)])
-        application.add_routes(routes or [web.get("/", hello)])
+        application.add_routes([web.get("/", hello)])
         async with TestServer(application) as server:
-            return [await _raw(server, *each) for each in requests]
+            return [await _raw_status(server, *request) for request in requests]
 
     return asyncio.run(ask())
 
 
-async def _raw(server, path, headers):
-    """The status of a request of these bytes."""
+async def _raw_status(server, path, headers):
+    """The status of a request with a path and headers of bytes."""
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     host = b"127.0.0.1:%d" % server.port
     lines = [b"GET %s HTTP/1.1" % path, b"Host: " + host, b"Connection: close"]
@@ -44,7 +44,7 @@ async def _raw(server, path, headers):
     return int(answer.split()[1])
 
 
-def test_just_the_token_from_this_page_is_let_in():
+def test_requests_need_the_token_and_come_from_the_page():
     right = b"/?token=" + TOKEN.encode()
     allowed = [(right, []), (right, [b"Origin: http://HOST"])]
     refused = [
@@ -68,12 +68,11 @@ def test_just_the_token_from_this_page_is_let_in():
             )
         ),
     ]
-    assert _asked(*allowed) == [200] * len(allowed)
-    assert _asked(*refused) == [403] * len(refused)
+    assert _statuses(*allowed) == [200] * len(allowed)
+    assert _statuses(*refused) == [403] * len(refused)
 
 
-def test_a_cookie_of_broken_bytes_is_a_wrong_one():
-    """The name of the cookie is known to whoever shares the machine's browser."""
+def test_a_cookie_of_invalid_bytes_is_refused():
     from vtk_mls.web.access import _is_same
 
     assert _is_same(TOKEN, TOKEN)
@@ -86,7 +85,7 @@ NAMES = ["position", "select", "look", "cut", "alpha", "kind", "say", "no such",
 
 
 @pytest.mark.parametrize("name", NAMES, ids=str)
-def test_no_edit_fails_whatever_its_value_is(name):
+def test_edits_with_invalid_values_do_not_fail(name):
     session = opened(ball_mesh())
     for value in VALUES:
         do(session, name, value)
@@ -103,7 +102,7 @@ TEXTS = [
 ]
 
 
-def test_the_socket_outlives_whatever_it_hears(capfd):
+def test_the_socket_survives_invalid_messages(capfd):
     from aiohttp import web
     from aiohttp.test_utils import TestClient, TestServer
 

@@ -28,7 +28,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 pytestmark = pytest.mark.matrix
 # what is drawn comes from the server: a browser needs no WebGL, and can lose none
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
-_PATIENCE = 180  # seconds
+_TIMEOUT = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
 _PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
 _PHONE = {
@@ -82,7 +82,7 @@ class Page:
 
     def __init__(self, browser, address, **options):
         self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
-        self.tab.set_default_timeout(1000 * _PATIENCE)
+        self.tab.set_default_timeout(1000 * _TIMEOUT)
         self.errors = []
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.goto(address)
@@ -93,8 +93,7 @@ class Page:
         """Wait until the status has all of the texts."""
         for text in texts:
             whole = re.compile(rf"(?<!\d){re.escape(text)}")
-            found = self.tab.locator(".mls-status", has_text=whole)
-            found.wait_for()
+            self.tab.locator(".mls-status", has_text=whole).wait_for()
 
     def says(self, text):
         self.tab.locator(".mls-message", has_text=text).wait_for()
@@ -121,11 +120,11 @@ class Page:
     def rows(self):
         """Positions in the handle table."""
         texts = self.tab.locator(".mls-row .at").all_inner_texts()
-        return np.array([[float(each) for each in text.split(",")] for text in texts])
+        return np.array([[float(number) for number in text.split(",")] for text in texts])
 
     def moved_row(self, number, before):
         """The row once it is another one."""
-        until = time.monotonic() + _PATIENCE
+        until = time.monotonic() + _TIMEOUT
         while np.allclose(self.rows()[number], before):
             assert time.monotonic() < until, "the handle has not moved"
             time.sleep(0.05)
@@ -187,7 +186,7 @@ def test_cuts_and_the_map_by_the_panel(page):
     page.status("rigid")
 
 
-def test_what_is_saved_is_taken(page, folder):
+def test_saved_files_are_downloaded(page, folder):
     before = page.rows()[0]
     page.drag((0.5, 0.5), (60, 0))
     after = page.moved_row(0, before)
@@ -270,7 +269,7 @@ def test_a_reload_during_a_drag_keeps_it(page):
     page.tab.keyboard.press("0")
 
 
-def test_what_was_not_saved_is_offered_beside_other_messages(browser, folder):
+def test_unsaved_handles_are_offered_beside_other_messages(browser, folder):
     caches = {"XDG_CACHE_HOME": str(folder / "caches"), "VTK_MLS_DEVICE": "reference"}
     with server(folder, "ball.vtp", "handles.csv", **caches) as (_, address):
         page = Page(browser, address)
@@ -399,7 +398,7 @@ def test_other_machines_need_the_token(folder):
         assert "`--host 0.0.0.0` lets other machines reach the page" in process.communicate()[1]
 
 
-def test_a_taken_port_is_told(folder, address):
+def test_a_port_in_use_is_an_error(folder, address):
     port = address.split(":")[2].partition("/")[0]
     command = [sys.executable, "-m", "vtk_mls", "view", "ball.vtp", "--web", "--port", port]
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""What a page edits, without a page."""
+"""The session of a page, without a page."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
 
 
-class Told:
-    """What the panel is told; raises what it is asked to, once."""
+class Panel:
+    """Values of the panel; raises `error` once."""
 
     def __init__(self):
         self.values, self.error = {}, None
@@ -37,28 +37,28 @@ def ball_mesh():
 
 
 def opened(*data, paths=("ball.vtp",)):
-    session = Session(Told())
+    session = Session(Panel())
     session.call(lambda: session.open(list(data), State([], []), paths, None)).result()
     return session
 
 
 def do(session, name, value=None):
     session.call(lambda: edits.apply(session, name, value)).result()
-    return session._told.values
+    return session._on_change.values
 
 
 @pytest.mark.parametrize(("scale", "away"), [(1, 0), (1e-9, 0), (1, 5e5), (300, -40)])
 def test_the_table_has_as_many_decimals_as_tell_handles_apart(scale, away):
     rest = away + scale * np.array([(0, 0, 1e-17), (1 / 3, -1e-16, 1), (0.125, 0.5, 2 / 3)])
-    rows = panel_values.values_of(_Shown(State(rest, rest)), {}, 0)["rows"]
+    rows = panel_values.values_of(_Editor(State(rest, rest)), {}, 0)["rows"]
     at = np.array([row["at"] for row in rows])
     np.testing.assert_allclose(at, rest, atol=1e-5 * scale)
-    assert max(len(repr(each)) for each in at.ravel().tolist()) < 13
+    assert max(len(repr(number)) for number in at.ravel().tolist()) < 13
     assert "e" not in repr(at.tolist()) or scale < 1
 
 
-class _Shown:
-    """As much of an editor as the panel asks for its table."""
+class _Editor:
+    """The part of an editor that the handle table needs."""
 
     message = offer = status = ""
     selected = np.zeros(0, int)
@@ -69,34 +69,36 @@ class _Shown:
         self.state = state
 
 
-def test_the_thread_outlives_a_failure_and_tells_it():
+def test_the_thread_survives_a_failure_and_reports_it():
     session = opened(ball_mesh())
     failed = []
 
     def idle():
-        session.idle = lambda: None
+        session.on_idle = lambda: None
         failed.append(True)
         raise OSError("there is no memory for a frame")
 
-    session.idle = idle
+    session.on_idle = idle
     for _ in range(1000):
         session.call(lambda: None).result()
-        if failed and "frame" in session._told.values["message"]:
+        if failed and "frame" in session._on_change.values["message"]:
             break
-    assert session._worker.is_alive()
-    assert session._told.values["message"].endswith("(there is no memory for a frame): reload it.")
+    assert session._thread.is_alive()
+    assert session._on_change.values["message"].endswith(
+        "(there is no memory for a frame): reload it."
+    )
     assert do(session, "lay_lattice")["count"] == 64
 
 
-def test_a_panel_that_cannot_be_told_is_told_later():
+def test_a_failed_update_of_the_panel_is_repeated():
     session = opened(ball_mesh())
-    session._told.error = RuntimeError("the loop is busy")
+    session._on_change.error = RuntimeError("the loop is busy")
     with pytest.raises(RuntimeError, match="the loop is busy"):
         do(session, "lay_lattice")
     assert do(session, "say", "x")["count"] == 64
 
 
-def test_what_a_device_says_to_the_panel_is_a_sentence(monkeypatch):
+def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     session = opened(ball_mesh())
     do(session, "position", [0, 1, 2, 3])
 
@@ -124,7 +126,7 @@ def test_data_that_cannot_be_shown_leave_what_is_shown():
         shown.result()
     assert session.editor is before
     assert do(session, "undo")["count"] == 27
-    assert "nothing" not in session._told.values["message"]
+    assert "nothing" not in session._on_change.values["message"]
     session.call(lambda: session.open([ball_mesh()], State([], []), ["x.vtp"], None)).result()
     assert session.editor is not before
     assert do(session, "lay_lattice")["count"] == 64
@@ -146,7 +148,7 @@ def test_a_page_that_is_gone_holds_nothing():
     send("down", button=0)
     send("move", by=40)
     assert session.editor.document.grabbed == 13
-    picture._let_go()
+    picture._release_buttons()
     session.call(lambda: None).result()
     assert session.editor.document.grabbed is None
     assert not session.editor.document.committed.is_resting[13]
@@ -156,7 +158,7 @@ def test_a_page_that_is_gone_holds_nothing():
     # nor is the camera held, beside handles
     camera = session.editor.scene.renderer.GetActiveCamera()
     session.call(lambda: session.send({"type": "down", "x": 0, "y": 0, "button": 0})).result()
-    picture._let_go()
+    picture._release_buttons()
     session.call(lambda: None).result()
     seen_from = camera.GetPosition()
     session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()

@@ -1,4 +1,4 @@
-"""Files to and from the page: what is served is what was saved, and what is sent has bounds."""
+"""Downloads of the page are saved files; uploads have limits."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ from page_server import server
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
-from vtk_mls.commands import supervision
 from vtk_mls.editor import State
 from vtk_mls.web.session import Session
 
 pytest.importorskip("trame", reason="the extra web is not installed")
-_PATIENCE = 60  # seconds
+_TIMEOUT = 60  # seconds
 
 
 @pytest.fixture
@@ -45,7 +44,7 @@ def client(folder):
 class Client:
     """Asks the routes of one session."""
 
-    def __init__(self, folder, most=1 << 20):
+    def __init__(self, folder, limit=1 << 20):
         from vtk_mls.web.transfers import Transfers
 
         self.sent, self._loop = folder / "sent", asyncio.new_event_loop()
@@ -53,10 +52,10 @@ class Client:
         self.session, self.opened = Session(lambda changed: None), []
         data, paths = [io.read_dataset("ball.vtp")], ["ball.vtp"]
         self.session.call(lambda: self.session.open(data, State([], []), paths, None)).result()
-        self.transfers = Transfers(self.session, self.sent, most, self.opened.append)
+        self.transfers = Transfers(self.session, self.sent, limit, self.opened.append)
 
     def ask(self, *requests):
-        """(status, body) of each of (method, path, data), all asked at once."""
+        """(status, body) of each of (method, path, data), sent at once."""
         return self._loop.run_until_complete(self._ask(requests))
 
     def close(self):
@@ -69,7 +68,7 @@ class Client:
         application = web.Application()
         application.add_routes(self.transfers.routes)
         async with TestClient(TestServer(application)) as client:
-            return await asyncio.gather(*(self._one(client, *each) for each in requests))
+            return await asyncio.gather(*(self._one(client, *request) for request in requests))
 
     async def _one(self, client, method, path, data=None):
         async with client.request(method, path, data=data) as answer:
@@ -80,7 +79,7 @@ class Client:
         return self.session.call(self.session.save).result()
 
 
-def test_only_what_was_saved_is_served(client, folder):
+def test_only_saved_files_are_served(client, folder):
     assert client.ask(("GET", "/saved/all.zip"))[0][0] == 404
     (folder / "output").mkdir()
     for name in ("secret.txt", "picture.png"):
@@ -99,7 +98,7 @@ def test_only_what_was_saved_is_served(client, folder):
     assert names == [path.name for path in client.session.editor.saver.files]
 
 
-def test_data_that_are_sent_are_computed_as_the_page_was_started(client, folder):
+def test_uploaded_data_keep_device_and_tolerance(client, folder):
     def change(editor):
         editor.change(editor.state.changed(map_tolerance=0.5, device="reference"))
 
@@ -110,7 +109,7 @@ def test_data_that_are_sent_are_computed_as_the_page_was_started(client, folder)
     assert (len(state.cuts), state.map_tolerance, state.device) == (0, 0.5, "reference")
 
 
-def test_what_is_sent_is_gone_when_something_else_is_shown(client, folder):
+def test_uploads_are_removed_when_other_data_are_shown(client, folder):
     ball = (folder / "ball.vtp").read_bytes()
     answers = client.ask(
         ("POST", "/send/data/ball.vtp", ball),
@@ -119,7 +118,7 @@ def test_what_is_sent_is_gone_when_something_else_is_shown(client, folder):
     )
     assert [status for status, _ in answers] == [200] * 3
     assert len(client.opened) == 2
-    shown = client.transfers._shown
+    shown = client.transfers._current
     assert [*client.sent.iterdir()] == [shown]
     before = (shown / "ball.vtp").read_bytes()
     answers = client.ask(
@@ -134,7 +133,7 @@ def test_what_is_sent_is_gone_when_something_else_is_shown(client, folder):
     assert (shown / "ball.vtp").read_bytes() == before
 
 
-def test_a_script_for_data_that_were_sent_has_them_beside_it(client, folder):
+def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
     ball = (folder / "ball.vtp").read_bytes()
     assert client.ask(("POST", "/send/data/ball.vtp", ball))[0][0] == 200
     editor = client.session.editor
@@ -158,8 +157,8 @@ def test_a_script_for_data_that_were_sent_has_them_beside_it(client, folder):
     assert (taken / "ball-deformed.vtp").read_bytes() == made
 
 
-@pytest.mark.skipif(not supervision.IS_POSSIBLE, reason="nobody is killed here")
-def test_what_was_sent_is_gone_with_the_server(folder):
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
+def test_uploads_are_removed_with_the_server(folder):
     temporary = folder / "temporary"
     temporary.mkdir()
     with server(folder, "ball.vtp", TMPDIR=str(temporary)) as (process, address):
@@ -169,7 +168,7 @@ def test_what_was_sent_is_gone_with_the_server(folder):
             assert answer.read() == b"other.vtp is shown."
         assert [*temporary.rglob("other.vtp")]
         process.terminate()
-        process.wait(_PATIENCE)
+        process.wait(_TIMEOUT)
     assert [*temporary.glob("vtk-mls-*")] == []
 
 

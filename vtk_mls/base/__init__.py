@@ -1,1 +1,1 @@
-"""Foundations that need only numpy: validation, grids, sampling, interpolation, progress."""
+"""Modules that need numpy at most, and that all others may use."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, mesh_remarks, property_options, remarks
-from vtk_mls.commands.running import each_said_once, read, update
+from vtk_mls.commands import map_options, property_options, remarks
+from vtk_mls.commands.running import distinct_warnings, read, update
 from vtk_mls.commands.supervision import step
 
-_WITH_ALL_ARRAYS = (".vti", ".vtk")  # of the formats of images
+_MULTI_ARRAY_FORMATS = (".vti", ".vtk")  # of images
 
 
 def add(commands):
@@ -18,8 +18,8 @@ def add(commands):
         help="deform an image or a mesh file",
         description="Deform an image or a mesh file, data of several blocks, or a time series. "
         "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
-        "of the file, which is written in its own again. Formats with one array (MetaImage, NIfTI, "
-        "NRRD) get the active scalars.",
+        "of the file; the output has the frame of the input. Formats with one array (MetaImage, "
+        "NIfTI, NRRD) get the active scalars.",
     )
     deform.add_argument(
         "input",
@@ -33,8 +33,8 @@ def add(commands):
     deform.add_argument(
         "output",
         help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; mesh: .vtu .vtp .vts .vtk "
-        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. Of .vtm, .vtpc and .pvd "
-        "the data are in a folder beside them",
+        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. .vtm, .vtpc and .pvd "
+        "files have their data in a folder of the same name",
     )
     add = partial(property_options.add, deform)
     add("Interpolation")
@@ -42,21 +42,21 @@ def add(commands):
     add(
         "LabelArrays",
         flag="--label",
-        text="array of labels, whose values are not mixed (may be repeated); those of files that "
-        "say that they are labels, such as .seg.nrrd, are not mixed anyway",
+        text="array of labels, whose values are not interpolated (may be repeated); labels are "
+        "recognized in files that declare them, such as .seg.nrrd",
     )
     add(
         "OutputGrid",
         flag="--grid",
         choices=("input", "fitted"),
-        text="grid of the output: the input's, or one that holds all of the deformed volume",
+        text="grid of the output: that of the input, or one that holds the whole deformed volume",
     )
     add("GradientArray", flag="--gradient")
     add(
         "GenerateOverlap",
         flag="--overlap",
-        text="also count the points to which material from both sides of a cut has come, of which "
-        "an image shows one; .vti and .vtk get the point array Overlap",
+        text="also count the points that material from both sides of a cut reaches, of which an "
+        "image shows one; .vti and .vtk get the point array Overlap",
     )
     map_options.add(deform)
     deform.set_defaults(run=run)
@@ -85,19 +85,19 @@ def _deform_one(steps, deform, options):
 
     dataset = read(lambda _: steps[0][1](), options.input)
     is_image = dataset.IsA("vtkImageData")
-    if is_image:  # what becomes of a mesh depends on cuts
+    if is_image:  # whether a mesh can be written depends on cuts
         io.check_writable(options.output, dataset)
-        if options.gradient_array and not options.output.lower().endswith(_WITH_ALL_ARRAYS):
+        if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
             raise ValueError(
                 "`--gradient` adds an array, and only .vti and .vtk hold more than one, "
                 f"got `{options.output}`"
             )
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
-    inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
+    inverted_cells = remarks.InvertedCells(deform, dataset)
     update(deform, options)
-    inverted, output = inverted_cells.taken(), deform.GetOutput()
-    said, are_empty = _said(deform), [remarks.is_empty(deform)]
+    inverted, output = inverted_cells.take(), deform.GetOutput()
+    notes, are_empty = _notes(deform), [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
     if is_image:
@@ -108,47 +108,47 @@ def _deform_one(steps, deform, options):
         if not output.IsA("vtkDataSet"):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
-        summary = f"{size}, {options.kind}{_lost(_failures(output))}"
-        summary += mesh_remarks.said_of(inverted) + mesh_remarks.left_out(output, options.output)
-    _report(summary + said, are_empty, options)
+        summary = f"{size}, {options.kind}{_lost_points(_failures(output))}"
+        summary += remarks.inverted_cells(inverted) + remarks.dropped_arrays(output, options.output)
+    _report(summary + notes, are_empty, options)
     return 0
 
 
 def _deform_all(steps, deform, options):
-    """Deform all time steps, each when the one before is written."""
+    """Deform and write one time step after the other."""
     from vtk_mls.commands import series
 
-    lost, inverted, are_empty, said = 0, 0, [], ""
+    lost, inverted, are_empty, notes = 0, 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
-    with each_said_once(), series.writing(options.output) as write:
+    with distinct_warnings(), series.writing(options.output) as write:
         for number, (time, read_step) in enumerate(steps):
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
-            inverted_cells = mesh_remarks.InvertedCells(deform, dataset)
+            inverted_cells = remarks.InvertedCells(deform, dataset)
             update(deform, options, number, len(steps))
-            inverted += inverted_cells.taken()
+            inverted += inverted_cells.take()
             lost += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
             if number + 1 == len(steps):  # the map is the same for all
-                said = _said(deform)
+                notes = _notes(deform)
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    summary = f"{len(steps)} time steps, {options.kind}{_lost(lost)}"
-    summary += mesh_remarks.said_of(inverted) + said
+    summary = f"{len(steps)} time steps, {options.kind}{_lost_points(lost)}"
+    summary += remarks.inverted_cells(inverted) + notes
     _report(summary, are_empty, options)
     return 0
 
 
-def _said(deform):
-    """What may not have been meant, for the end of a sentence."""
+def _notes(deform):
+    """Possible mistakes, for the end of a sentence."""
     return "".join(
-        say(deform) for say in (remarks.folds_of_images, remarks.whereabouts, remarks.remark)
+        note(deform) for note in (remarks.folds_of_images, remarks.separation, remarks.map_note)
     )
 
 
 def _report(summary, are_empty, options):
-    """Print what has become of the data."""
+    """Print a summary of the output."""
     print(f"{options.output}: {summary}")
     emptiness = remarks.emptiness(are_empty, options)
     if emptiness:
@@ -156,7 +156,7 @@ def _report(summary, are_empty, options):
 
 
 def _opened(image):
-    """How much of an image cuts have left void, and made to overlap if that was asked for."""
+    """Counts of void points, and of overlapping points if the filter counted them."""
     from vtk_mls.vtk import arrays
 
     counts = {}
@@ -170,12 +170,12 @@ def _opened(image):
 
 
 def _failures(output):
-    """Number of points of meshes that had no place to go to."""
+    """Number of points of meshes without a forward image."""
     from vtk_mls.files.blocks import blocks
 
     counts = [block.GetFieldData().GetArray("FailedInverses") for block in blocks(output)]
     return sum(int(count.GetValue(0)) for count in counts if count is not None)
 
 
-def _lost(count):
+def _lost_points(count):
     return f"; {count} points lost" * (count > 0)

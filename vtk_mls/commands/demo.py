@@ -72,24 +72,13 @@ def brain():
 
 
 def control_points():
-    """Rest and deformed positions (n, 3): both halves are rotated outward, those below stay."""
+    """Rest and deformed positions (n, 3): both halves rotate outward, the points below stay."""
     import numpy as np
 
     front, back, below = (_both_sides(np.array(points, float)) for points in (FRONT, BACK, BELOW))
     angle = np.radians(DEGREES)
     deformed = np.vstack([_rotated(front, -angle), _rotated(back, angle), below])
     return np.vstack([front, back, below]), deformed
-
-
-def frog_file() -> Path:
-    """The file of tissue labels (.vti) in the package pyvista.
-
-    Raises
-    ------
-    FileNotFoundError
-        If it is not installed.
-    """
-    return _find("pyvista", "examples/frog_tissues.vti", "0.44")
 
 
 def brain_file() -> Path:
@@ -101,11 +90,11 @@ def brain_file() -> Path:
         If it is not installed.
     """
     name = "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
-    return _find("nilearn", name, "0.8.1")
+    return file_of("nilearn", name, "0.8.1")
 
 
-def _find(package, name, version):
-    """A file of a package that is not imported."""
+def file_of(package, name, version):
+    """A file of a package, without an import of the package; `version` is the first that has it."""
     spec = importlib.util.find_spec(package)
     for folder in spec.submodule_search_locations if spec else []:
         file = Path(folder) / name
@@ -118,7 +107,7 @@ def _find(package, name, version):
 
 
 def _both_sides(points):
-    """The points and their mirror images."""
+    """Points and their mirror images."""
     import numpy as np
 
     return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])

@@ -13,9 +13,9 @@ def add(commands):
         "field",
         help="write the displacement field of a deformation, a transform for other programs",
         description="Write the displacement field of a deformation on the grid of an image, as "
-        "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer take it as a transform: resampling "
-        "an image with it deforms it as `vtk-mls deform` does. To move points, for which programs "
-        "want the other direction of the map, add --inverse.",
+        "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer read a transform: resampling an "
+        "image with it deforms the image as `vtk-mls deform` does. To move points, which needs the "
+        "other direction of the map, add --inverse.",
     )
     field.add_argument(
         "input",
@@ -29,13 +29,14 @@ def add(commands):
     property_options.add(
         field,
         "Inverse",
-        text="write where the material goes, which moves points, not where it came from",
+        text="write displacements that move points: to where the material goes, not from where it "
+        "comes",
     )
     add(
         "--jacobian",
         action="store_true",
-        help="write the determinant of the map's Jacobian, one number for each point, instead: "
-        "below 0 it is folded",
+        help="write the determinant of the Jacobian of the map instead, one number for each point: "
+        "the map folds below 0",
     )
     add(
         "--dimensions",
@@ -68,13 +69,13 @@ def run(options):
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
-    said = remarks.remark(field, is_field=True)
-    if not (options.jacobian or options.inverse):  # which count folds themselves
+    notes = remarks.map_note(field, is_field=True)
+    if not (options.jacobian or options.inverse):  # these count folds themselves
         grid = ImageGeometry.of_image(output).grid
-        said = remarks.folds(field.updated_deformation(), grid) + said
+        notes = remarks.folds(field.updated_deformation(), grid) + notes
     with step("write", options.output):
         (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
-    print(f"{options.output}: {_summary(output, options)}{said}")
+    print(f"{options.output}: {_summary(output, options)}{notes}")
     for sentence in _remarks(output, options):
         remarks.warn(options.output, sentence)
     return 0
@@ -123,26 +124,26 @@ def _summary(output, options):
 
 
 def _remarks(output, options):
-    """Sentences about what the file cannot tell."""
+    """Warnings about points whose state the file cannot hold."""
     count, is_whole = output.GetNumberOfPoints(), options.output.lower().endswith((".vti", ".vtk"))
     lost = _number_of(output, "NoInverse")
     if lost:
         value = "is 0" if options.jacobian else "leads to the nearest place that was found"
         yield (
             f"{lost} of {count} points have no forward image, for the map folds or a cut was "
-            f"pushed over them; what is written there {value}"
+            f"pushed over them; the value there {value}"
         )
     void = _number_of(output, "Void")
     if void and not is_whole:
         yield (
-            f"{void} of {count} points are void, which this format cannot tell: what is written "
-            "there is of the material behind the cut; .vti has the array Void"
+            f"{void} of {count} points are void, which this format cannot mark: the displacement "
+            "there is that of the material behind the cut; .vti has the array Void"
         )
 
 
 def _number_of(output, name):
-    """How many points of an image an indicator holds for."""
+    """The number of points of an image where a mask array is set."""
     from vtk_mls.vtk import arrays
 
-    found = output.GetPointData().GetArray(name)
-    return 0 if found is None else int(arrays.to_numpy(found).astype(bool).sum())
+    mask = output.GetPointData().GetArray(name)
+    return 0 if mask is None else int(arrays.to_numpy(mask).astype(bool).sum())

@@ -25,11 +25,13 @@ _FINE_GRID = Grid((45, 42, 40), spacing=(1.0, 0.9, 1.1))
 _SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
-def main(request):
+def main(folder, request):
     """Check a device.
 
     Parameters
     ----------
+    folder : path
+        Of the child; not used.
     request : dict
         "device", the `description` of a Device, and "lanes", points per work item.
     """

@@ -1,4 +1,4 @@
-"""Options of the map, which every command with control points has."""
+"""Options of the map, common to all commands with control points."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
-    "header that names the columns (as docs/formats.md says), or the landmarks of BigWarp (p "
+    "header that names the columns (see docs/formats.md), or the landmarks of BigWarp (p "
     "moving, q target); .vtp .vtu .vts .vtk with point vectors Displacement; or, with --deformed, "
     "positions p alone"
 )
 
 
-def add(parser, is_seen=False):
+def add(parser, is_interactive=False):
     """Add the options to a parser.
 
-    What is seen at once has no progress bar, and a tolerance that nobody sees.
+    Interactive commands have no progress bar, and a tolerance of the map that cannot be seen.
     """
     from vtk_mls.filters.property_tables import (
         COMPUTING,
@@ -43,9 +43,9 @@ def add(parser, is_seen=False):
         "--handles-space",
         choices=SPACE.choices,
         default=SPACE.default,
-        help="frame of files of points that do not say theirs (markups of 3D Slicer and its tables "
-        "do, and that counts): ras for those who come from nibabel or FreeSurfer; cuts are in LPS "
-        "as ever; default: %(default)s",
+        help="frame of files of points that do not declare one (markups and tables of 3D Slicer "
+        "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
+        "default: %(default)s",
     )
     for option in MAP:
         property_options.add(parser, option)
@@ -71,17 +71,17 @@ def add(parser, is_seen=False):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
-    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_seen else COMPUTING)):
+    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)
-    if not is_seen:
-        text = "show a progress bar although not on a terminal"
+    if not is_interactive:
+        text = "show a progress bar even without a terminal"
         add("--progress", action="store_true", help=text)
-        text = "go on if nothing moves, because all control points rest; otherwise an error"
+        text = "continue if all control points rest and nothing moves, instead of an error"
         add("--allow-identity", action="store_true", help=text)
 
 
 def apply(options, algorithm):
-    """Set the properties of a filter, its control points on port 1, as the options say."""
+    """Set the control points (port 1) and the properties of a filter from the options."""
     algorithm.SetInputData(1, _moving_control_points(options))
     property_options.apply(options, algorithm)
     for cut in _cuts(options):
@@ -89,7 +89,7 @@ def apply(options, algorithm):
 
 
 def deformation(options):
-    """The `Deformation` that the options say."""
+    """The `Deformation` of the options."""
     from vtk_mls import Deformation
 
     rest, deformed, weights = _as_arrays(_moving_control_points(options))
@@ -104,7 +104,7 @@ def control_points(options):
 
 
 def map_arguments(options):
-    """What a `Deformation` takes beside control points, by name."""
+    """Keyword arguments of a `Deformation` besides control points."""
     settings = values_of(options, DEFORMATION_OPTIONS)
     return {**settings, "device": options.device or None, "cuts": _cuts(options)}
 
@@ -115,7 +115,7 @@ def _moving_control_points(options):
     Raises
     ------
     ValueError
-        If nothing moves, unless that is allowed.
+        If nothing moves, without `--allow-identity`.
     """
     from vtk_mls.vtk import arrays
 
@@ -123,17 +123,20 @@ def _moving_control_points(options):
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     if options.allow_identity or (displacement.any() and options.blend != 0):
         return handles
-    count, what = len(displacement), "add --allow-identity to go on"
+    count, remedy = len(displacement), "add --allow-identity to go on"
     if options.blend == 0 and displacement.any():
-        raise ValueError(f"nothing moves: `--blend` is 0; give another, or {what}")
+        raise ValueError(f"nothing moves: `--blend` is 0; give another, or {remedy}")
     if options.deformed:
-        found = f"the {count} positions of `{options.deformed}` are those of `{options.handles}`"
+        reason = f"the {count} positions of `{options.deformed}` are those of `{options.handles}`"
     elif has_partners:
-        found = f"`{options.handles}` has {count} control points, and each goes where it is (p = q)"
+        reason = (
+            f"`{options.handles}` has {count} control points, and each goes where it is (p = q)"
+        )
     else:
-        found = f"`{options.handles}` has {count} positions, and not where they go"
+        reason = f"`{options.handles}` has {count} positions, and not where they go"
     raise ValueError(
-        f"nothing moves: {found}; say where they go in columns qx,qy,qz or by --deformed, or {what}"
+        f"nothing moves: {reason}; say where they go in columns qx,qy,qz or by --deformed, "
+        f"or {remedy}"
     )
 
 
@@ -146,7 +149,7 @@ def _as_arrays(handles):
 
 
 def _read_control_points(options):
-    """Control-point polydata of the files, and whether they have q."""
+    """Control-point polydata of the files, and whether the files have q."""
     from vtk_mls import io
 
     reader = partial(io.read_landmarks, space=options.handles_space)
@@ -172,7 +175,7 @@ def _cuts(options):
 
 
 def _vectors(option, text, count):
-    """`count` vectors of three numbers from an option."""
+    """`count` vectors of three numbers from the text of an option."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:

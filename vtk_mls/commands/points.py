@@ -1,4 +1,4 @@
-"""`vtk-mls points`: landmarks, moved as the material at them is."""
+"""`vtk-mls points`: landmarks move with the material."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def add(commands):
     """Add the command to its parent's parsers."""
     points = commands.add_parser(
         "points",
-        help="move a file of landmarks as the deformation moves the material",
+        help="move a file of landmarks with the material",
         description="Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
-        "a mesh. If the output's name ends as the input's, all else that is in the file is kept; "
-        "otherwise labels, descriptions and order. Points whose material is nowhere in the output "
+        "a mesh. With the same suffix as the input, the output keeps everything else that is in "
+        "the file, otherwise labels, descriptions and order. Points without a place in the output "
         "are undefined in .mrk.json, tables of 3D Slicer and recent .fcsv, inactive in landmarks "
-        "of BigWarp, whose moving points are those that move, and left out of other files.",
+        "of BigWarp (whose moving points move), and left out of other files.",
     )
     points.add_argument(
         "input",
@@ -35,7 +35,7 @@ def add(commands):
     points.add_argument(
         "--inverse",
         action="store_true",
-        help="move them the other way: from the deformed space to where their material came from",
+        help="move points from the deformed space back to where their material came from",
     )
     map_options.add(points)
     points.set_defaults(run=run)
@@ -59,7 +59,7 @@ def run(options):
 
 
 def _moved(landmarks, deformation, options):
-    """New positions (n, 3), NaN where there is none."""
+    """New positions (n, 3), NaN for points without one."""
     import numpy as np
 
     from vtk_mls.base.progress import whole
@@ -82,7 +82,7 @@ def _moved(landmarks, deformation, options):
 
 
 def _losses(landmarks, moved, options, are_left_out):
-    """What the terminal is to see of points that have no place, or had none before."""
+    """Notes on points without a position in the output or in the input."""
     import numpy as np
 
     from vtk_mls.files.landmarks import listed

@@ -1,42 +1,42 @@
-"""Options of the command that are properties of a filter."""
+"""Options of the commands that are properties of a filter."""
 
 from __future__ import annotations
 
 
-def add(parser, which, *, flag="", choices=(), text="", more=""):
+def add(parser, item, *, flag="", choices=(), text="", more=""):
     """Add the option of a property.
 
     Parameters
     ----------
     parser : argparse.ArgumentParser
-    which : str or Property
-        By its name, if the command begins with what filters begin with.
+    item : str or Property
+        The name of a property, whose default is that of the filters.
     flag : str, optional
-        What the option is called, if not like the property.
+        The option, by default the name of the property.
     choices : tuple of str, optional
-        Those that the command offers, if not all.
+        The choices of the command, by default all.
     text : str, optional
-        Help, if not that of the property.
+        The help, by default that of the property.
     more : str, optional
-        What the command adds to it.
+        An addition to the help.
     """
-    each = _properties()[which] if isinstance(which, str) else which
-    settings = {"dest": each.option, "default": each.default, **_settings(each)}
+    prop = _properties()[item] if isinstance(item, str) else item
+    settings = {"dest": prop.option, "default": prop.default, **_settings(prop)}
     if choices:
         settings["choices"] = choices
-    settings["help"] = _help(each, text, more)
-    parser.add_argument(flag or f"--{each.option.replace('_', '-')}", **settings)
+    settings["help"] = _help(prop, text, more)
+    parser.add_argument(flag or f"--{prop.option.replace('_', '-')}", **settings)
 
 
 def apply(options, algorithm):
-    """Set the properties of a filter that are options."""
-    for each in algorithm.PROPERTIES:
-        if hasattr(options, each.option):
-            each.assign(algorithm, getattr(options, each.option))
+    """Set the properties of a filter from the options."""
+    for prop in algorithm.PROPERTIES:
+        if hasattr(options, prop.option):
+            prop.assign(algorithm, getattr(options, prop.option))
 
 
 def default(name):
-    """The default of a property as an option has it."""
+    """The default of a property, as text of an option."""
     return _text(value(name))
 
 
@@ -46,37 +46,37 @@ def value(name):
 
 
 def _properties():
-    """Those of the filters that commands run, by their names."""
+    """The properties of the filters of the commands, by name."""
     from vtk_mls.filters import property_tables
 
     tables = (*property_tables.DEFORM, *property_tables.DISPLACEMENT_FIELD)
-    return {each.name: each for each in tables}
+    return {prop.name: prop for prop in tables}
 
 
-def _settings(each):
-    """What argparse has to know of a kind of property."""
+def _settings(prop):
+    """Arguments of `add_argument` for a property."""
     from vtk_mls.filters import properties
 
-    if isinstance(each, properties.Flag):
+    if isinstance(prop, properties.Flag):
         return {"action": "store_true"}
-    if isinstance(each, properties.Items):
+    if isinstance(prop, properties.Items):
         return {"action": "append", "metavar": "NAME", "default": []}
-    if isinstance(each, properties.Choice):
-        return {"choices": each.choices}
-    if isinstance(each, properties.ArrayName):
+    if isinstance(prop, properties.Choice):
+        return {"choices": prop.choices}
+    if isinstance(prop, properties.ArrayName):
         return {"metavar": "NAME"}
-    return {"type": type(each.default), "metavar": each.option.upper()}
+    return {"type": type(prop.default), "metavar": prop.option.upper()}
 
 
-def _text(found):
-    return ",".join(map(str, found)) if isinstance(found, tuple) else f"{found}"
+def _text(default):
+    return ",".join(map(str, default)) if isinstance(default, tuple) else f"{default}"
 
 
-def _help(each, text, more):
-    """A help text as argparse wants it: in one sentence, with the default."""
-    text = " ".join((text or each.help).split()).removesuffix(".")
+def _help(prop, text, more):
+    """The help of an option for argparse: one sentence with the default."""
+    text = " ".join((text or prop.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
-    if each.default not in ("", ()) and each.default is not False:
-        parts.append(f"default: {_text(each.default)}")
+    if prop.default not in ("", ()) and prop.default is not False:
+        parts.append(f"default: {_text(prop.default)}")
     return "; ".join(parts).replace("%", "%%")

@@ -1,16 +1,19 @@
-"""What a command says of a map beside its result: what may not have been meant."""
+"""Notes on possible mistakes that a command adds to its summary."""
 
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 from vtk_mls.commands import property_options
 
-MAX_SAMPLES = 32  # along each axis of a grid on which maps are sampled
+MAX_SAMPLES = 32  # along each axis of a coarse grid
+_COUNTS = ("InvertedCells", "UncheckedCells")
+_DETERMINANT = "JacobianDeterminant"
 
 
-def remark(algorithm, is_field=False):
-    """What is to be said of a map that a filter has computed, for the end of a sentence."""
+def map_note(algorithm, is_field=False):
+    """A note on the map of a filter, for the end of a sentence; "" without one."""
     from vtk_mls.vtk import arrays
 
     handles = algorithm.GetInputDataObject(1, 0)
@@ -27,12 +30,12 @@ def remark(algorithm, is_field=False):
 
 
 def warn(path, sentence):
-    """Say something of an output that is not as it should be."""
+    """Print a warning about an output."""
     print(f"vtk-mls: `{path}`: {sentence}", file=sys.stderr)
 
 
 def is_empty(algorithm):
-    """Whether nothing of the input is in an output of images."""
+    """Whether the output images contain no material of the input."""
     from vtk_mls.files.blocks import blocks
 
     pairs = _images(algorithm)
@@ -42,7 +45,7 @@ def is_empty(algorithm):
 
 
 def emptiness(are_empty, options):
-    """A sentence about outputs for which `is_empty` holds; "" if it does for none.
+    """A sentence about outputs for which `is_empty` is true; "" without one.
 
     Parameters
     ----------
@@ -60,44 +63,96 @@ def emptiness(are_empty, options):
     )
 
 
-def whereabouts(algorithm):
-    """For the end of a sentence, whether an output of images is not where its input is."""
+def separation(algorithm):
+    """A note, for the end of a sentence, if output images lie outside of their inputs."""
     pairs = _images(algorithm)
     is_apart = bool(pairs) and all(_are_apart(*grids) for grids in pairs)
     return "; the output lies apart from the input" * is_apart
 
 
 def folds(deformation, target, source=None):
-    """For the end of a sentence, whether a map folds at some points of a grid.
+    """A note, for the end of a sentence, if a map folds at points of a grid.
 
     Parameters
     ----------
     deformation : Deformation
     target : Grid
     source : Grid, optional
-        Only points whose material comes from it count.
+        Counts only points whose material comes from this grid.
     """
     import numpy as np
 
     grid = _coarse(target)
-    counts = _is_material(deformation, grid, source)
+    has_material = _has_material(deformation, grid, source)
     jacobian = deformation.jacobian_field(grid).reshape(-1, 3, 3)
-    is_folded = counts & (np.linalg.det(jacobian.astype(float)) <= 0)
-    count, total = int(is_folded.sum()), int(counts.sum())
+    is_folded = has_material & (np.linalg.det(jacobian.astype(float)) <= 0)
+    count, total = int(is_folded.sum()), int(has_material.sum())
     if count == 0:
         return ""
     return f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
 
 
 def folds_of_images(algorithm):
-    """`folds` of the outputs of a filter that are images, the first that has some."""
+    """`folds` of the first output image that has any."""
     deformation = algorithm.updated_deformation()
-    found = (folds(deformation, target, source) for source, target in _images(algorithm))
-    return next(filter(None, found), "")
+    notes = (folds(deformation, target, source) for source, target in _images(algorithm))
+    return next(filter(None, notes), "")
+
+
+class InvertedCells:
+    """Counts cells that a filter inverts, without a trace in the output.
+
+    Parameters
+    ----------
+    deform : MLSDeform
+    dataset : vtkDataObject
+        Its input. Cells of images are not counted, since that takes long, nor those of a mesh that
+        already has the arrays of the filter.
+    """
+
+    def __init__(self, deform, dataset):
+        from vtk_mls.files.blocks import blocks
+
+        self._deform = deform
+        self._is_counted = all(_can_count(block) for block in blocks(dataset))
+        deform.SetGenerateJacobianDeterminant(self._is_counted)
+
+    def take(self):
+        """The number of cells; removes the filter's arrays from the output."""
+        from vtk_mls.files.blocks import blocks
+
+        if not self._is_counted:
+            return 0
+        count = 0
+        for block in blocks(self._deform.GetOutput()):
+            field = block.GetFieldData()
+            inverted = field.GetArray(_COUNTS[0])
+            count += 0 if inverted is None else int(inverted.GetValue(0))
+            block.GetPointData().RemoveArray(_DETERMINANT)
+            for name in _COUNTS:
+                field.RemoveArray(name)
+        return count
+
+
+def inverted_cells(count):
+    """The number of inverted cells, for the end of a sentence."""
+    return f"; {count} cell{'s' * (count != 1)} inside out" * (count > 0)
+
+
+def dropped_arrays(output, path):
+    """The names of input arrays that a file cannot hold, for the end of a sentence."""
+    from vtk_mls import io
+    from vtk_mls.vtk import array_table
+
+    own = {array.name for array in array_table.TABLE if array_table.MESH in array.writers}
+    names = [f"`{name}`" for name in io.left_out(output, path) if name not in own]
+    if not names:
+        return ""
+    return f"; without {', '.join(names)}, which {Path(path).suffix} cannot hold"
 
 
 def _images(algorithm):
-    """The grids of images, alone or as blocks: (input, output) of each."""
+    """Pairs (input, output) of the grids of images, also of blocks."""
     from vtk_mls.files.blocks import blocks
     from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -110,7 +165,7 @@ def _images(algorithm):
 
 
 def _coarse(grid):
-    """A grid with the corners of another, and few points."""
+    """A grid with the same corners and few points."""
     import numpy as np
 
     from vtk_mls import Grid
@@ -121,32 +176,32 @@ def _coarse(grid):
     return Grid(dimensions, grid.origin, spacing, grid.direction)
 
 
-def _is_material(deformation, grid, source):
-    """Which points of a grid have material, that of `source` if it is given: (n,) bool."""
+def _has_material(deformation, grid, source):
+    """Mask (n,) of the points of a grid that have material, of the grid `source` if not None."""
     import numpy as np
 
     points = grid.points()
     if source is None:
-        found = np.ones(len(points), bool)
+        mask = np.ones(len(points), bool)
     else:
-        found = source.covers(source.index_of(deformation.backward(points)))
-    return found & ~deformation.void(points) if deformation.cuts else found
+        mask = source.covers(source.index_of(deformation.backward(points)))
+    return mask & ~deformation.void(points) if deformation.cuts else mask
 
 
 def _arrives(deformation, source, target):
-    """Whether material of a grid is at points of another, first looked for at some of these."""
+    """Whether points of a grid have material of another; a few points are tested first."""
     import numpy as np
 
     from vtk_mls import Sampling
 
-    if _is_material(deformation, _coarse(target), source).any():
+    if _has_material(deformation, _coarse(target), source).any():
         return True
     mask = np.ones(source.shape, np.uint8)
     return bool(deformation.resample([mask], Sampling(source, target, "nearest"))[0].any())
 
 
 def _are_apart(source, target):
-    """Whether the boxes around two grids do not meet."""
+    """Whether the bounding boxes of two grids are disjoint."""
     low, high = zip(
         *((grid.corners().min(axis=0), grid.corners().max(axis=0)) for grid in (source, target))
     )
@@ -154,9 +209,9 @@ def _are_apart(source, target):
 
 
 def _far(algorithm, is_field):
-    """Which control points are far from what they should be near; "" for none.
+    """A clause about control points far from the data; "" if they are not.
 
-    The data are where p is. Fields and output grids are where q is, but for fields of the inverse.
+    p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
     from vtk_mls.files.blocks import blocks
     from vtk_mls.vtk import arrays
@@ -177,7 +232,7 @@ def _far(algorithm, is_field):
 
 
 def _are_far_away(points, datasets):
-    """Whether none is in the bounds of datasets, enlarged by half of their longest side."""
+    """Whether all points are far from datasets: by half of the longest side of their bounds."""
     import numpy as np
 
     bounds = [np.reshape(dataset.GetBounds(), (3, 2)) for dataset in datasets]
@@ -187,3 +242,11 @@ def _are_far_away(points, datasets):
     low, high = np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]
     margin = (high - low).max() / 2
     return not ((points >= low - margin) & (points <= high + margin)).all(axis=1).any()
+
+
+def _can_count(dataset):
+    return not (
+        dataset.IsA("vtkImageData")
+        or dataset.GetPointData().HasArray(_DETERMINANT)
+        or any(dataset.GetFieldData().HasArray(name) for name in _COUNTS)
+    )

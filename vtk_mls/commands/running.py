@@ -1,4 +1,4 @@
-"""Reading files and running filters, with what the terminal is to see of it."""
+"""Reads files and runs filters, with warnings and a progress bar on the terminal."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ from contextlib import contextmanager
 
 from vtk_mls.commands.supervision import step
 
-_BAR = 40  # characters
+_BAR_LENGTH = 40  # characters
 
 
 def read(reader, path):
-    """What a reader of files makes of one."""
-    with _warnings_kept(), step("read", path):
+    """The result of a reader of files for `path`."""
+    with _deferred_warnings(), step("read", path):
         return reader(path)
 
 
 @contextmanager
-def _warnings_kept():
-    """Say at the end what there is to say meanwhile, while stderr is silent."""
+def _deferred_warnings():
+    """Print warnings at the end: reading silences stderr."""
     from vtk_mls.base.messages import listening, warn
 
     warnings = []
     with listening(None, warnings.append):
         yield
-    for each in warnings:
-        warn(each)
+    for warning in warnings:
+        warn(warning)
 
 
 @contextmanager
-def each_said_once():
-    """Meanwhile say each warning once, however many time steps have it."""
+def distinct_warnings():
+    """Print each warning once, however many time steps have it."""
     from vtk_mls.base.messages import listening, warn
 
-    said = set()
+    printed = set()
 
-    def say(sentence):
-        if sentence not in said:
-            said.add(sentence)
+    def print_once(sentence):
+        if sentence not in printed:
+            printed.add(sentence)
             with listening(None, None):
                 warn(sentence)
 
-    with listening(None, say):
+    with listening(None, print_once):
         yield
 
 
@@ -53,31 +53,31 @@ def update(algorithm, options, done=0, total=1):
     algorithm : vtkAlgorithm
     options : argparse.Namespace
     done, total : int
-        How often it has been run before, and will be in all: for the progress bar.
+        Number of runs before this one, and of all runs: for the progress bar.
 
     Raises
     ------
     ValueError
-        What the filter complains of, with the names of the files.
+        The error of the filter, with the names of the files.
     """
-    with _warnings_kept(), step("deform", options.input):
+    with _deferred_warnings(), step("deform", options.input):
         try:
             _update(algorithm, shows_progress(options), done, total)
-        except ValueError as error:  # the command has files, not inputs
-            names = [f"`{each}`" for each in (options.handles, options.deformed) if each]
+        except ValueError as error:  # it names inputs of the filter
+            names = [f"`{path}`" for path in (options.handles, options.deformed) if path]
             text = str(error).replace("`ControlPoints`", " and ".join(names))
             text = text.replace("where the data are", f"where the data of `{options.input}` are")
             raise ValueError(text) from error
 
 
 def shows_progress(options):
-    """Whether a progress bar is wanted."""
+    """Whether to show a progress bar."""
     return options.progress or sys.stderr.isatty()
 
 
 def draw_bar(done):
     """Show the progress bar; `done` goes from 0 to 1."""
-    bar = ("#" * round(_BAR * done)).ljust(_BAR, ".")
+    bar = ("#" * round(_BAR_LENGTH * done)).ljust(_BAR_LENGTH, ".")
     print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
 
 
@@ -88,7 +88,7 @@ def _update(algorithm, has_bar, done, total):
     if not has_bar:
         return run(algorithm)
     try:
-        run(algorithm, lambda share: draw_bar((done + share) / total))
+        run(algorithm, lambda fraction: draw_bar((done + fraction) / total))
     except ValueError:
         done = total - 1  # the bar ends here
         raise

@@ -1,7 +1,7 @@
 """Time series: a file with several time steps, or a file for each.
 
-The files are named by a collection of ParaView's (.pvd), by a file series of ParaView's (.series,
-in JSON), or by a pattern as a shell has it, in the order of the numbers in their names.
+The files are named by a collection of ParaView (.pvd), a file series of ParaView (.series, JSON) or
+a pattern of a shell, in the order of the numbers in their names.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from vtk_mls.files.blocks import joined
 from vtk_mls.files.existing import existing_file
 from vtk_mls.files.replacing import check_replaceable, replacing
 
-SUFFIX = ".pvd"  # of a series that is written
+SUFFIX = ".pvd"  # of output
 
 
 def read_steps(path):
-    """The time steps of what can be read.
+    """The time steps of input.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def read_steps(path):
     Returns
     -------
     list of (time, callable)
-        In the order of times; the callable reads the dataset. Files of the same time are blocks of
-        it. The times of a pattern are 0, 1, 2 ..., and 0 is that of a file which says none.
+        In the order of times; the callable reads the dataset. Files of the same time are its
+        blocks. The times of a pattern are 0, 1, 2 ...; a file without a time has 0.
 
     Raises
     ------
     OSError, ValueError
-        Naming the file; ValueError only, when datasets are read.
+        Naming the file; only ValueError when datasets are read.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
     if _is_pattern(path):
@@ -75,10 +75,10 @@ def read_steps(path):
 
 @contextmanager
 def writing(path):
-    """A function of a time and a dataset that adds a time step to a .pvd file.
+    """A context with a function of a time and a dataset that adds a time step to a .pvd file.
 
-    The datasets are written to files in a folder beside it that has its name. All of it is there
-    when the block has ended well, or nothing.
+    The datasets go to a folder of the same name beside the file. All files appear when the block
+    ends without an error, or none.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def writing(path):
             (new.parent / path.stem).mkdir(exist_ok=True)
             try:
                 io.write_dataset(dataset, new.parent / name)
-            except OSError as error:  # the folder that it names is gone soon
+            except OSError as error:  # the error names a temporary folder
                 raise OSError(str(error).replace(str(new.parent), str(path.parent))) from error
             entries.append((time, name))
 
@@ -126,7 +126,7 @@ def _reader(files):
                 with step("read", file):
                     datasets.append(io.read_dataset(file))
             return joined(datasets)
-        except OSError as error:  # it is no matter of the file that is being written
+        except OSError as error:  # OSError is for the output
             raise ValueError(str(error)) from error
 
     return read
@@ -150,14 +150,14 @@ def _of_collection(path):
         raise ValueError(f"it is not XML: {error}") from None
     if root.tag != "VTKFile" or root.get("type") != "Collection":
         raise ValueError("it is no collection of ParaView's")
-    return [(float(each.get("timestep", 0)), each.get("file", "")) for each in root.iter("DataSet")]
+    return [(float(step.get("timestep", 0)), step.get("file", "")) for step in root.iter("DataSet")]
 
 
 def _of_json(path):
     """Times and names of files in a .series file."""
     try:
         files = json.loads(path.read_text(encoding="utf-8"))["files"]
-        return [(float(each.get("time", n)), str(each["name"])) for n, each in enumerate(files)]
+        return [(float(file.get("time", n)), str(file["name"])) for n, file in enumerate(files)]
     except (AttributeError, KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"it is no file series of ParaView's: {error!r:.100}") from None
 

@@ -1,220 +1,235 @@
-"""The command in two processes: one works, the other waits for it.
+"""Runs a command in a child process, whose crash ends in one sentence.
 
-VTK's readers trust a file. A few wrong bytes in a .ply, .vtu or most other formats make them write
-to memory that is not theirs, or ask for more than there is, and that ends the process. Also Ctrl-C
-has to wait for VTK to return, or meets libraries that are just being loaded. So the command splits
-in two before it has loaded anything: the worker does all of the work, and the supervisor, which
-does nothing else, says in a sentence what became of it. One process that reads and hands over what
-it has read would hold a volume twice, and leave filters and writers as they are; this costs some
-milliseconds and megabytes whatever the file, and nothing is read twice or copied.
+VTK's readers trust a file. A few wrong bytes make them write to foreign memory, or allocate more
+than there is, and that ends the process. So the child does all of the work, and its parent, which
+has loaded neither numpy nor VTK, reports how it ended. Ctrl-C or another signal that ends the
+parent kills the child at once, and unfinished files are removed.
 
-A signal that ends the command (Ctrl-C) kills the worker at once, and what it has not finished is
-removed. Where processes cannot be split safely, on Windows and macOS, all happens in one.
+The child appends each step that it begins to the file `steps` in its folder, which its parent reads
+at the end.
 """
 
 from __future__ import annotations
 
-import mmap
+import faulthandler
+import json
 import os
 import signal
 import sys
 from contextlib import contextmanager, suppress
 
-IS_POSSIBLE = hasattr(os, "fork") and sys.platform != "darwin"
-_SECONDS, _BYTES_PER_SECOND = 60, 200_000
-_PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
-_JOURNAL = 1 << 16  # bytes; more than the names of two files
+from vtk_mls.base import child_process
+
+MIN_SECONDS, BYTES_PER_SECOND = 120, 200_000  # many times what any reader takes
 _VERBS = {"read": "read", "deform": "deformed", "write": "written", "show": "shown"}
+_DONE = "done"
 
-_journal = None  # memory that both share, where the worker writes what it does
-_written = ""  # file that the worker wrote to last
-_temporary = ""  # folder that is gone with the worker
+_folder = None  # of this process, if it is a supervised child
 
 
-def supervise(work):
-    """Call a function in a process of its own.
+class _Stopped(BaseException):
+    """A signal ends the parent; its argument is the number."""
+
+
+def supervise(name, arguments):
+    """Run the command in a child.
 
     Parameters
     ----------
-    work : callable
-        Returns an exit status. It is called, and this function returns, in the new process too.
+    name : str
+        "module:name" of the function of the arguments that runs it, and returns an exit status.
+    arguments : list of str
 
     Returns
     -------
     int
-        The exit status of `work`, 1 after a sentence on stderr if its process has been killed.
-        A signal that ends this process makes it 128 and the signal's number.
+        The exit status of the command; 1 after a sentence on stderr if its process crashed; 128
+        and the number of a signal that ends this process.
     """
-    signals = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
-    signals = {each for each in signals if signal.getsignal(each) != signal.SIG_IGN}  # nohup
-    sys.stdout.flush()
-    sys.stderr.flush()
-    journal = mmap.mmap(-1, _JOURNAL)
-    signal.pthread_sigmask(signal.SIG_BLOCK, signals)
-    supervisor = os.getpid()
-    worker = os.fork()
-    if worker == 0:
-        _become_worker(journal, supervisor, signals)
-        try:
-            status = work()
-            sys.stdout.flush()  # before the interpreter's end, which may fail
-        except BaseException:
-            _note("done", "1")  # Python says itself what has happened
-            raise
-        _note("done", str(status))
-        return status
-
-    def stop(number, frame):
-        for each in signals:
-            signal.signal(each, signal.SIG_IGN)
-        with suppress(ProcessLookupError, ChildProcessError):  # it has just ended by itself
-            os.kill(worker, signal.SIGKILL)
-            os.waitpid(worker, 0)
-        _remove_remains(worker, journal)
+    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+    # nohup ignores one of them
+    numbers = [n for n in numbers if n is not None and signal.getsignal(n) != signal.SIG_IGN]
+    try:
+        _mask(numbers, is_blocked=True)  # until there is a child to kill
+        with child_process.started(f"{__name__}:work", name, arguments, numbers) as (child, folder):
+            for number in numbers:
+                signal.signal(number, _stop)
+            _mask(numbers, is_blocked=False)
+            try:
+                return report(child.wait(), child.pid, folder)
+            except _Stopped:
+                child.kill()
+                child.wait()
+                _remove_unfinished(child.pid, _steps(folder))
+                raise
+    except _Stopped as stopped:
+        (number,) = stopped.args
         if number == signal.SIGINT:
-            os.write(2, b"\n")
-        os._exit(128 + number)
+            print(file=sys.stderr)
+        return 128 + number
 
-    for each in signals:
-        signal.signal(each, stop)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
-    status = os.waitstatus_to_exitcode(os.waitpid(worker, 0)[1])
-    doing, what, *_ = _entry(journal)
-    if status >= 0 and doing in ("", "done"):
+
+def work(folder, name, arguments, numbers=()):
+    """Run the command in this process, the child.
+
+    Parameters
+    ----------
+    folder : path
+        For the file `steps`.
+    name, arguments
+        As of `supervise`.
+    numbers : list of int, optional
+        Signals that the parent handles.
+    """
+    global _folder
+    _folder = folder
+    if hasattr(signal, "pthread_sigmask"):
+        if signal.SIGINT in numbers:
+            # Ctrl-C is for the parent. Children of this process would inherit SIG_IGN.
+            signal.signal(signal.SIGINT, lambda number, frame: None)
+        _mask(numbers, is_blocked=False)
+    try:
+        status = child_process.function(name)(arguments)
+        sys.stdout.flush()  # before the interpreter's end, which may fail
+    except BaseException:
+        _note(_DONE, 1)  # Python prints the exception
+        raise
+    _note(_DONE, status)
+    sys.exit(status)
+
+
+def report(status, process, folder):
+    """Print a sentence if the child crashed.
+
+    Parameters
+    ----------
+    status : int
+        As of `subprocess.Popen.returncode`.
+    process : int
+        The child's id.
+    folder : path
+
+    Returns
+    -------
+    int
+        The exit status of the command.
+    """
+    steps = _steps(folder)
+    doing, detail = steps[-1] if steps else ("", "")
+    if status >= 0 and doing in ("", _DONE):
         return status
-    if doing == "done":  # only the interpreter's end has failed
-        return int(what)
-    _remove_remains(worker, journal)
-    # libraries within VTK's readers have their own ways to give up
-    name = signal.Signals(-status).name if status < 0 else f"exit status {status}"
-    print(f"vtk-mls: {_obituary(doing, what, name)}", file=sys.stderr)
+    if doing == _DONE:  # only the interpreter's end has failed
+        return detail
+    _remove_unfinished(process, steps)
+    print(f"vtk-mls: {_failure(steps, child_process.ending(status))}", file=sys.stderr)
     return 1
 
 
 @contextmanager
 def step(doing, path):
-    """Say what is being done, "read", "deform", "write" or "show", with which file.
+    """Note the step "read", "deform", "write" or "show" of a file.
 
-    What libraries print while a broken file makes them crash is not shown, and reading that goes on
-    and on ends.
+    Messages that libraries print while a broken file makes them crash are hidden, and reading that
+    does not end is ended.
     """
     _note(doing, str(path))
-    if _journal is None or doing != "read":
+    if _folder is None or doing != "read":
         yield
         return
-    seconds = _processor_time(path)
-    shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     sys.stderr.flush()
-    os.dup2(nowhere, 2)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        sys.stderr.flush()
-        os.dup2(shown, 2)
-        os.close(shown)
-        os.close(nowhere)
+    with open(os.devnull, "w") as null, open(_steps_file(_folder), "a") as steps:
+        stderr = os.dup(2)
+        os.dup2(null.fileno(), 2)
+        faulthandler.dump_traceback_later(_reading_time(path), exit=True, file=steps)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            sys.stderr.flush()
+            os.dup2(stderr, 2)
+            os.close(stderr)
 
 
-@contextmanager
 def temporary_folder():
-    """A folder that is removed at the end, also that of a worker which is killed.
+    """A context with a folder that is removed at the end, also if this process is killed."""
+    import tempfile
 
-    If the supervisor is killed, too, the next such folder's maker removes it.
-    """
-    from vtk_mls.commands import temporary_folder as folders
-
-    global _temporary
-    with folders.made() as folder:
-        _temporary = folder
-        if _journal is not None:
-            _note(*_entry(_journal)[:2])
-        yield folder
+    return tempfile.TemporaryDirectory(prefix=child_process.PREFIX, dir=_folder)
 
 
-def _processor_time(path):
-    """Seconds of computing that are many times enough to read a file, and those of its name.
+def _reading_time(path):
+    """Seconds in which a file and the files that it names can be read.
 
-    A small one can name large ones: as a rule `x.vtm` those in the folder `x`, `x.pvtu` `x_0.vtu`.
+    A small file can name large ones: as a rule `x.vtm` those in the folder `x`, `x.pvtu` `x_0.vtu`.
     """
     import glob
     from pathlib import Path
 
     path, size = Path(path), 0
     if not path.name:  # a folder, which no reader takes
-        return _SECONDS
+        return MIN_SECONDS
     pieces = path.parent.glob(f"{glob.escape(path.stem)}*")
-    for each in (*pieces, *path.with_suffix("").glob("*")):
+    for piece in (*pieces, *path.with_suffix("").glob("*")):
         with suppress(OSError):
-            size += each.stat().st_size
-    return _SECONDS + size / _BYTES_PER_SECOND
+            size += piece.stat().st_size
+    return MIN_SECONDS + size / BYTES_PER_SECOND
 
 
-def _become_worker(journal, supervisor, signals):
-    global _journal
-    _journal = journal
-    _die_with(supervisor)
-    for each in signals:
-        signal.signal(each, signal.SIG_DFL)
-    if signal.SIGINT in signals:
-        # it is for the supervisor; SIG_IGN would be inherited by programs that are started
-        signal.signal(signal.SIGINT, lambda number, frame: None)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, signals)
+def _stop(number, frame):
+    for other in (signal.SIGINT, signal.SIGTERM, number):
+        signal.signal(other, signal.SIG_IGN)
+    raise _Stopped(number)
 
 
-def _die_with(supervisor):
-    """Have this process killed when the supervisor is killed."""
-    with suppress(ImportError, OSError, AttributeError):  # elsewhere than on Linux it goes on
-        import ctypes
-
-        ctypes.CDLL(None).prctl(_PARENT_DIED, signal.SIGKILL)
-    if os.getppid() != supervisor:
-        os._exit(1)
+def _mask(numbers, is_blocked):
+    if hasattr(signal, "pthread_sigmask"):  # elsewhere than on Windows
+        signal.pthread_sigmask(signal.SIG_BLOCK if is_blocked else signal.SIG_UNBLOCK, numbers)
 
 
-def _note(doing, what):
-    global _written
-    if doing == "write":
-        _written = what
-    if _journal is not None:
-        entry = os.fsencode(f"{doing}\0{what}\0{_written}\0{_temporary}\0")[:_JOURNAL]
-        _journal[: len(entry)] = entry
+def _steps_file(folder):
+    return os.path.join(folder, "steps")
 
 
-def _entry(journal):
-    """What the worker did last, with what, what it wrote to last, and its temporary folder.
-
-    Each is empty if it did not say.
-    """
-    return tuple(os.fsdecode(part) for part in journal[:].split(b"\0", 4)[:4])
+def _note(doing, detail):
+    if _folder is not None:
+        with suppress(OSError), open(_steps_file(_folder), "a") as file:
+            file.write(f"{json.dumps([doing, detail])}\n")
 
 
-def _remove_remains(worker, journal):
-    written, temporary = _entry(journal)[2:]
-    if written:
-        from vtk_mls.files.replacing import remove_remains
+def _steps(folder):
+    """What the child noted: a list of (doing, path or status); ("timeout", "") for its watchdog."""
+    steps = []
+    with suppress(OSError), open(_steps_file(folder), errors="replace") as file:
+        for line in file:
+            if line.startswith("["):
+                steps.append(tuple(json.loads(line)))
+            elif line.startswith("Timeout"):
+                steps.append(("timeout", ""))
+    return steps
 
-        remove_remains(written, worker)
-    if temporary:
-        import shutil
 
-        shutil.rmtree(temporary, ignore_errors=True)
+def _remove_unfinished(process, steps):
+    from vtk_mls.files.replacing import remove_remains
+
+    for path in {path for doing, path in steps if doing == "write"}:
+        remove_remains(path, process)
 
 
-def _obituary(doing, path, name):
-    """A sentence about a worker that `name`, a signal or an exit status, has ended."""
-    if name == "SIGKILL":
+def _failure(steps, ending):
+    """A sentence about a child that crashed."""
+    doing, path = [step for step in [("", ""), *steps] if step[0] != "timeout"][-1]
+    if ending == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"
-    elif name == "SIGPROF":
+    elif steps[-1:] == [("timeout", "")]:
         reason = "VTK's reader does not come to an end; the file is broken"
     elif doing == "read":
-        reason = f"VTK's reader crashed ({name}); the file is broken, or too large for the memory"
+        reason = f"VTK's reader crashed ({ending}); the file is broken, or too large for the memory"
     elif doing == "show":
         reason = (
-            f"the process crashed ({name}), as a rule in the graphics driver; unsaved handles are "
-            "kept, and the next start offers them; LIBGL_ALWAYS_SOFTWARE=1 draws without the driver"
+            f"the process crashed ({ending}), as a rule in the graphics driver; unsaved handles "
+            "are kept, and the next start offers them; LIBGL_ALWAYS_SOFTWARE=1 draws without the "
+            "driver"
         )
     else:
-        reason = f"the process crashed ({name})"
+        reason = f"the process crashed ({ending})"
     return f"`{path}` could not be {_VERBS[doing]}: {reason}" if path else reason

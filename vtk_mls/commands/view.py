@@ -7,7 +7,7 @@ from vtk_mls.commands.running import read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.existing import check_folder
 
-_OF_WEB = "aiohttp", "trame", "trame_client", "trame_vuetify"  # packages of the extra `web`
+_WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
 
 
 def add(commands):
@@ -15,14 +15,14 @@ def add(commands):
     view = commands.add_parser(
         "view",
         help="deform an image or a mesh by the mouse, in a window",
-        description="Deform an image or a mesh by the mouse, in a window: drag handles, see it at "
-        "once, undo, save. The window has a legend of its keys.",
+        description="Deform an image or a mesh by the mouse, in a window: drag handles, see the "
+        "result at once, undo, save. The window has a legend of its keys.",
     )
     view.add_argument("input", help="image or mesh, of any format that `vtk-mls deform` reads")
     view.add_argument(
         "handles",
         nargs="?",
-        help=f"{map_options.HANDLES}; if not given, they are laid over the data",
+        help=f"{map_options.HANDLES}; by default they are placed over the data",
     )
     view.add_argument(
         "--with",
@@ -35,20 +35,20 @@ def add(commands):
     view.add_argument(
         "--output",
         metavar="FOLDER",
-        help="where the key S saves; a new folder named after the input if not given",
+        help="folder of the key S; by default a new one named after the input",
     )
     view.add_argument(
         "--web",
         action="store_true",
-        help="on a page for a browser instead of a window; drawn here, also without a display",
+        help="on a page in a browser instead of a window; this machine draws, and needs no display",
     )
     view.add_argument(
         "--host",
         default="127.0.0.1",
-        help="the address that the page is served at; by default only this machine can reach it",
+        help="address of the page; by default only this machine can reach it",
     )
-    view.add_argument("--port", type=int, help="and its port; 8080 if not given, or a free one")
-    map_options.add(view, is_seen=True)
+    view.add_argument("--port", type=int, help="port of the page; by default 8080, or a free one")
+    map_options.add(view, is_interactive=True)
     view.set_defaults(run=run)
 
 
@@ -59,7 +59,7 @@ def run(options):
     if options.output is not None:
         check_folder(options.output)
     if options.handles is None and options.deformed:
-        raise ValueError("`--deformed` needs handles, which it says where they have moved to")
+        raise ValueError("`--deformed` has the new positions of handles: name their file, too")
     datasets = [read(io.read_dataset, path) for path in (options.input, *options.others)]
     for path, dataset in zip((options.input, *options.others), datasets):
         if not dataset.IsA("vtkDataSet"):
@@ -93,16 +93,16 @@ def _web_server():
     try:
         from vtk_mls.web import server
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in _OF_WEB:
+        if (error.name or "").partition(".")[0] not in _WEB_PACKAGES:
             raise
         raise OSError(
             "`--web` needs trame, which is not installed: pip install trame trame-vuetify"
-        ) from (error)
+        ) from error
     return server
 
 
 def _state(options):
-    """Where the editor begins; it lays handles if there are none."""
+    """The initial state of the editor, which adds handles if it has none."""
     from vtk_mls.editor import State
 
     arguments = {**map_options.map_arguments(options), "blend": options.blend}

@@ -1,4 +1,4 @@
-"""Who is let in: whoever has the token, from this page."""
+"""Access to the page: requests need the token, and come from the page itself."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from urllib.parse import urlsplit
 
 from aiohttp import web
 
-_REFUSED = (
+_NO_TOKEN = (
     "This page opens only by the whole address that `vtk-mls view --web` has printed, with its "
     "token.\n"
 )
-_FOREIGN = "Another page may not ask this server.\n"
+_FOREIGN_PAGE = "Requests of other pages are refused.\n"
 _HEADERS = {
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
@@ -26,27 +26,28 @@ def new_token():
 
 
 def middleware(token):
-    """An aiohttp middleware that answers nothing without the token, pages or sockets.
+    """An aiohttp middleware that refuses requests and sockets without the token.
 
-    The token is in the address at first, and in a cookie from then on.
+    The token is in the address of the first request, and in a cookie from then on.
     """
-    cookie = f"vtk-mls-{secrets.token_hex(4)}"  # cookies know no ports: each server has its own
+    cookie = f"vtk-mls-{secrets.token_hex(4)}"  # cookies do not depend on the port
 
     @web.middleware
     async def check(request, handler):
-        given = request.query.get("token", ""), request.cookies.get(cookie, "")
-        if not any(_is_same(each, token) for each in given):
-            return web.Response(status=403, text=_REFUSED)
+        from_address = request.query.get("token", "")
+        candidates = from_address, request.cookies.get(cookie, "")
+        if not any(_is_same(candidate, token) for candidate in candidates):
+            return web.Response(status=403, text=_NO_TOKEN)
         origin = request.headers.get("Origin")
         if origin and _host_of(origin) != request.host:
-            return web.Response(status=403, text=_FOREIGN)
+            return web.Response(status=403, text=_FOREIGN_PAGE)
         try:
             response = await handler(request)
         except web.HTTPException as raised:  # redirections are raised
             response = raised
         if not response.prepared:
             response.headers.update(_HEADERS)
-            if given[0]:
+            if from_address:
                 response.set_cookie(cookie, token, httponly=True, samesite="Strict", path="/")
         if isinstance(response, web.HTTPException):
             raise response
@@ -56,12 +57,12 @@ def middleware(token):
 
 
 def _is_same(text, token):
-    """Whether a text, of whatever bytes, is the token; as slowly if it nearly is."""
+    """Whether a text equals the token, compared in constant time."""
     return secrets.compare_digest(text.encode(errors="surrogateescape"), token.encode())
 
 
 def _host_of(origin):
-    """The host and port of an origin; None for what is none."""
+    """The host and port of an origin; None if it is not valid."""
     try:
         return urlsplit(origin).netloc
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the panel does: edits by name, with a value of the page."""
+"""Edits of the panel: a name and a value from the page."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ from contextlib import suppress
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
-# Methods of the editor that need no value.
-PLAIN = (
+# Methods of the editor without an argument.
+METHODS = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
     *("accept", "decline"),
 )
 _OPTIONS = {option.name: option for option in OPTIONS if option.slider or option.choices}
-_LONGEST = 300  # characters of a message
+_MAX_MESSAGE = 300  # characters
 _CUTS = "none", "plane", "half-plane"
 
 
 def apply(session, name, value=None):
-    """Do what the panel wants, in the editor's thread.
+    """Make an edit; in the editor's thread.
 
     Parameters
     ----------
     session : Session
     name : str
-        One of `PLAIN`, or of the methods and properties below.
+        One of `METHODS`, of the options of the map, or as in `_apply`.
     value : object, optional
-        As JSON has it; one that is impossible is told on the page.
+        A value of JSON; the page shows a message about an invalid one.
     """
     editor = session.editor
-    if name in PLAIN:
+    if name in METHODS:
         editor.do(name)
         return
     editor.finish()
     editor.say("")
-    # what no page of ours sends is passed over
+    # edits that the page never sends are ignored
     with editor.document.reporting_errors(), suppress(LookupError, OverflowError):
         _apply(session, editor, name, value)
 
@@ -56,7 +56,7 @@ def _apply(session, editor, name, value):
         count = len(editor.state)
         editor.select(sorted({int(row) for row in value if 0 <= int(row) < count}))
     elif name == "say":
-        editor.say(str(value)[:_LONGEST])
+        editor.say(str(value)[:_MAX_MESSAGE])
     elif name == "position":
         _set_position(editor, value)
 
@@ -71,7 +71,7 @@ def _set_number(editor, option, value):
 
 
 def _set_cut(editor, shape):
-    """The editor goes round its shapes in an order of its own."""
+    """Step through the editor's shapes until the cut has this one."""
     for _ in _CUTS:
         if panel_values.shape_of(editor.state.cuts) == shape:
             return
@@ -80,7 +80,7 @@ def _set_cut(editor, shape):
 
 def _set_position(editor, values):
     """Put a handle at typed coordinates."""
-    row, position = int(values[0]), [_number(each) for each in values[1:4]]
+    row, position = int(values[0]), [_number(text) for text in values[1:4]]
     if len(position) != 3 or None in position:
         editor.say("A position is three numbers.")
     elif 0 <= row < len(editor.state):
@@ -91,7 +91,7 @@ def _set_position(editor, values):
 
 
 def _number(value):
-    """A finite number that was typed; None for anything else."""
+    """A finite number from a text; None if it is not one."""
     try:
         number = float(value)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What the page looks like: a bar, the picture, a panel, a legend of keys."""
+"""The layout of the page: a bar, the picture, a panel, a legend of keys."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ _THEMES = {
     "dark": {"background": "#0d0f16", "surface": "#161a25", "primary": "#6ea1ff"},
     "light": {"background": "#f2f4f8", "surface": "#ffffff", "primary": "#2563eb"},
 }
-_COLOURS = {"secondary": "#f5b944", "error": "#e5616b", "success": "#43b581"}
+_COLORS = {"secondary": "#f5b944", "error": "#e5616b", "success": "#43b581"}
 CONFIG = {
     "theme": {
         "defaultTheme": "dark",
         "themes": {
-            name: {"dark": name == "dark", "colors": {**colours, **_COLOURS}}
-            for name, colours in _THEMES.items()
+            name: {"dark": name == "dark", "colors": {**colors, **_COLORS}}
+            for name, colors in _THEMES.items()
         },
     }
 }
-# Buttons of the bar: icon, what it does, its key, edit.
+# Buttons of the bar: icon, title, key, edit.
 _TOOLS = (
     ("mdi-undo", "Undo", "Z", "undo"),
     ("mdi-redo", "Redo", "Y", "redo"),
     ("mdi-restore", "Put all handles back", "0", "reset"),
-    ("mdi-fit-to-page-outline", "See all of it", "R", "reset_camera"),
+    ("mdi-fit-to-page-outline", "Show everything", "R", "reset_camera"),
     ("mdi-compare", "Before and after", "B", "compare"),
     ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
 )
-# Keys of the window that the page has none for.
-_LEFT_OUT = "Q", "H   ?"
-_NARROW = 900  # pixels, below which the panel lies over the picture
+# Keys of the window that the page lacks.
+_WINDOW_KEYS = "Q", "H   ?"
+_NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
 
-def build(server, edit, save, most):
+def build(server, edit, save, max_bytes):
     """Build the page.
 
     Parameters
@@ -48,8 +48,8 @@ def build(server, edit, save, most):
     server : trame's Server
     edit, save : callable
         `edit(name, value)`, and `save()`.
-    most : int
-        Bytes that data may have that are sent.
+    max_bytes : int
+        Limit for uploaded data.
     """
     with VAppLayout(server, vuetify_config=CONFIG) as layout:
         layout.root.theme = ("theme",)
@@ -60,9 +60,9 @@ def build(server, edit, save, most):
             update_modelValue=f"{_IS_NARROW} ? (has_sheet = $event) : (has_panel = $event)",
             location="right",
             width=("Math.min(348, $vuetify.display.width - 42)",),
-            mobile_breakpoint=(str(_NARROW),),  # a number of the page, not a text
+            mobile_breakpoint=(str(_NARROW),),  # a number for the page, not a string
         ):
-            panel.build(edit, most)
+            panel.build(edit, max_bytes)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-stage"):
             _stage(edit, save)
         _legend()
@@ -153,12 +153,12 @@ def _stage(edit, save):
         _offer(edit)
     with html.Div(v_if="prepared < 100", classes="mls-prepared", role="status"):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
-        html.Span("Making other kinds and cuts ready: {{ prepared }} %")
+        html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
     html.Div("{{ status }}", classes="mls-status")
 
 
 def _offer(edit):
-    """What another session has left, until it is taken or put off: no other message hides it."""
+    """The offer of unsaved handles of another session; other messages do not hide it."""
     with html.Div(v_if="offer && offer !== put_off", classes="mls-message", role="status"):
         html.Span("{{ offer }}")
         v.VBtn(
@@ -173,7 +173,7 @@ def _offer(edit):
 
 
 def _legend():
-    lines = [(key, text) for key, text in keys.legend() if key not in _LEFT_OUT]
+    lines = [(key, text) for key, text in keys.legend() if key not in _WINDOW_KEYS]
     dialog = v.VDialog(v_model=("has_legend", False), max_width=560, scrollable=True)
     with dialog, v.VCard(title="Mouse and keys"):
         with v.VCardText(), html.Div(classes="mls-keys"):
@@ -181,14 +181,14 @@ def _legend():
                 html.B(key)
                 html.Span(text)
             html.B("wheel, pinch")
-            html.Span("nearer or farther; drag beside handles to turn")
+            html.Span("zoom; drag next to handles to rotate")
         with v.VCardActions():
             v.VSpacer()
             v.VBtn("Close", click="has_legend = false")
 
 
 def _saved_files():
-    """What was saved last, to be taken."""
+    """A dialog with the files that were saved last, for download."""
     dialog = v.VDialog(v_model=("has_files", False), max_width=480, scrollable=True)
     with dialog, v.VCard(title="Saved", subtitle=("'in ' + files_at",)):
         with v.VCardText(classes="px-2 py-0"), v.VList(density="compact", nav=True):
@@ -202,13 +202,13 @@ def _saved_files():
                 append_icon="mdi-download",
             )
         html.Div(
-            "As they were before the last edits: save again to have those, too.",
+            "These files lack the last edits: save again to include them.",
             v_if="!is_saved",
             classes="text-caption text-secondary px-6",
         )
         with v.VCardActions():
             v.VBtn(
-                "All of them (.zip)",
+                "All files (.zip)",
                 href=f"saved/{ALL}",
                 raw_attrs=["download"],
                 prepend_icon="mdi-folder-zip-outline",

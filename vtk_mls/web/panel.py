@@ -7,18 +7,18 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.model import options
-from vtk_mls.web.transfers import MOST_OF_HANDLES
+from vtk_mls.web.transfers import MAX_HANDLE_BYTES
 
 _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
 _FIELDS = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
-def build(edit, most):
-    """Build it.
+def build(edit, max_bytes):
+    """Build the panel.
 
     Parameters
     ----------
-    edit, most
+    edit, max_bytes
         As of `page_layout.build`.
     """
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
@@ -33,11 +33,11 @@ def build(edit, most):
             items=("looks.map((title, value) => ({ title, value }))",),
             model_value=("look",),
             update_modelValue=(edit, "['look', $event]"),
-            label="Colours and opacities",
+            label="Colors and opacities",
             **_FIELDS,
         )
         _section("Files")
-        _files(edit, most)
+        _files(edit, max_bytes)
 
 
 def _section(title):
@@ -57,16 +57,16 @@ def _options(edit, section):
 def _select(edit, option):
     labels = option.choice_labels or option.choices
     items = [{"title": title, "value": value} for title, value in zip(labels, option.choices)]
-    shown = {}
+    condition = {}
     if option.needs:
         name, value = option.needs
-        shown["v_if"] = f"{name} === '{value}'"
+        condition["v_if"] = f"{name} === '{value}'"
     v.VSelect(
         items=(f"{option.name}_choices", items),
         model_value=(option.name,),
         update_modelValue=(edit, f"['{option.name}', $event]"),
         label=option.label,
-        **shown,
+        **condition,
         **_FIELDS,
     )
 
@@ -158,17 +158,17 @@ def _handles(edit):
 
 
 def _table(edit):
-    """Rows of handles; a click selects, with Ctrl one more."""
+    """Rows of handles; a click selects, Ctrl+click adds to the selection."""
     rows = v.VVirtualScroll(items=("rows",), height=216, item_height=30, classes="mls-rows")
     row = "{ 'mls-row': true, 'is-selected': selected.includes(item.row) }"
-    one_more = "$event.ctrlKey || $event.metaKey"
-    others = "selected.filter(i => i !== item.row)"
-    toggled = f"selected.includes(item.row) ? {others} : [...selected, item.row]"
-    click = edit, f"['select', {one_more} ? ({toggled}) : [item.row]]"
+    has_modifier = "$event.ctrlKey || $event.metaKey"
+    other_rows = "selected.filter(i => i !== item.row)"
+    toggled = f"selected.includes(item.row) ? {other_rows} : [...selected, item.row]"
+    click = edit, f"['select', {has_modifier} ? ({toggled}) : [item.row]]"
     with rows, v.Template(v_slot_default="{ item }"), html.Div(classes=(row,), click=click):
         html.Span("{{ item.name }}")
         html.Span("{{ item.at.join(', ') }}", classes="at")
-        html.Span("{{ item.moved || '' }}", classes="moved", title="how far it is moved")
+        html.Span("{{ item.moved || '' }}", classes="moved", title="distance moved")
         v.VIcon("mdi-pin", v_if="item.fixed", size="x-small", classes="ml-2")
 
 
@@ -184,7 +184,7 @@ def _small(icon, text, name, edit):
     )
 
 
-def _files(edit, most):
+def _files(edit, max_bytes):
     v.VBtn(
         "Saved files ...",
         v_if="files.length",
@@ -194,16 +194,16 @@ def _files(edit, most):
         click="has_files = true",
     )
     for kind, title, icon, limit in (
-        ("handles", "Open handles ...", "mdi-vector-point", MOST_OF_HANDLES),
-        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", most),
+        ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
+        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", max_bytes),
     ):
         HtmlElement(
             "mls-send",
             kind=kind,
             label=title,
             icon=icon,
-            most=(str(limit),),
-            said=(edit, "['say', $event]"),
-            __properties=["kind", "label", "icon", "most"],
-            __events=["said"],
+            limit=(str(limit),),
+            answer=(edit, "['say', $event]"),
+            __properties=["kind", "label", "icon", "limit"],
+            __events=["answer"],
         )

@@ -1,4 +1,4 @@
-"""What the panel shows of an editor, as plain values."""
+"""Values of an editor for the panel, as JSON has them."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.model.options import values_of as values_of_options
 
-_DIGITS = 5  # after the first one of how far handles are apart
+_DIGITS = 5  # after the first digit of the distance between handles
 
 
-def values_of(editor, before, look):
+def values_of(editor, previous, look):
     """Values by their names in the page's templates.
 
     Parameters
     ----------
     editor : Editor
-    before : dict
-        What was shown before: while a handle is dragged, its row stays as it was.
+    previous : dict
+        The values before; rows do not change while a handle is dragged.
     look : int
-        Number of the look that is shown.
+        Index of the preset of colors.
     """
     state = editor.state
     values = values_of_options(state)
@@ -35,13 +35,13 @@ def values_of(editor, before, look):
         look=look % len(looks),
         count=len(state),
     )
-    if editor.document.grabbed is None or "rows" not in before:
+    if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
     return values
 
 
 def shape_of(cuts):
-    """The name of the flat cut that the mouse moves: "plane", "half-plane", or "none"."""
+    """The shape of the flat cut that the mouse moves: "plane", "half-plane", or "none"."""
     flat = [cut for cut in cuts if isinstance(cut, (Plane, HalfPlane))]
     if not flat:
         return "none"
@@ -49,9 +49,9 @@ def shape_of(cuts):
 
 
 def _rows(state):
-    """The handle table."""
+    """Rows of the handle table."""
     steps = np.linalg.norm(state.deformed - state.rest, axis=1)
-    positions = np.round(state.deformed, _decimals(state.deformed)) + 0.0  # which has no sign
+    positions = np.round(state.deformed, _decimals(state.deformed)) + 0.0  # no negative zero
     return [
         {
             "row": i,
@@ -67,7 +67,7 @@ def _rows(state):
 
 
 def _decimals(positions):
-    """How many decimals tell handles apart that are at positions (n, 3)."""
+    """The number of decimals that distinguishes handles at positions (n, 3)."""
     if len(positions) == 0:
         return 0
     span = np.ptp(positions, axis=0).max() or np.abs(positions).max() or 1.0

@@ -1,4 +1,4 @@
-"""`vtk-mls view --web`: a server of one session, which prints the address of its page."""
+"""`vtk-mls view --web`: a server of one session on a page."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers
 
 LOOPBACK, PORT = "127.0.0.1", 8080
-_OWN = LOOPBACK, "localhost", "::1"
-_ANY = {"0.0.0.0": socket.gethostname, "::": socket.gethostname}
-MOST = 2 << 30  # bytes of data that the page may send
-_PAGE = "vtk_mls_page"  # where the page's own files are served
-_READY = 100  # percent of the kernels
+_LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
+_ALL_ADDRESSES = "0.0.0.0", "::"
+MAX_DATA_BYTES = 2 << 30  # in an upload
+_PAGE = "vtk_mls_page"  # path of the page's own files
+_READY = 100  # percent of the kernels are built
 
 
 class Page:
@@ -32,20 +32,20 @@ class Page:
     Parameters
     ----------
     folder : Path
-        For what is sent.
-    within : Path
-        Where folders are made for data that were sent and are saved.
-    most : int
-        Bytes that data may have that are sent.
+        For uploads.
+    results : Path
+        Gets a folder for each uploaded dataset that is saved.
+    max_bytes : int
+        Limit for uploaded data.
     """
 
-    def __init__(self, folder, within, most=MOST):
-        os.environ.setdefault("TRAME_ARGS", "--server")  # the command's options are not trame's
+    def __init__(self, folder, results, max_bytes=MAX_DATA_BYTES):
+        os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
-        self._within, self._loop, self._preparing = within, None, None
-        self.session = Session(self._told)
+        self._results, self._loop, self._preparation = results, None, None
+        self.session = Session(self._update)
         self._picture = Picture(self.session)
-        self._transfers = Transfers(self.session, folder, most, self._opened)
+        self._transfers = Transfers(self.session, folder, max_bytes, self._note_upload)
         self._server = get_server("vtk-mls", client_type="vue3")
         self._server.enable_module(
             {
@@ -64,18 +64,18 @@ class Page:
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
-                "put_off": "",  # the offer that is not to be seen now
+                "put_off": "",  # the offer that is hidden for now
                 "files": [],
                 "files_at": "",
             }
         )
 
-    def open(self, datasets, state, paths, saved_in):
-        """Show data before the first page asks for them."""
+    def open(self, datasets, state, paths, folder):
+        """Show data, and save in a folder (None: beside the data), before the page is served."""
 
         def show():
             self.session.open(datasets, state, paths, Autosave(paths[0]))
-            self.session.editor.saver.folder = saved_in
+            self.session.editor.saver.folder = folder
 
         self.session.call(show).result()
         name = Path(paths[0]).name
@@ -92,22 +92,21 @@ class Page:
 
         def begin(**_):
             self._loop = asyncio.get_running_loop()
-            name = _ANY[host]() if host in _ANY else f"[{host}]" if ":" in host else host
-            ready(f"http://{name}:{self._server.port}/?token={token}")
-            self._preparing = self._loop.create_task(self._prepare())
+            ready(f"http://{_address_name(host)}:{self._server.port}/?token={token}")
+            self._preparation = self._loop.create_task(self._prepare())
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
-        page_layout.build(self._server, self._edit, self._save, self._transfers.most)
+        page_layout.build(self._server, self._edit, self._save, self._transfers.max_bytes)
         self._server.start(
             port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
         )
 
-    def _opened(self, name):
-        """Called when the page has sent data that are shown now."""
+    def _note_upload(self, name):
+        """Called when uploaded data are shown."""
         self._show(title=name, files=[], put_off="")
         saver = self.session.editor.saver
-        saver.within, saver.copies_data = self._within, True
+        saver.within, saver.copies_data = self._results, True
 
     async def _edit(self, name, value=None):
         await asyncio.wrap_future(self.session.call(lambda: edits.apply(self.session, name, value)))
@@ -122,25 +121,25 @@ class Page:
             files = _files(self.session.editor.saver.files)
             self._show(files=files, files_at=str(folder.resolve()), has_files=True)
         except OSError:
-            pass  # the editor has said why
+            pass  # the editor shows the reason
         finally:
             self._show(is_saving=False)
 
     async def _prepare(self):
-        """Have the other maps' kernels built, and show how far that is."""
+        """Build the kernels of the other maps, and show the progress."""
 
-        def told(done, of):
-            self._show(prepared=round(_READY * done / of))
+        def report(done, count):
+            self._update({"prepared": round(_READY * done / count)})
 
-        await preparation.prepare(self.session.editor.state, told)
+        await asyncio.to_thread(preparation.prepare, self.session.editor.state, report)
         self._show(prepared=_READY)
 
     def _progress(self, done):
         """Called by the editor's thread."""
-        self._told({"progress": round(100 * done)})
+        self._update({"progress": round(100 * done)})
 
-    def _told(self, changed):
-        """Called by the editor's thread."""
+    def _update(self, changed):
+        """Show values; called by other threads."""
         if self._loop is None:
             self._server.state.update(changed)
         else:
@@ -159,47 +158,56 @@ def serve(datasets, state, paths, temporary, folder=None, address=(LOOPBACK, Non
     datasets, state, paths, folder
         As of `window.show`.
     temporary : path
-        A folder for what the page sends.
+        A folder for uploads.
     address : (host, port or None)
-        To listen on; for None the usual port, or any if that is taken.
+        To listen on; None is port 8080, or a free port if that is in use.
 
     Raises
     ------
     OSError
-        If the address is not to be had.
+        If the server cannot listen on the address.
     """
     host, port = address
     port = _free_port(host, port)
     folder = None if folder is None else Path(folder)
     page = Page(Path(temporary), folder or Path())
     page.open(datasets, state, paths, folder)
-    _warn_of_others(host)
-    page.serve(host, port, _announce)
+    _warn_if_remote(host)
+    page.serve(host, port, _print_address)
 
 
-def _announce(address):
+def _print_address(address):
     print(f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True)
 
 
-def _warn_of_others(host):
-    """Say what it means that a page is not served to this machine only."""
-    if host not in _OWN:
+def _warn_if_remote(host):
+    """Warn on stderr if other machines reach the page."""
+    if host not in _LOCAL_HOSTS:
         print(
             f"vtk-mls: `--host {host}` lets other machines reach the page: whoever has its address "
-            "with the token can edit and take files, and what is sent is not encrypted. On a net "
-            f"that is not yours leave `--host` out, and use ssh -L {PORT}:{LOOPBACK}:{PORT}.",
+            "with the token can edit and download files, and nothing is encrypted. In an untrusted "
+            f"network omit `--host`, and use ssh -L {PORT}:{LOOPBACK}:{PORT}.",
             file=sys.stderr,
             flush=True,
         )
 
 
+def _address_name(host):
+    """The host in addresses of the page."""
+    if host in _ALL_ADDRESSES:
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
 def _free_port(host, port):
-    """A port that can be listened on."""
-    for each in (PORT, 0) if port is None else (port,):
+    """A port that the server can listen on."""
+    for candidate in (PORT, 0) if port is None else (port,):
         try:
-            family, _, _, _, found = socket.getaddrinfo(host, each, type=socket.SOCK_STREAM)[0]
-            with socket.create_server(found[:2], family=family) as one:
-                return one.getsockname()[1]
+            family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
+                0
+            ]
+            with socket.create_server(address[:2], family=family) as listener:
+                return listener.getsockname()[1]
         except OSError as error:
             reason = error
     raise OSError(f"`{host}:{port or PORT}` cannot be listened on: {reason.strerror or reason}")
@@ -208,22 +216,22 @@ def _free_port(host, port):
 def _files(paths):
     """Names and sizes for the list of files."""
     return [
-        {"name": path.name, "size": _size(path.stat().st_size), "what": _what(path.name)}
+        {"name": path.name, "size": _size(path.stat().st_size), "what": _description(path.name)}
         for path in paths
     ]
 
 
-def _what(name):
-    """What is in a file that `Saver` has written."""
-    known = {
+def _description(name):
+    """The contents of a file that `Saver` has written."""
+    contents = {
         saving.HANDLES: "the handles",
         saving.AT_REST: "handles at rest, for 3D Slicer",
         saving.MOVED: "handles as they are now, for 3D Slicer",
         saving.FIELD: "displacement field",
         saving.PICTURE: "picture",
-        saving.SCRIPT: "does the same without the editor",
+        saving.SCRIPT: "the same deformation without the editor",
     }
-    return known.get(name, "cut" if name.startswith("cut-") else "deformed data")
+    return contents.get(name, "cut" if name.startswith("cut-") else "deformed data")
 
 
 def _size(count):

@@ -1,8 +1,12 @@
-"""What one page edits: a window off the screen, its editor, and what the page is told of it."""
+"""An editor that draws off the screen, in a thread of its own, for a page."""
 
 from __future__ import annotations
 
 import gc
+import queue
+import threading
+import time
+from concurrent.futures import Future
 from contextlib import suppress
 
 import numpy as np
@@ -16,106 +20,112 @@ from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls.editor import Editor
 from vtk_mls.editor import keys as editor_keys
-from vtk_mls.web import events, panel_values
-from vtk_mls.web.worker import Worker
+from vtk_mls.web import panel_values
+from vtk_mls.web.picture import send_event
 
-_SIZE = 900, 700
-# Keys that the page answers by itself.
-_OF_THE_PAGE = "save", "quit", "toggle_legend", "change_look"
-_NOT_SENT = {name for name, (method, _) in editor_keys.actions().items() if method in _OF_THE_PAGE}
+_TICK = 0.015  # seconds between two timer events
+_IDLE = 1.0  # seconds without work before garbage is collected
+_SIZE = 900, 700  # pixels, before the page says its size
+# Keys that the page handles itself.
+_PAGE_METHODS = "save", "quit", "toggle_legend", "change_look"
+_PAGE_KEYS = {key for key, (method, _) in editor_keys.actions().items() if method in _PAGE_METHODS}
 
 
 class Session:
-    """An `Editor` in a thread of its own.
+    """An `Editor` in a thread of its own, so that the page is served while the editor computes.
 
     Parameters
     ----------
-    told : callable
-        Called there with a dict of what has changed for the panel.
+    on_change : callable
+        Called in that thread with a dict of the changed values of the panel.
 
     Attributes
     ----------
     editor : Editor
         Only for functions that `call` calls.
     window : vtkRenderWindow
-    drawn, idle : callable
-        Called there after each picture, and when there is nothing else to do.
+    on_draw, on_idle : callable
+        Called in that thread after each picture, and when there is no other work.
+
+    Notes
+    -----
+    OpenGL belongs to the thread that drew first, and so do VTK's objects that hold buffers and
+    textures. Python's collector would free those of reference cycles in any thread. It is therefore
+    switched off for the process, which serves one page, and called by this thread when it is idle.
     """
 
-    def __init__(self, told):
+    def __init__(self, on_change):
         self.editor = self.window = self._interactor = None
-        self.drawn = self.idle = lambda: None
-        self._told, self._said, self._saved, self.look = told, {}, None, 0
-        self._worker = Worker(self._tick)
-        self._worker.start()
+        self.on_draw = self.on_idle = lambda: None
+        self._on_change, self._panel, self._saved, self.look = on_change, {}, None, 0
+        self._calls = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="editor", daemon=True)
+        self._thread.start()
 
     def call(self, function):
-        """A Future of what a function returns that is called in the editor's thread.
+        """A concurrent.futures.Future of the result of a function that the thread calls.
 
-        It may change the editor; the panel is told what has changed.
+        The function may change the editor; `on_change` follows.
         """
-        return self._worker.call(lambda: self._watched(function))
+        future = Future()
+        self._calls.put((future, function))
+        return future
 
     def open(self, datasets, state, paths, autosave):
-        """Show data instead of those that were shown; in the editor's thread.
+        """Show other data; in the editor's thread.
 
         Raises
         ------
         TypeError, ValueError, RuntimeError, MemoryError
-            If they cannot be shown; all is then as before.
+            If the data cannot be shown. The session is unchanged then.
         """
-        before, size = self.editor, self.window.GetSize() if self.window else _SIZE
-        if before is not None:
-            before.finish()
+        previous, size = self.editor, self.window.GetSize() if self.window else _SIZE
+        if previous is not None:
+            previous.finish()
         window, interactor = self._new_window(size)
         try:
             editor = Editor(interactor, datasets, state, paths, autosave)
         except BaseException:
             window.Finalize()
             raise
-        if before is not None:
-            before.detach()
+        if previous is not None:
+            previous.detach()
             self.window.Finalize()
         self.editor, self.window, self._interactor, self.look = editor, window, interactor, 0
-        del before
+        del previous
         gc.collect()
-        _leave_texts_to_the_page(self.editor)
+        _remove_texts(self.editor)
         self._saved = self.editor.state
-        self._see_all_of_narrow(size)
+        self._fit_narrow_pictures(size)
         self._warm_up()
 
     def send(self, event):
-        """Send an event of the page to the editor; in its thread."""
-        if not (event["type"] == "key" and _name_of(event) in _NOT_SENT):
-            events.send(self._interactor, event)
+        """Send an event of the page to the editor, as of `send_event`; in its thread."""
+        if not (event["type"] == "key" and _key_name(event) in _PAGE_KEYS):
+            send_event(self._interactor, event)
 
     def resize(self, size):
-        """Draw as large as the page shows it; in the editor's thread."""
+        """Draw at the page's size (width, height) in pixels; in the editor's thread."""
         if tuple(size) != tuple(self.window.GetSize()):
-            self._see_all_of_narrow(size)
+            self._fit_narrow_pictures(size)
             self.window.SetSize(*size)
             self._interactor.UpdateSize(*size)
             self.window.Render()
 
-    def _see_all_of_narrow(self, size):
-        """Have pictures higher than wide show as much across as others show along their height."""
-        camera = self.editor.scene.renderer.GetActiveCamera()
-        camera.SetUseHorizontalViewAngle(size[0] < size[1])
-
     def set_look(self, number):
-        """Draw the data by one of their looks; in the editor's thread."""
+        """Draw the data with one of their presets; in the editor's thread."""
         self.look = number
         self.editor.say(self.editor.scene.set_preset(number))
         self.editor.slices.show(is_final=True)
         self.editor.select(self.editor.selected)  # draws
 
     def save(self):
-        """Save all; in the editor's thread. The folder.
+        """Save all in a folder, and return it; in the editor's thread.
 
         Raises
         ------
         OSError
-            With the editor's sentence, if it could not.
+            With the editor's sentence.
         """
         if not self.editor.save():
             raise OSError(self.editor.message)
@@ -123,16 +133,64 @@ class Session:
         self.editor.say("Saved.")
         return self.editor.saver.folder
 
-    def _warm_up(self):
-        """Have the first map's kernels and shaders built before the first handle is dragged."""
-        state = self.editor.state.changed(blend=1.0)
-        if state.is_resting.all():
-            state = state.moved([0], state.rest[:1] + 1e-3 * np.ptp(state.rest, axis=0).max())
-        self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
-        with suppress(ValueError, RuntimeError):  # the first edit says what is wrong
-            self.editor.document.preview(state.changed(anchored=None))
+    # The thread
+
+    def _work(self):
+        gc.disable()
+        worked_at, ticked_at = time.monotonic(), 0.0
+        while True:
+            with suppress(queue.Empty):
+                self._answer(*self._calls.get(timeout=_TICK))
+                worked_at = time.monotonic()
+            if time.monotonic() - ticked_at >= _TICK or self._calls.empty():
+                ticked_at = time.monotonic()
+                self._tick()
+            if worked_at is not None and time.monotonic() - worked_at > _IDLE:
+                gc.collect()
+                worked_at = None
+
+    def _answer(self, future, function):
+        try:
+            try:
+                result = function()
+            finally:
+                self._update_panel()
+            future.set_result(result)
+        except Exception as error:  # for the caller
+            future.set_exception(error)
+
+    def _tick(self):
+        if self.editor is None:
+            return
+        try:
             self._interactor.InvokeEvent("TimerEvent")
-        self.editor.document.preview(self.editor.document.committed)
+            self._update_panel()
+            self.on_idle()
+        except Exception as error:  # the thread goes on: no other one does its work
+            self._report(error)
+
+    def _report(self, error):
+        reason = " ".join(str(error).split()) or type(error).__name__
+        sentence = f"The page could not be kept up to date ({reason}): reload it."
+        with suppress(Exception):
+            self.editor.say(sentence)
+            self._on_change({"message": sentence})
+
+    def _update_panel(self):
+        if self.editor is None:
+            return
+        values = panel_values.values_of(self.editor, self._panel, self.look)
+        values["is_saved"] = self.editor.state is self._saved
+        changed = {
+            name: value
+            for name, value in values.items()
+            if name not in self._panel or self._panel[name] != value
+        }
+        if changed:
+            self._on_change(changed)
+            self._panel.update(changed)
+
+    # The window
 
     def _new_window(self, size):
         """A window off the screen, and its interactor."""
@@ -140,54 +198,30 @@ class Session:
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)
         window.SetSize(*size)
-        window.AddObserver("EndEvent", self._tell_drawn)
+        window.AddObserver("EndEvent", lambda caller, event: self.on_draw())
         interactor.SetRenderWindow(window)
         interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
         return window, interactor
 
-    def _tell_drawn(self, window, event):
-        self.drawn()
+    def _fit_narrow_pictures(self, size):
+        """In upright pictures, make the view angle the horizontal one."""
+        camera = self.editor.scene.renderer.GetActiveCamera()
+        camera.SetUseHorizontalViewAngle(size[0] < size[1])
 
-    def _watched(self, function):
-        try:
-            return function()
-        finally:
-            self._tell()
-
-    def _tick(self):
-        if self.editor is None:
-            return
-        try:
+    def _warm_up(self):
+        """Build kernels and shaders of the first map before the first drag."""
+        state = self.editor.state.changed(blend=1.0)
+        if state.is_resting.all():
+            state = state.moved([0], state.rest[:1] + 1e-3 * np.ptp(state.rest, axis=0).max())
+        self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
+        with suppress(ValueError, RuntimeError):  # the first edit reports it
+            self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")
-            self._tell()
-            self.idle()
-        except Exception as error:  # whatever it is, nobody else has this thread's work
-            self._tell_failure(error)
-
-    def _tell_failure(self, error):
-        reason = " ".join(str(error).split()) or type(error).__name__
-        sentence = f"The page could not be kept up to date ({reason}): reload it."
-        with suppress(Exception):  # nobody can be told then
-            self.editor.say(sentence)
-            self._told({"message": sentence})
-
-    def _tell(self):
-        if self.editor is None:
-            return
-        values = panel_values.values_of(self.editor, self._said, self.look)
-        values["is_saved"] = self.editor.state is self._saved
-        changed = {
-            name: value
-            for name, value in values.items()
-            if name not in self._said or self._said[name] != value
-        }
-        if changed:
-            self._told(changed)
-            self._said.update(changed)
+        self.editor.document.preview(self.editor.document.committed)
 
 
 def _window():
-    """A window, which may have looked for a display in vain."""
+    """A window; messages that no display is found are hidden."""
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
@@ -196,14 +230,14 @@ def _window():
         vtkLogger.SetStderrVerbosity(verbosity)
 
 
-def _name_of(event):
-    """What the editor calls the key of an event."""
+def _key_name(event):
+    """The editor's name of a key event."""
     key = event["key"].lower() if len(event["key"]) == 1 else event["key"]
     return f"Ctrl+{key}" if event.get("ctrl") else key
 
 
-def _leave_texts_to_the_page(editor):
-    """Take texts out of the picture: the page has its own, which stay sharp."""
+def _remove_texts(editor):
+    """Remove texts from the picture: the page shows them, and sharper."""
     for prop in [*editor.scene.overlay.GetViewProps()]:
         if isinstance(prop, vtkTextActor):
             editor.scene.overlay.RemoveViewProp(prop)

@@ -15,15 +15,14 @@ import json
 import os
 import platform
 import re
-import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from vtk_mls.base import child_process
 from vtk_mls.base.messages import inform, warn
 from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, devices
@@ -39,15 +38,7 @@ STEP_TIMEOUT = 120
 RETRY_SECONDS = 24 * 3600
 MARK = "vtk_mls device check: "  # before each JSON line of the child
 _TIMED_OUT = "it does not come to an end"
-# Standard input is not free: pvpython reads it.
-_CHILD = """
-import json, sys
-with open(__file__.rpartition("child.py")[0] + "request.json") as file:
-    request = json.load(file)
-sys.path[:] = request["path"]
-from vtk_mls.commands import kernel_checks
-kernel_checks.main(request)
-"""
+_CHECK = "vtk_mls.commands.kernel_checks:main"  # called by the child
 # The child is not a process of the parent's MPI job.
 _MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDRA|HYDI)_")
 
@@ -213,8 +204,7 @@ def _check(pending):
     """File names and results of devices, checked one after the other."""
     if not pending:
         return
-    python = interpreter()
-    if python is None:
+    if child_process.interpreter() is None:
         warn(
             "OpenCL devices cannot be checked, for this program has no Python to start: "
             "they are used with the widest vectors that are known to be safe"
@@ -225,18 +215,18 @@ def _check(pending):
     names = ", ".join(f"{device.name} ({device.platform})" for device in pending.values())
     inform(f"Testing OpenCL on {names} before its first use, once: up to a minute or two ...")
     for name, device in pending.items():
-        result = _check_device(device, python)
+        result = _check_device(device)
         if result.is_checked:
             _write(device, result)
         yield name, result
 
 
-def _check_device(device, python):
+def _check_device(device):
     """Try fewer and fewer points per work item until the check passes."""
     failures = []
     for lanes in device.widths:
         try:
-            return Result(lanes, tuple(failures), _run_child(device, lanes, python))
+            return Result(lanes, tuple(failures), _run_child(device, lanes))
         except _UncheckableError as error:
             warn(
                 f"{device} cannot be checked ({error}): it is used with the widest "
@@ -253,31 +243,19 @@ def _check_device(device, python):
     return Result(0, tuple(failures))
 
 
-def _run_child(device, lanes, python):
+def _run_child(device, lanes):
     """Points per second of a device that computes right, with caches of the child's own."""
+    request = {"device": description(device), "lanes": lanes}
     with tempfile.TemporaryDirectory(prefix="vtk_mls-", ignore_cleanup_errors=True) as folder:
-        script = Path(folder, "child.py")
-        script.write_text(_CHILD)
-        path = [os.path.abspath(entry) for entry in sys.path]
-        request = {"path": path, "device": description(device), "lanes": lanes}
-        script.with_name("request.json").write_text(json.dumps(request))
+        options = {"env": _child_environment(folder), "text": True, "errors": "replace"}
+        # Standard input is not free: pvpython reads it.
+        streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE}
+        streams["stderr"] = subprocess.STDOUT
         try:
-            child = subprocess.Popen(
-                [*python, str(script)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                env=_child_environment(folder),
-                text=True,
-                errors="replace",
-            )
+            with child_process.started(_CHECK, request, **streams, **options) as (child, _):
+                return _speed_from(child)
         except OSError as error:
             raise _UncheckableError(str(error)) from error
-        with child:
-            try:
-                return _speed_from(child)
-            finally:
-                child.kill()
 
 
 def _child_environment(folder):
@@ -298,63 +276,23 @@ def _speed_from(child):
     _FailedError, _UncheckableError
     """
     step, last_line = "start", ""
-    for line in _lines_of(child):
-        if line is None:
-            raise _FailedError(f"{_TIMED_OUT} ({step}: no answer for {STEP_TIMEOUT:.0f} s)")
-        if not line.startswith(MARK):
-            last_line = line.strip() or last_line
-            continue
-        message = json.loads(line[len(MARK) :])
-        if "failure" in message:
-            raise _FailedError(message["failure"])
-        if "uncheckable" in message:
-            raise _UncheckableError(message["uncheckable"])
-        if "speed" in message:
-            return float(message["speed"])
-        step = message["step"]
+    try:
+        for line in child_process.lines(child, STEP_TIMEOUT):
+            if not line.startswith(MARK):
+                last_line = line.strip() or last_line
+                continue
+            message = json.loads(line[len(MARK) :])
+            if "failure" in message:
+                raise _FailedError(message["failure"])
+            if "uncheckable" in message:
+                raise _UncheckableError(message["uncheckable"])
+            if "speed" in message:
+                return float(message["speed"])
+            step = message["step"]
+    except TimeoutError as error:
+        raise _FailedError(f"{_TIMED_OUT} ({step}: {error})") from None
     status = child.wait()
     words = f": {last_line[:200]}" if last_line else ""
     if step == "start" and status > 0:  # Python itself, or one of its imports
         raise _UncheckableError(f"its process ends with status {status}{words}")
-    how = f"status {status}"
-    if status < 0:
-        with contextlib.suppress(ValueError):
-            how = f"signal {-status}, {signal.Signals(-status).name}"
-    raise _FailedError(f"the process ends by {how} ({step}{words})")
-
-
-def _lines_of(child):
-    """Lines of output; None after `STEP_TIMEOUT` seconds without one, which ends the child."""
-    while True:
-        timed_out = threading.Event()
-        timer = threading.Timer(STEP_TIMEOUT, lambda flag=timed_out: (flag.set(), child.kill()))
-        timer.start()
-        try:
-            line = child.stdout.readline()
-        finally:
-            timer.cancel()
-        if timed_out.is_set():
-            yield None
-        if not line:
-            return
-        yield line
-
-
-def interpreter() -> list[str] | None:
-    """The command of a Python like this one; None if there is none, as in some embedded ones."""
-    version = "{}.{}".format(*sys.version_info)
-    program = Path(os.path.realpath("/proc/self/exe")) if os.name == "posix" else None
-    folders = [Path(sys.executable).parent] if sys.executable else []
-    folders += [program.parent] if program else []
-    suffix = ".exe" if sys.platform == "win32" else ""
-    candidates = [sys.executable, getattr(sys, "_base_executable", None)]
-    candidates += [Path(sys.base_prefix, "bin", f"python{version}")]
-    candidates += [Path(sys.base_prefix, f"python{suffix}")]
-    candidates += [folder / f"pvpython{suffix}" for folder in folders]
-    found = [str(path) for path in candidates if path and os.access(path, os.X_OK)]
-    patterns = (r"python[\d.]*(\.exe)?", r"(pv|vtk)python[\d.]*(\.exe)?")  # the latter load more
-    for pattern in patterns:
-        for candidate in found:
-            if re.fullmatch(pattern, Path(candidate).name.lower()):
-                return [candidate]
-    return None
+    raise _FailedError(f"the process ends by {child_process.ending(status)} ({step}{words})")

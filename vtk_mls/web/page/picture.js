@@ -1,10 +1,10 @@
-/* The picture: shows the newest frame, sends mouse and keys. */
+/* The picture: shows frames, sends mouse and keys. */
 (() => {
   const TAKEN_OVER = 4001;
-  const NAMED = ["Delete", "Backspace", "Escape", "Enter", " "];
-  const WITH_CONTROL = "aszy";
-  const STEP = 40; // of the wheel, in pixels
-  const PER_STEP = 1.21; // how much nearer the camera is after one
+  const NAMED_KEYS = ["Delete", "Backspace", "Escape", "Enter", " "];
+  const CONTROL_KEYS = "aszy";
+  const WHEEL_STEP = 40; // pixels
+  const ZOOM_PER_STEP = 1.21;
 
   const isTyping = (target) =>
     target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
@@ -20,13 +20,13 @@
           @pointerleave="leave" @wheel.prevent="turn"></canvas>
         <div v-if="state === 'opening'" class="mls-veil"><span class="mls-ring"></span></div>
         <div v-if="state === 'lost'" class="mls-veil">
-          <p>The server does not answer. It is asked again; nothing is lost.</p></div>
+          <p>The server does not answer. Connecting again; nothing is lost.</p></div>
         <div v-if="state === 'taken'" class="mls-veil mls-whole" role="alertdialog">
           <p>This session goes on in another tab.</p>
           <button class="mls-button" @click="connect">Continue here</button></div>
       </div>`,
     mounted() {
-      this.pen = this.$refs.canvas.getContext("2d");
+      this.context = this.$refs.canvas.getContext("2d");
       this.watcher = new ResizeObserver(() => this.resize());
       this.watcher.observe(this.$refs.box);
       this.onKey = (event) => this.key(event);
@@ -64,7 +64,7 @@
         if (canvas) {
           if (canvas.width !== image.width) canvas.width = image.width;
           if (canvas.height !== image.height) canvas.height = image.height;
-          this.pen.drawImage(image, 0, 0);
+          this.context.drawImage(image, 0, 0);
           canvas.dataset.frames = 1 + Number(canvas.dataset.frames || 0);
         }
         image.close();
@@ -90,11 +90,11 @@
         this.$refs.canvas.focus({ preventScroll: true });
         this.$refs.canvas.setPointerCapture(event.pointerId);
         this.touches[event.pointerId] = event;
-        const held = Object.values(this.touches);
-        if (held.length === 2) {
-          this.event("up", held[0], { button: 0 });
+        const pointers = Object.values(this.touches);
+        if (pointers.length === 2) {
+          this.event("up", pointers[0], { button: 0 });
           this.pinch = this.spread();
-        } else if (held.length === 1) {
+        } else if (pointers.length === 1) {
           this.event("move", event);
           this.event("down", event, { button: event.button });
         }
@@ -103,27 +103,25 @@
       move(event) {
         if (this.touches[event.pointerId]) this.touches[event.pointerId] = event;
         if (Object.keys(this.touches).length < 2) {
-          this.later("move", event);
+          this.lastMove = event;
+          this.moveRequest ??= requestAnimationFrame(() => this.flush());
         } else {
           const spread = this.spread();
-          this.wheel += (STEP * Math.log(spread / this.pinch)) / Math.log(PER_STEP);
+          this.wheel += (WHEEL_STEP * Math.log(spread / this.pinch)) / Math.log(ZOOM_PER_STEP);
           this.pinch = spread;
           this.zoom(event);
         }
       },
-      later(type, event) {
-        this.newest = event;
-        this.waiting ??= requestAnimationFrame(() => this.flush());
-      },
       flush() {
-        if (this.waiting) cancelAnimationFrame(this.waiting);
-        if (this.waiting) this.event("move", this.newest);
-        this.waiting = undefined;
+        if (!this.moveRequest) return;
+        cancelAnimationFrame(this.moveRequest);
+        this.moveRequest = undefined;
+        this.event("move", this.lastMove);
       },
       up(event) {
-        const held = Object.keys(this.touches).length;
+        const count = Object.keys(this.touches).length;
         delete this.touches[event.pointerId];
-        if (held !== 1) return;
+        if (count !== 1) return;
         this.flush();
         this.event("up", event, { button: Math.max(event.button, 0) });
       },
@@ -135,19 +133,19 @@
         return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
       },
       turn(event) {
-        this.wheel -= event.deltaMode ? event.deltaY * STEP : event.deltaY;
+        this.wheel -= event.deltaMode ? event.deltaY * WHEEL_STEP : event.deltaY;
         this.zoom(event);
       },
       zoom(event) {
-        const steps = Math.trunc(this.wheel / STEP);
-        this.wheel -= steps * STEP;
+        const steps = Math.trunc(this.wheel / WHEEL_STEP);
+        this.wheel -= steps * WHEEL_STEP;
         if (steps) this.event("wheel", event, { steps });
       },
       key(event) {
         const control = event.ctrlKey || event.metaKey;
         const letter = event.key.toLowerCase();
         if (isTyping(event.target) || event.altKey || this.state !== "open") return;
-        if (control ? !WITH_CONTROL.includes(letter) : event.key.length > 1 && !NAMED.includes(event.key))
+        if (control ? !CONTROL_KEYS.includes(letter) : event.key.length > 1 && !NAMED_KEYS.includes(event.key))
           return;
         if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a")) return;
         event.preventDefault();
@@ -159,16 +157,16 @@
     },
   };
 
-  /* A button that sends a file, and says what became of it. */
+  /* A button that uploads a file, and emits the answer of the server. */
   const Send = {
-    props: ["kind", "label", "icon", "most"],
-    emits: ["said"],
-    data: () => ({ share: null }),
+    props: ["kind", "label", "icon", "limit"],
+    emits: ["answer"],
+    data: () => ({ percent: null }),
     template: `
-      <v-btn block variant="tonal" :prepend-icon="icon" :loading="share !== null"
+      <v-btn block variant="tonal" :prepend-icon="icon" :loading="percent !== null"
         @click="$refs.file.click()">{{ label }}
-        <template #loader><v-progress-circular size="20" width="2" :model-value="share"
-          :indeterminate="share === 100"></v-progress-circular></template>
+        <template #loader><v-progress-circular size="20" width="2" :model-value="percent"
+          :indeterminate="percent === 100"></v-progress-circular></template>
         <input type="file" ref="file" hidden :data-send="kind"
           @change="send" @click.stop>
       </v-btn>`,
@@ -177,16 +175,16 @@
         const file = this.$refs.file.files[0];
         this.$refs.file.value = "";
         if (!file) return;
-        if (file.size > this.most)
-          return this.$emit("said", `${file.name} has more than ${this.most >> 20} MB, which is the limit.`);
+        if (file.size > this.limit)
+          return this.$emit("answer", `${file.name} has more than ${this.limit >> 20} MB, which is the limit.`);
         const request = new XMLHttpRequest();
         request.open("POST", new URL(`send/${this.kind}/${encodeURIComponent(file.name)}`, document.baseURI));
-        request.upload.onprogress = (event) => (this.share = (100 * event.loaded) / event.total);
+        request.upload.onprogress = (event) => (this.percent = (100 * event.loaded) / event.total);
         request.onloadend = () => {
-          this.share = null;
-          this.$emit("said", request.responseText || "The server does not answer.");
+          this.percent = null;
+          this.$emit("answer", request.responseText || "The server does not answer.");
         };
-        this.share = 0;
+        this.percent = 0;
         request.send(file);
       },
     },

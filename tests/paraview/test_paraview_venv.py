@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from vtk_mls.cli import main
-from vtk_mls.commands import companion
+from vtk_mls.commands import paraview_venv
 from vtk_mls.doctor import report
 from vtk_mls.engine.device import caches
 from vtk_mls.paraview import installation
@@ -170,6 +170,6 @@ def test_a_paraview_with_a_device_needs_nothing(home, paraview, capsys):
 
 
 def test_requirements_are_those_of_the_extra():
-    requirements = companion._requirements()
+    requirements = paraview_venv._requirements()
     assert any(name.startswith("pyopencl") for name in requirements)
     assert not any("extra" in name for name in requirements)

@@ -1,7 +1,6 @@
-"""The virtual environment that a downloaded ParaView needs: one with pyopencl and an OpenCL driver.
+"""The virtual environment that a ParaView from paraview.org needs for pyopencl and OpenCL drivers.
 
-ParaView from paraview.org has neither. It takes them from a virtual environment of its own Python's
-version, which must not have another VTK, nor another numpy.
+It must have the version of ParaView's Python and of its numpy, and no VTK.
 """
 
 from __future__ import annotations
@@ -19,13 +18,13 @@ _FIRST_VERSION = 5, 13  # of ParaView that has `--venv`
 
 
 def usual_folder(python):
-    """Where the one for a version of Python is if nothing else is said; None without a place."""
+    """The default folder for a version of Python; None without a cache folder."""
     cache = caches.folder()
     return cache and cache / "vtk_mls" / f"paraview-python{_minor(python)}"
 
 
-def look(paraview):
-    """What a ParaView has, with the virtual environment that `make` made if it needs that.
+def find(paraview):
+    """The contents of a ParaView, with the virtual environment of `make` if it needs one.
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ def look(paraview):
     contents : dict
         As of `ParaView.contents`; a "problem" says what to do.
     folder : Path or None
-        The virtual environment, if it has a part in that.
+        The virtual environment, if ParaView needs it.
 
     Raises
     ------
@@ -55,17 +54,17 @@ def look(paraview):
 
 
 def make(paraview, contents, folder=None, note=print):
-    """Make the virtual environment for a ParaView; the one in the usual folder is made anew.
+    """Make the virtual environment for a ParaView; one in the usual folder is replaced.
 
     Parameters
     ----------
     paraview : installation.ParaView
     contents : dict
-        What its Python has by itself.
+        Of ParaView without an environment.
     folder : path, optional
-        Where to.
+        Where it is made; `usual_folder` by default.
     note : callable, optional
-        Told what is begun.
+        Called with a sentence at the start of each step.
 
     Returns
     -------
@@ -74,7 +73,7 @@ def make(paraview, contents, folder=None, note=print):
     Raises
     ------
     ValueError
-        With what to do.
+        With a remedy.
     """
     python = contents["python"]
     if paraview.version < _FIRST_VERSION:
@@ -84,34 +83,34 @@ def make(paraview, contents, folder=None, note=print):
         )
     folder = Path(folder) if folder else usual_folder(python)
     if folder is None:
-        raise ValueError("there is no folder to keep it in: say with `--venv DIR` where it may be")
+        raise ValueError("no folder for the virtual environment: name one with `--venv DIR`")
     if folder == usual_folder(python):
         shutil.rmtree(folder, ignore_errors=True)
     elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"`--venv` {folder} is there already: remove it, or name another")
-    # whichever ParaView finds first, its own numpy or this one, they are the same
+    # the same numpy as ParaView's, whichever it finds first
     packages = [f"numpy=={contents['numpy']}", *_requirements()]
     note(f"making {folder} with Python {_minor(python)} ...")
     try:
         _make_empty(folder, _minor(python))
         _install(packages, folder, note)
-    except BaseException:  # Ctrl-C, too: half of one would be taken for a whole one
+    except BaseException:  # Ctrl-C, too: an incomplete environment must not be found later
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return folder
 
 
 def _make_empty(folder, minor):
-    """Make an environment with the first that can: this Python, one on PATH, or uv."""
+    """Make an environment by this Python, one on PATH or uv, whichever works first."""
     makers = []
     if minor == _minor(sys.version):
         makers.append([sys.executable, "-m", "venv", folder])
-    if found := shutil.which(f"python{minor}"):
-        makers.append([found, "-m", "venv", folder])
-    if sys.platform == "win32" and (found := shutil.which("py")):
-        makers.append([found, f"-{minor}", "-m", "venv", folder])
-    if found := shutil.which("uv"):
-        makers.append([found, "venv", "--quiet", "--seed", "--python", minor, folder])
+    if program := shutil.which(f"python{minor}"):
+        makers.append([program, "-m", "venv", folder])
+    if sys.platform == "win32" and (program := shutil.which("py")):
+        makers.append([program, f"-{minor}", "-m", "venv", folder])
+    if program := shutil.which("uv"):
+        makers.append([program, "venv", "--quiet", "--seed", "--python", minor, folder])
     problems = []
     for maker in makers:
         problem = _problem(maker)
@@ -127,7 +126,7 @@ def _make_empty(folder, minor):
 
 def _install(packages, folder, note):
     """Install packages into an environment by its own pip."""
-    names = dict.fromkeys(each.partition(";")[0].strip() for each in packages)
+    names = dict.fromkeys(package.partition(";")[0].strip() for package in packages)
     note(f"installing {', '.join(names)} ...")
     pip = [_python_of(folder), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     problem = _problem([*pip, *packages])
@@ -136,18 +135,18 @@ def _install(packages, folder, note):
 
 
 def _requirements():
-    """What the extra `cpu` of this package needs, for pip."""
+    """The requirements of the extra `cpu` of this package, for pip."""
     try:
         lines = importlib.metadata.requires("vtk-mls") or ()
     except importlib.metadata.PackageNotFoundError:
-        raise ValueError("vtk_mls is not installed, only found: pip install it first") from None
+        raise ValueError("vtk_mls is importable, but not installed: pip install it first") from None
     parts = [line.partition(";") for line in lines]
     of_extra = [(name, marker) for name, _, marker in parts if re.search(r"extra == .cpu.", marker)]
     return [_without_extra(name, marker) for name, marker in of_extra]
 
 
 def _without_extra(name, marker):
-    """A requirement that does not ask for the extra any more."""
+    """A requirement whose marker does not name the extra."""
     marker = re.sub(r"\s*(and)?\s*extra == .cpu.\s*", "", marker).strip()
     return f"{name.strip()}; {marker}" if marker else name.strip()
 
@@ -166,7 +165,7 @@ def _minor(version):
 
 
 def _problem(command):
-    """The last words of a command that fails; empty if it does not."""
+    """The last line that a failing command prints; empty on success."""
     try:
         done = subprocess.run(
             [str(word) for word in command],
@@ -178,5 +177,5 @@ def _problem(command):
         )
     except OSError as error:
         return str(error)
-    words = done.stdout.strip().splitlines() or [f"exit status {done.returncode}"]
-    return words[-1] if done.returncode else ""
+    lines = done.stdout.strip().splitlines() or [f"exit status {done.returncode}"]
+    return lines[-1] if done.returncode else ""

@@ -1,0 +1,185 @@
+"""A child Python process for work that may crash or hang: OpenCL drivers, VTK's readers.
+
+The child calls one function, and ends when its parent does. Its folder, which the parent makes and
+removes, has the program (`child.py`) and what it is to do (`request.json`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+PREFIX = "vtk_mls-"  # of the names of folders
+_PARENT_INTERVAL = 1.0  # seconds between two looks for the parent
+# A file, since some programs that embed Python run nothing else (pvpython).
+_PROGRAM = """
+import json, os, sys
+folder = os.path.dirname(os.path.abspath(__file__))
+with open(os.path.join(folder, "request.json")) as file:
+    request = json.load(file)
+sys.path[:] = request["path"]
+from vtk_mls.base import child_process
+child_process.call(folder, request)
+"""
+
+
+@contextmanager
+def started(name, *arguments, **options):
+    """A child that calls a function; it is killed when the block ends.
+
+    Parameters
+    ----------
+    name : str
+        "module:name" of the function. Its arguments are the child's folder, and these:
+    *arguments
+        Values of JSON.
+    **options
+        As of `subprocess.Popen`. Standard input should be `DEVNULL` in programs that embed Python.
+
+    Yields
+    ------
+    child : subprocess.Popen
+    folder : Path
+
+    Raises
+    ------
+    OSError
+        If no child can be started.
+    """
+    with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as folder:
+        python = interpreter()
+        if python is None:
+            raise OSError("this program has no Python interpreter to start")
+        path = [os.path.abspath(entry) for entry in sys.path]
+        request = {"path": path, "function": name, "arguments": arguments}
+        Path(folder, "request.json").write_text(json.dumps(request))
+        program = Path(folder, "child.py")
+        program.write_text(_PROGRAM)
+        with subprocess.Popen([*python, str(program)], **options) as child:
+            try:
+                yield child, Path(folder)
+            finally:
+                child.kill()
+
+
+def run(name, *arguments, timeout):
+    """Call the function "module:name" in a child, and wait for it.
+
+    Raises
+    ------
+    ValueError
+        With the message of the exception that ended it.
+    TimeoutError
+        After `timeout` seconds.
+    ChildProcessError
+        If the process crashed.
+    """
+    silent = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    with started(f"{__name__}:_call_without_folder", name, *arguments, **silent) as (child, _):
+        try:
+            _, errors = child.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            raise TimeoutError(f"no result after {timeout} s") from None
+    if child.returncode:
+        message = _message(errors.decode(errors="replace"))
+        if message:
+            raise ValueError(message)
+        raise ChildProcessError(f"the process crashed ({ending(child.returncode)})")
+
+
+def lines(child, timeout):
+    """Lines that a child prints.
+
+    Raises
+    ------
+    TimeoutError
+        After `timeout` seconds without a line, which end the child.
+    """
+    while True:
+        timed_out = threading.Event()
+        timer = threading.Timer(timeout, lambda flag=timed_out: (flag.set(), child.kill()))
+        timer.start()
+        try:
+            line = child.stdout.readline()
+        finally:
+            timer.cancel()
+        if timed_out.is_set():
+            raise TimeoutError(f"no answer for {timeout:.0f} s")
+        if not line:
+            return
+        yield line
+
+
+def ending(status):
+    """The signal or the exit status that a process has ended with, by its name."""
+    if status >= 0:
+        return f"exit status {status if status < 256 else hex(status)}"  # of Windows: hexadecimal
+    try:
+        return signal.Signals(-status).name
+    except ValueError:
+        return f"signal {-status}"
+
+
+def interpreter() -> list[str] | None:
+    """The command of a Python like this one; None if there is none, as in some embedded ones."""
+    version = "{}.{}".format(*sys.version_info)
+    running = Path(os.path.realpath("/proc/self/exe")) if os.name == "posix" else None
+    folders = [Path(sys.executable).parent] if sys.executable else []
+    folders += [running.parent] if running else []
+    suffix = ".exe" if sys.platform == "win32" else ""
+    candidates = [sys.executable, getattr(sys, "_base_executable", None)]
+    candidates += [Path(sys.base_prefix, "bin", f"python{version}")]
+    candidates += [Path(sys.base_prefix, f"python{suffix}")]
+    candidates += [folder / f"pvpython{suffix}" for folder in folders]
+    programs = [str(path) for path in candidates if path and os.access(path, os.X_OK)]
+    patterns = (r"python[\d.]*(\.exe)?", r"(pv|vtk)python[\d.]*(\.exe)?")  # the latter load more
+    for pattern in patterns:
+        for program in programs:
+            if re.fullmatch(pattern, Path(program).name.lower()):
+                return [program]
+    return None
+
+
+# In the child
+
+
+def call(folder, request):
+    """Do what a request says; called by the program of a child."""
+    threading.Thread(target=_end_with_parent, args=(folder, os.getppid()), daemon=True).start()
+    function(request["function"])(folder, *request["arguments"])
+
+
+def function(name):
+    """The function with a name "module:name"."""
+    module, _, name = name.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _call_without_folder(folder, name, *arguments):
+    function(name)(*arguments)
+
+
+def _end_with_parent(folder, parent):
+    """End this process when its parent is killed, and remove the folder that the parent made."""
+    while os.getppid() == parent:
+        time.sleep(_PARENT_INTERVAL)
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
+
+
+def _message(errors):
+    """The message of the exception at the end of a traceback; "" without one."""
+    text = [line for line in errors.splitlines() if line.strip()]
+    name, _, message = (text or [""])[-1].partition(": ")
+    return message if name.isidentifier() else ""
