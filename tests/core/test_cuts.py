@@ -113,7 +113,7 @@ def test_bad_shapes_are_named(make, error, message):
         (
             {"cuts": [Plane((0, 0, i), (0, 0, 1)) for i in range(7)]},
             ValueError,
-            "`cuts` must have at most 6 full planes, got 7",
+            "`cuts` must have at most 6 planes, got 7",
         ),
     ],
 )
@@ -502,7 +502,7 @@ def test_continued_values_are_those_of_each_sides_map(device):
 
 
 def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkeypatch):
-    monkeypatch.setattr("vtk_mls.deformation._SLAB", 500)
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 500)
     rest, deformed = random_handles(rng, 12, 20)
     d = Deformation(rest, deformed, cuts=cuts, device=device)
     grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
@@ -652,8 +652,8 @@ def test_what_is_beside_a_cut_is_nearest_to_its_inside():
     square = Surface.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     half = HalfPlane((0, 0, 0), (0, 0, 1), (1, 0, 0))
     for cut in (square, half):
-        assert cut.is_beside(x).tolist() == [True, False, False]
-    assert Plane((0, 0, 0), (0, 0, 1)).is_beside(x).all()
+        assert cut.is_over(x).tolist() == [True, False, False]
+    assert Plane((0, 0, 0), (0, 0, 1)).is_over(x).all()
 
 
 @pytest.mark.parametrize("shape", [*SHAPES, "plane"])

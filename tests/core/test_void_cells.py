@@ -183,7 +183,7 @@ def test_slabs_are_the_whole(device, monkeypatch):
     d = Deformation(rest, deformed, cuts=[across(9.5, 0.3)], device=device)
     expected = d.void_of_cells(grid).at_centre
     assert 0 < expected.sum() < expected.size
-    monkeypatch.setattr(void_cells, "_LOOKED_AT", 3 * 19 * 17)
+    monkeypatch.setattr(void_cells, "MAX_SLAB_CELLS", 3 * 19 * 17)
     np.testing.assert_array_equal(d.void_of_cells(grid).at_centre, expected)
 
 

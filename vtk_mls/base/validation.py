@@ -41,6 +41,14 @@ def short_repr(value):
     return text if len(text) <= _LONG else f"{text[: _LONG - 3]}..."
 
 
+def freeze(instance, **attributes):
+    """Set attributes of a frozen dataclass, in its `__init__`; arrays become read-only."""
+    for value in attributes.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    vars(instance).update(attributes)
+
+
 def coordinates(value: ArrayLike, name: str = "points") -> NDArray[Any]:
     """Rows of three numbers (n, 3), float32 or float64; they need not be finite."""
     array = value

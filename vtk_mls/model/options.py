@@ -211,6 +211,11 @@ ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
+def check_options(**values: Any) -> dict[str, Any]:
+    """`Option.checked` values of a deformation, by name."""
+    return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
+
+
 def values_of(source: Any, options: tuple[Option, ...] = OPTIONS) -> dict[str, Any]:
     """Values by name, from attributes of `source`."""
     return {option.name: getattr(source, option.name) for option in options}

@@ -145,7 +145,7 @@ def _groups(cuts, x, void_distance, near):
     for cut in cuts:
         distance = np.abs(void_distance) if len(cuts) == 1 else cut.void_distance(x, x)
         is_near = distance < near
-        is_near[is_near] = behind[is_near] | cut.is_beside(x[is_near])
+        is_near[is_near] = behind[is_near] | cut.is_over(x[is_near])
         if not is_near.any():
             continue
         shared = [np.count_nonzero(is_near & (group.nearest >= 0)) for group in groups]
