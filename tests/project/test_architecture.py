@@ -27,7 +27,7 @@ ROOMS = {
     "io": {"vtkmodules"},
     "rendering": {"numpy", "vtkmodules"},
     "editor": {"numpy", "vtkmodules"},
-    "pyvista": {"numpy", "vtkmodules"},
+    "pyvista": {"numpy", "pyvista", "vtkmodules"},
     "web": {"aiohttp", "numpy", "trame", "trame_client", "vtkmodules"},
     "paraview": {"numpy", "paraview", "vtkmodules"},
     "commands": {"numpy", "vtkmodules"},

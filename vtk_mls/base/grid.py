@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,14 +70,15 @@ class Grid:
                 f"got {self.spacing.tolist()} and {self.direction.tolist()}"
             )
 
-    def part(self, first: ArrayLike, dimensions: ArrayLike) -> Grid:
+    def part(self, first: Iterable[int], dimensions: ArrayLike) -> Grid:
         """The `dimensions` points from the index `first` on, as a part of this grid.
 
         Positions and border values are those of the whole grid, so results computed in parts are
         equal to the bit.
         """
         size = _positive_integers(dimensions)
-        start = tuple(int(a) + int(b) for a, b in zip(self.first, first))
+        first = tuple(int(i) for i in first)
+        start = tuple(i + j for i, j in zip(self.first, first))
         last = [a + n for a, n in zip(start, size)]
         if min(start) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
             raise ValueError(
@@ -126,7 +128,8 @@ class Grid:
 
     def covers(self, index: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether continuous indices (m, 3) are at most half a spacing outside: (m,) bool."""
-        return ((index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)).all(axis=1)
+        inside = (index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)
+        return np.logical_and.reduce(inside, axis=1)
 
     def index_transform(self, other: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Matrix (3, 3) and offset (3,) from indices of this grid to those of `other`.

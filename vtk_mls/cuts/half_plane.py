@@ -49,7 +49,7 @@ class HalfPlane(Obstacle):
         across = along - (along @ n) * n
         if np.linalg.norm(across) < 1e-6:
             raise ValueError(
-                f"`inward` must not be parallel to `normal`, got {inward} and {normal}"
+                f"`inward` must not be parallel to `normal`, got {inward!r} and {normal!r}"
             )
         across = across / np.linalg.norm(across)
         freeze(

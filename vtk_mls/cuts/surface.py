@@ -61,13 +61,13 @@ class Surface(Obstacle):
     @classmethod
     def polygon(cls, outline: ArrayLike) -> Surface:
         """The flat surface inside `outline` (n, 3), the points of a closed line in order."""
-        outline = as_float("outline", outline)
-        if outline.ndim != 2 or outline.shape[1:] != (3,) or len(outline) < 3:
-            raise ValueError(f"`outline` must be at least three points (n, 3), got {outline.shape}")
+        corners = as_float("outline", outline)
+        if corners.ndim != 2 or corners.shape[1:] != (3,) or len(corners) < 3:
+            raise ValueError(f"`outline` must be at least three points (n, 3), got {corners.shape}")
         # a fan around the center: crossings of overlapping triangles come in pairs
-        n = len(outline)
+        n = len(corners)
         fan = [(n, i, (i + 1) % n) for i in range(n)]
-        return cls(np.vstack([outline, outline.mean(axis=0)]), fan)
+        return cls(np.vstack([corners, corners.mean(axis=0)]), fan)
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether an odd number of triangles is between `v` and `q` (..., 3): (...) bool."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.rendering.map_pace import MapPace
-from vtk_mls.rendering.ray_spacing import pixels_per_ray
+from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _MOST = 96  # nodes along the longest side
 _MOVING_PICTURE, _RESTING_PICTURE = 0.06, 2.0  # seconds that a picture may take

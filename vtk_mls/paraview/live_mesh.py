@@ -13,7 +13,7 @@ from vtk_mls.paraview.block_look import BlockLook
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
 from vtk_mls.paraview.server_manager import input_of
 from vtk_mls.rendering import DeformedMesh
-from vtk_mls.rendering.moved_mesh import MovedMesh
+from vtk_mls.rendering.deformed_mesh import MeshDeformer
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 EDGES = "Feature Edges"
@@ -73,7 +73,7 @@ class LiveOutline(LiveProp):
         actor = vtkActor()
         actor.SetMapper(mapper)
         super().__init__(display, mesh, renderer, actor)
-        self._moved = MovedMesh()
+        self._moved = MeshDeformer()
         is_bent = isinstance(mesh, vtkStructuredGrid)  # as its edges are
         outline = vtkStructuredGridOutlineFilter() if is_bent else vtkOutlineFilter()
         first, then = (outline, self._moved) if is_bent else (self._moved, outline)
@@ -91,14 +91,14 @@ class LiveOutline(LiveProp):
         return shown_as(display)
 
     def _show(self, pending, is_held):
-        self._moved.show(pending.deformation, exact=not is_held)
+        self._moved.deform(pending.deformation, exact=not is_held)
 
 
 class LiveEdges(LiveProp):
     """The feature edges of a mesh: they are others when it is bent."""
 
     def __init__(self, display, mesh, renderer, index=0):
-        self._moved, mapper, actor = MovedMesh(), vtkPolyDataMapper(), vtkActor()
+        self._moved, mapper, actor = MeshDeformer(), vtkPolyDataMapper(), vtkActor()
         self._moved.SetInputDataObject(mesh)
         edges = edges_of(self._moved)
         mapper.SetInputConnection(edges.GetOutputPort())
@@ -116,7 +116,7 @@ class LiveEdges(LiveProp):
         return colors.look(display), shown_as(display)
 
     def _show(self, pending, is_held):
-        self._moved.show(pending.deformation, exact=not is_held)
+        self._moved.deform(pending.deformation, exact=not is_held)
 
 
 def edges_of(surface):

@@ -9,8 +9,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtk_mls.paraview import colors
 from vtk_mls.paraview.live_prop import LiveProp, shown_as, shown_prop
 from vtk_mls.rendering import DeformedVolume
-from vtk_mls.rendering.map_pace import MapPace
-from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
+from vtk_mls.rendering.pace import MapPace, RaySpacing, usual_step
 
 _MOST = 128  # nodes of the map at rest
 _ON_CARD = (0, 2)  # modes of ParaView's volumes: Smart, GPU Based
