@@ -88,12 +88,20 @@ def shortest(cut, v, q):
             ValueError,
             "`inward` must not be parallel to `normal`",
         ),
-        (lambda: Surface([(0, 0, 0)], [(0, 0, 1)]), ValueError, "`triangles` must be numbers of"),
-        (lambda: Surface(np.eye(3), np.empty((0, 3))), ValueError, "`triangles` must be rows"),
+        (
+            lambda: Surface([(0, 0, 0)], [(0, 0, 1)]),
+            ValueError,
+            "`triangles` must be rows of",
+        ),
+        (
+            lambda: Surface(np.eye(3), np.empty((0, 3))),
+            ValueError,
+            "`triangles` must have the shape",
+        ),
         (
             lambda: Surface([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)]),
             ValueError,
-            "triangle 0 has none",
+            "got none for triangle 0",
         ),
         (lambda: Surface([(0, 0, np.nan)] * 3, [(0, 1, 2)]), ValueError, "`points` must be finite"),
         (lambda: Surface.polygon([(0, 0, 0), (1, 0, 0)]), ValueError, "`outline` must be at least"),

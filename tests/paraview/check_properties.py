@@ -4,8 +4,7 @@ import numpy as np
 from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
-from vtk_mls import Deformation
-from vtk_mls.model.options import MAP_TOLERANCE
+from vtk_mls.model.options import CUT_FRAME, MAP_TOLERANCE
 
 source = wavelet()
 volume = array(data(source), "RTData")
@@ -33,7 +32,7 @@ defaults = {
     "CutType": "none",
     "CutNormal": [1.0, 0.0, 0.0],
     "CutInward": [0.0, 0.0, 1.0],
-    "CutFrame": Deformation.cut_frame,
+    "CutFrame": CUT_FRAME.default,
     "GenerateOverlap": 0,
     "GenerateJacobian": 0,
     "GenerateJacobianDeterminant": 0,

@@ -53,18 +53,18 @@ class Sampling:
 
     source: Grid
     target: Grid
-    interpolation: str | tuple[str, ...]
-    background: float
-    void_values: str
-    versions: tuple[Hashable, ...]
+    interpolation: str | tuple[str, ...] = "linear"
+    background: float = 0.0
+    void_values: str = VOID_VALUES[0]
+    versions: tuple[Hashable, ...] = ()
 
     def __init__(
         self,
         source: Grid,
         target: Grid | None = None,
-        interpolation: str | Iterable[str] = "linear",
-        background: float = 0.0,
-        void_values: str = "background",
+        interpolation: str | Iterable[str] = interpolation,
+        background: float = background,
+        void_values: str = void_values,
         versions: Iterable[Hashable] = (),
     ) -> None:
         checked_grid("source", source)

@@ -19,10 +19,10 @@ def read(reader, path):
 @contextmanager
 def _warnings_kept():
     """Say at the end what there is to say meanwhile, while stderr is silent."""
-    from vtk_mls.base.messages import listening, warn
+    from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
-    with listening(None, warnings.append):
+    with message_handlers(None, warnings.append):
         yield
     for each in warnings:
         warn(each)
@@ -31,17 +31,17 @@ def _warnings_kept():
 @contextmanager
 def each_said_once():
     """Meanwhile say each warning once, however many time steps have it."""
-    from vtk_mls.base.messages import listening, warn
+    from vtk_mls.base.messages import message_handlers, warn
 
     said = set()
 
     def say(sentence):
         if sentence not in said:
             said.add(sentence)
-            with listening(None, None):
+            with message_handlers(None, None):
                 warn(sentence)
 
-    with listening(None, say):
+    with message_handlers(None, say):
         yield
 
 

@@ -1,6 +1,6 @@
 """Volumes and meshes that are drawn deformed, without resampling."""
 
-from importlib import import_module
+from vtk_mls.base import lazy
 
 TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
@@ -10,21 +10,10 @@ if TYPE_CHECKING:
 
 __all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
+# Imported at the first use of a name: VTK's rendering modules load slowly.
 _MODULES = {
     "DeformedMesh": "deformed_mesh",
     "DeformedVolume": "deformed_volume",
     "RenderingError": "volume_checks",
 }
-
-
-def __getattr__(name):
-    """Import the module of a public name at its first use: VTK's rendering modules load slowly."""
-    if name not in _MODULES:
-        raise AttributeError(f"module `{__name__}` has no attribute `{name}`")
-    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__():
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy.names(__name__, _MODULES)
