@@ -313,7 +313,7 @@ class Deformation(MapParameters):
                     f"`void_distance` must have the shape of the grid, {grid.shape}, "
                     f"got {void_distance.shape}"
                 )
-            return void_cells.of_cells(self, self._engine, grid, void_distance, classifying)
+            return void_cells.classify_cells(self, self._engine, grid, void_distance, classifying)
 
     def jacobian_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """dG_i/dv_j at the points of a grid, in closed form: (nz, ny, nx, 3, 3) float32.

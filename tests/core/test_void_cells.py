@@ -159,7 +159,7 @@ def test_all_cells_of_a_single_layer_are_asked_for(slices, share):
         return engine.void_distance_listed(deformation, cells, numbers, progress)
 
     asking = SimpleNamespace(void_by_corners=engine.void_by_corners, void_distance_listed=noting)
-    void_cells.of_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
+    void_cells.classify_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
     assert 0 < sum(asked) <= share * grid.cells.size
     assert slices > 2 or sum(asked) == 19 * 19
 

@@ -86,7 +86,7 @@ class Kind:
         """Build constants of the kernel file: values by name."""
         return {}
 
-    def numbers(self, control_points) -> dict:
+    def params(self, control_points) -> dict:
         """`rank` and `flip_axis` of the kernels' map parameters, if the kernel file uses them."""
         return {}
 

@@ -55,7 +55,7 @@ class Polynomial(Kind):
         order = ", ".join(_name(exponents) for exponents in MONOMIALS[:count])
         return {"FUNCTIONS": count, "MONOMIAL_ORDER": order}
 
-    def numbers(self, control_points):
+    def params(self, control_points):
         return {"rank": len(control_points.determined)}
 
     def table(self, control_points):

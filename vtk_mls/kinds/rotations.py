@@ -46,7 +46,7 @@ class Rigid(Kind):
     def constants(self):
         return {"SIMILARITY": int(self.scales)}
 
-    def numbers(self, control_points):
+    def params(self, control_points):
         rank, flip_axis = control_points.determined
         return {"rank": rank, "flip_axis": flip_axis}
 

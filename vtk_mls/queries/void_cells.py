@@ -33,7 +33,7 @@ class VoidCells(NamedTuple):
     touched: NDArray[np.bool_]
 
 
-def of_cells(deformation, engine, grid, void_distance, progress):
+def classify_cells(deformation, engine, grid, void_distance, progress):
     """The `VoidCells` of a grid.
 
     Parameters

@@ -179,11 +179,11 @@ class DeformedVolume:
             self._producer, self._source = _producer_of(self._mapper), None
         else:
             image = _image_of(self._producer)
-            of_cells = _has_cell_values(self._mapper, image)
-            if (image, image.GetMTime(), of_cells) == (
+            is_cell_data = _has_cell_values(self._mapper, image)
+            if (image, image.GetMTime(), is_cell_data) == (
                 self._source,
                 self._source_time,
-                self._box.of_cells,
+                self._box.is_cell_data,
             ):
                 return
             self._source = None
@@ -258,16 +258,16 @@ def drawn_as(volume):
 
 def _has_cell_values(mapper, image):
     """Whether the mapper draws cell data."""
-    of_cells = reference(0)
+    is_cell_data = reference(0)
     vtkAbstractVolumeMapper.GetScalars(
         image,
         mapper.GetScalarMode(),
         mapper.GetArrayAccessMode(),
         mapper.GetArrayId(),
         mapper.GetArrayName(),
-        of_cells,
+        is_cell_data,
     )
-    return of_cells.get() == 1
+    return is_cell_data.get() == 1
 
 
 def _placement(box, dimensions, layer_count):
@@ -275,7 +275,7 @@ def _placement(box, dimensions, layer_count):
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     count, size = np.array(values.dimensions, float), box.high - box.low
     # points are at the centers of texels
-    end = np.zeros(3) if box.of_cells else 0.5 / points
+    end = np.zeros(3) if box.is_cell_data else 0.5 / points
     scale = 1 / (1 - 2 * end)
     bias = -end * scale
     nodes = np.array(dimensions, float)

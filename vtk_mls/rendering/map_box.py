@@ -24,7 +24,7 @@ class MapBox:
     Attributes
     ----------
     image : ImageGeometry
-    of_cells : bool
+    is_cell_data : bool
         Whether the values are cell data.
     within : (2, 3) float64
         Limits of the box: lowest and highest continuous indices of the values.
@@ -33,25 +33,25 @@ class MapBox:
     """
 
     image: ImageGeometry
-    of_cells: bool
+    is_cell_data: bool
     within: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
-    def around(cls, image, of_cells, within=None):
+    def around(cls, image, is_cell_data, within=None):
         """The box around an undeformed volume, with a margin.
 
         Parameters
         ----------
         image : ImageGeometry
-        of_cells : bool
+        is_cell_data : bool
         within : Grid, optional
             Limits of the box: aligned with the image, with at least two points along each axis.
         """
-        values = _values_of(image, of_cells)
+        values = _values_of(image, is_cell_data)
         ends = _ends(values, within)
-        box = cls(image, of_cells, ends, np.full(3, -0.5), np.array(values.dimensions) - 0.5)
+        box = cls(image, is_cell_data, ends, np.full(3, -0.5), np.array(values.dimensions) - 0.5)
         if np.any(box.high <= ends[0]) or np.any(box.low >= ends[1]):
             return replace(box, low=ends[0], high=ends[1])
         return box._with_margin()
@@ -63,7 +63,7 @@ class MapBox:
     @property
     def values(self):
         """The `Grid` of the volume's values."""
-        return _values_of(self.image, self.of_cells)
+        return _values_of(self.image, self.is_cell_data)
 
     def nodes(self, count):
         """The `Grid` of the map, with `count` nodes along the longest side."""
@@ -137,8 +137,8 @@ class MapBox:
         return self._part(np.full(3, -_MARGIN), np.full(3, 1 + _MARGIN))
 
 
-def _values_of(image, of_cells):
-    return image.grid.cells if of_cells else image.grid
+def _values_of(image, is_cell_data):
+    return image.grid.cells if is_cell_data else image.grid
 
 
 def _ends(values, within):

@@ -68,15 +68,15 @@ class RestSurface:
         positions = self.positions + displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        of_points, of_cells = (gradients.directions(part, (), ()) for part in data)
+        of_points, is_cell_data = (gradients.directions(part, (), ()) for part in data)
         if of_points:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], of_points, parts, unit=True)
-        if of_cells:
+        if is_cell_data:
             moved, rest = (warping.centres(surface) for surface in (output, self.surface))
             parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
-            warping.transform(data[1], of_cells, parts, unit=True)
+            warping.transform(data[1], is_cell_data, parts, unit=True)
         return output
 
     def with_points(self, points, normals):

@@ -32,14 +32,14 @@ vec4 mlsMap(vec3 t)
 {{
   vec3 m = t * mls_map_scale + mls_map_bias;
   m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low);
-  vec4 here = texture(mls_map, m);
+  vec4 value = texture(mls_map, m);
   for (float layer = 1.0; layer < mls_layers; layer += 1.0)
   {{
     m.z += 1.0 / mls_layers;
     vec4 other = texture(mls_map, m);
-    if (other.a > here.a) here = other;
+    if (other.a > value.a) value = other;
   }}
-  return here;
+  return value;
 }}
 
 vec3 mlsOrigin(vec3 t, vec3 d)
@@ -58,9 +58,9 @@ bool mlsIsOutside(vec3 p)
 vec4 mlsFetchForGradient(sampler3D volume, vec3 t)
 {{
   t = clamp(t, mls_end, 1.0 - mls_end);
-  vec4 here = mlsMap(t), nothing = -in_volume_bias[0] / in_volume_scale[0];
-  vec3 p = mlsOrigin(t, here.xyz);
-  float share = clamp(0.5 + 0.5 * here.a / mls_voxel, 0.0, 1.0);
+  vec4 value = mlsMap(t), nothing = -in_volume_bias[0] / in_volume_scale[0];
+  vec3 p = mlsOrigin(t, value.xyz);
+  float share = clamp(0.5 + 0.5 * value.a / mls_voxel, 0.0, 1.0);
   if (mlsIsOutside(p) || share == 0.0) return nothing;
   return mix(nothing, texture(volume, p), share);
 }}
@@ -88,16 +88,16 @@ _BEFORE_SAMPLES = """
 
 # A ray that leaves a void steps back to its face, as at a clipping plane.
 _SAMPLE = """
-    vec4 mls_here = mlsMap(g_dataPos);
-    if (mls_has_before && mls_distance_before < 0.0 && mls_here.a >= 0.0)
+    vec4 mls_value = mlsMap(g_dataPos);
+    if (mls_has_before && mls_distance_before < 0.0 && mls_value.a >= 0.0)
     {{
-      g_dataPos -= g_dirStep * (mls_here.a / (mls_here.a - mls_distance_before));
-      mls_here.xyz = mlsMap(g_dataPos).xyz;
+      g_dataPos -= g_dirStep * (mls_value.a / (mls_value.a - mls_distance_before));
+      mls_value.xyz = mlsMap(g_dataPos).xyz;
     }}
-    mls_distance_before = mls_here.a;
+    mls_distance_before = mls_value.a;
     mls_has_before = true;
-    mls_p = mlsOrigin(g_dataPos, mls_here.xyz);
-    if (mls_here.a < 0.0 || mlsIsOutside(mls_p)) g_skip = true;
+    mls_p = mlsOrigin(g_dataPos, mls_value.xyz);
+    if (mls_value.a < 0.0 || mlsIsOutside(mls_p)) g_skip = true;
     if (!g_skip) mls_is_empty = false;
 #undef texture3D
 #define texture3D(volume, t) texture(volume, mls_p)

@@ -107,13 +107,15 @@ def _drawn(volume):
 
 def _values(mapper, image):
     """The component for opacity, (nz, ny, nx), and its Grid; None without an array."""
-    of_cells = reference(0)
+    is_cell_data = reference(0)
     selection = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId()
-    array = vtkAbstractVolumeMapper.GetScalars(image, *selection, mapper.GetArrayName(), of_cells)
+    array = vtkAbstractVolumeMapper.GetScalars(
+        image, *selection, mapper.GetArrayName(), is_cell_data
+    )
     if array is None:
         return None
     grid = ImageGeometry.of_image(image).grid
-    grid = grid.cells if of_cells.get() == 1 else grid
+    grid = grid.cells if is_cell_data.get() == 1 else grid
     values = vtk_to_numpy(array).reshape(*grid.shape, -1)
     return values[..., -1], grid
 

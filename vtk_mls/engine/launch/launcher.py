@@ -91,7 +91,7 @@ class Launcher:
             kernel_arguments.MAP_NUMBERS,
             count=len(control_points),
             alpha=alpha,
-            **kind.numbers(control_points),
+            **kind.params(control_points),
         )
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
