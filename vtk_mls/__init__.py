@@ -9,10 +9,11 @@ if TYPE_CHECKING:
     from vtk_mls.base.progress import Aborted
     from vtk_mls.base.sampling import VOID_VALUES, Sampling
     from vtk_mls.cuts import HalfPlane, Plane, Surface
-    from vtk_mls.deformation import Deformation, DisplacementField, ForwardField
+    from vtk_mls.deformation import Deformation
     from vtk_mls.engine.device.devices import DeviceError
     from vtk_mls.kinds import KINDS
     from vtk_mls.model.options import CUT_FRAMES
+    from vtk_mls.queries.fields import DisplacementField, ForwardField
     from vtk_mls.queries.void_cells import VoidCells
 
 __all__ = [
@@ -34,8 +35,7 @@ __all__ = [
 ]
 __version__ = "0.1.0"
 
-# Modules are imported when a name is first used: the command must be able to answer Ctrl-C before
-# numpy is loaded.
+# Imported at the first use of a name: the command line must handle Ctrl-C before numpy is loaded.
 _MODULES = {
     "CUT_FRAMES": "model.options",
     "INTERPOLATIONS": "base.interpolation",
@@ -44,8 +44,8 @@ _MODULES = {
     "Aborted": "base.progress",
     "Deformation": "deformation",
     "DeviceError": "engine.device.devices",
-    "DisplacementField": "deformation",
-    "ForwardField": "deformation",
+    "DisplacementField": "queries.fields",
+    "ForwardField": "queries.fields",
     "Grid": "base.grid",
     "HalfPlane": "cuts",
     "Plane": "cuts",

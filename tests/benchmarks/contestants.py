@@ -20,7 +20,7 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 from vtk_mls.rendering.map_layers import layers
-from vtk_mls.rendering.map_pace import MapPace
+from vtk_mls.rendering.pace import MapPace
 
 TOLERANCE = 0.02  # voxels
 _TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by what is told of them

@@ -151,7 +151,7 @@ def test_points_in_a_void_are_reported(files, name, fate, capsys):
         (["in.csv", "in.mrk.json", "out.csv", "--deformed=no.csv"], "there is no file `no.csv`"),
         (["in.csv", "places.txt", "out.csv"], "`places.txt`, line 1: expected numbers px,py,pz,q"),
         (["in.csv", "handles.csv", "out.csv", "--alpha=0"], "`alpha` must be a positive number"),
-        (["in.csv", "far.csv", "out.csv"], "`rest` must be within 1e+37, for displacements are"),
+        (["in.csv", "far.csv", "out.csv"], "`rest` must be within 1e+37, the range of"),
     ],
 )
 def test_errors_are_one_sentence(landmarks, arguments, sentence, capsys):

@@ -183,7 +183,7 @@ def test_grids_are_checked(bad, message):
         (lambda: Plane((0, 0, 0), (1j, 0, 0)), "`normal` must be three numbers"),
         (lambda: Plane((10**400, 0, 0), (1, 0, 0)), "`point` must be three numbers"),
         (lambda: Surface(np.eye(3) * 1j, [(0, 1, 2)]), "`points` must be numbers"),
-        (lambda: Surface(np.eye(3), [(0, 1, 1.5)]), "`triangles` must be whole numbers"),
+        (lambda: Surface(np.eye(3), [(0, 1, 1.5)]), "`triangles` must be integers"),
         (lambda: Surface.polygon("abc"), "`outline` must be numbers"),
     ],
 )

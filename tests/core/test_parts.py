@@ -157,5 +157,5 @@ def test_parts_of_parts(grid):
     assert part.whole is grid
     assert part.first == (3, 4, 5)
     np.testing.assert_array_equal(part.points(), grid.at(part.indices() + part.first))
-    with pytest.raises(ValueError, match=r"`first` and `dimensions` must be of a part of the"):
+    with pytest.raises(ValueError, match=r"`first` and `dimensions` must select a part of the"):
         grid.part((0, 0, 18), (2, 2, 2))

@@ -52,9 +52,9 @@ QUESTIONS = {
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
-    monkeypatch.setattr("vtk_mls.reference.engine._CHUNK", 1 << 15)
-    monkeypatch.setattr("vtk_mls.deformation._SLAB", 900)
-    monkeypatch.setattr("vtk_mls.base.grid._SAMPLES", 14)
+    monkeypatch.setattr("vtk_mls.reference.engine._MAX_NUMBERS", 1 << 15)
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 900)
+    monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 14)
     if request.param != "reference":
         chosen = engine.on(dispatch.choose(request.param))
         monkeypatch.setattr(chosen.memory, "limit", 4 * 12 * 1024)

@@ -21,7 +21,7 @@ def test_a_kind_names_its_kernel_file_and_numbers_for_it(name):
     assert (resource("opencl") / points.kind.kernel).is_file()
     assert points.kind.name == name
     assert points.kind.table(points).dtype == np.float32
-    assert set(points.kind.numbers(points)) <= {"rank", "flip_axis"}
+    assert set(points.kind.params(points)) <= {"rank", "flip_axis"}
 
 
 def test_full_planes_are_no_obstacles_and_all_others_are():

@@ -159,7 +159,7 @@ def test_all_cells_of_a_single_layer_are_asked_for(slices, share):
         return engine.void_distance_listed(deformation, cells, numbers, progress)
 
     asking = SimpleNamespace(void_by_corners=engine.void_by_corners, void_distance_listed=noting)
-    void_cells.of_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
+    void_cells.classify_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
     assert 0 < sum(asked) <= share * grid.cells.size
     assert slices > 2 or sum(asked) == 19 * 19
 
@@ -183,7 +183,7 @@ def test_slabs_are_the_whole(device, monkeypatch):
     d = Deformation(rest, deformed, cuts=[across(9.5, 0.3)], device=device)
     expected = d.void_of_cells(grid).at_centre
     assert 0 < expected.sum() < expected.size
-    monkeypatch.setattr(void_cells, "_LOOKED_AT", 3 * 19 * 17)
+    monkeypatch.setattr(void_cells, "MAX_SLAB_CELLS", 3 * 19 * 17)
     np.testing.assert_array_equal(d.void_of_cells(grid).at_centre, expected)
 
 

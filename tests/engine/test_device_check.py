@@ -71,7 +71,7 @@ def child(fresh, monkeypatch):
 def announced(function, *arguments):
     """What `function` returns, and the sentences that were announced meanwhile."""
     sentences = []
-    with messages.listening(sentences.append, sentences.append):
+    with messages.message_handlers(sentences.append, sentences.append):
         return function(*arguments), sentences
 
 

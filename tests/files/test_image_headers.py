@@ -11,7 +11,7 @@ from test_io import scalars
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.base.messages import listening
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -45,7 +45,7 @@ def write_nifti(path, qform, qform_code, sform, sform_code, unit="mm"):
 def heard(read):
     """What `read` returns, and the warnings meanwhile."""
     sentences = []
-    with listening(None, sentences.append):
+    with message_handlers(None, sentences.append):
         return read(), sentences
 
 

@@ -58,7 +58,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkProbeFilter, vtkThresh
 from vtkmodules.vtkFiltersGeneral import vtkTableBasedClipDataSet
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.rendering.drawn_mesh import DrawnMesh
+from vtk_mls.rendering.rest_surface import RestSurface
 from vtk_mls.vtk import arrays
 
 ORDER = {VTK_VOXEL: (VTK_HEXAHEDRON, [0, 1, 3, 2, 4, 5, 7, 6]), VTK_PIXEL: (VTK_QUAD, [0, 1, 3, 2])}
@@ -261,7 +261,7 @@ def check_empty(kind):
                 if kind not in ("Verts", "Lines"):  # whose centers are others
                     found = array_of(output, "flow", "Cell")[full]
                     np.testing.assert_allclose(found, turned, atol=5e-3)
-        DrawnMesh(mesh, () if cut is None else (cut,)).moved(reference())
+        RestSurface(mesh, () if cut is None else (cut,)).moved(reference())
     mesh = with_empty_cells(kind)
     data = mesh.GetCellData()
     for i in range(data.GetNumberOfArrays()):
@@ -334,7 +334,7 @@ def test_points_of_integers(name, kind):
             np.testing.assert_allclose(places_of(output) - places, found, atol=1e-6)
     assert mesh.GetPoints().GetDataType() == TYPES[name]
     if kind is not vtkPointSet:  # of which nothing is drawn
-        drawn = DrawnMesh(mesh, ()).moved(reference())
+        drawn = RestSurface(mesh, ()).moved(reference())
         assert drawn.GetPoints().GetDataType() == VTK_DOUBLE
 
 

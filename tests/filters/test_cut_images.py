@@ -514,7 +514,7 @@ def test_a_field_over_blocks_is_made_one_by_one(with_images):
 
 def test_memory_is_that_of_input_and_output(monkeypatch):
     """In bytes for each voxel of 1 byte: VoidDistance 4, and five arrays of 1, beside the input."""
-    monkeypatch.setattr("vtk_mls.deformation._SLAB", 1 << 16)
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 1 << 16)
     size = 160
     image = make_image((size, size, size))
     values = np.random.default_rng(3).integers(0, 255, size**3).astype(np.uint8)

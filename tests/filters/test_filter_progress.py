@@ -72,7 +72,7 @@ FILTERS = {
 
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch):
-    monkeypatch.setattr("vtk_mls.deformation._SLAB", 150)
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 150)
     monkeypatch.setattr("vtk_mls.filters.displacement_field._CHUNK", 200)
     monkeypatch.setattr("vtk_mls.filters.warping._CHUNK", 30)
 

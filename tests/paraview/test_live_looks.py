@@ -119,7 +119,7 @@ VOLUME_CHANGES = (
 
 def test_changes_of_the_input_of_a_volume_are_followed(gui):
     """Values, extent, spacing, another source: with an edit pending, and after Apply alike."""
-    gui.run(f"{LIVE}\nfrom vtk_mls.rendering.ray_spacing import usual_step")
+    gui.run(f"{LIVE}\nfrom vtk_mls.rendering.pace import usual_step")
     gui.run("step_of = lambda prop: prop._mapper.GetSampleDistance()")
     gui.run("other = simple.Wavelet(WholeExtent=[-12, 8, -10, 10, -10, 10], Maximum=200)")
     begin(gui, "wavelet", ("POINTS", "RTData"))

@@ -23,7 +23,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane
-from vtk_mls.rendering import DeformedMesh, coarse_forward, drawn_mesh, moved_mesh
+from vtk_mls.rendering import DeformedMesh, coarse_forward, deformed_mesh, rest_surface
 from vtk_mls.vtk import arrays, splitting
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -246,7 +246,7 @@ def test_a_static_mapper_shows_it():
 
 def test_dragging_does_not_split_again(monkeypatch):
     calls = []
-    monkeypatch.setattr(drawn_mesh, "split", lambda *a: calls.append(1) or splitting.split(*a))
+    monkeypatch.setattr(rest_surface, "split", lambda *a: calls.append(1) or splitting.split(*a))
     mesh = MESHES["cells 10"]()
     scene = Scene(mesh)
     followed = DeformedMesh(scene.actor)
@@ -263,8 +263,8 @@ def test_dragging_does_not_split_again(monkeypatch):
 
 
 def test_it_is_moved_once_for_each_update(monkeypatch):
-    moves, move = [], drawn_mesh.DrawnMesh.moved
-    monkeypatch.setattr(drawn_mesh.DrawnMesh, "moved", lambda *a: moves.append(1) or move(*a))
+    moves, move = [], rest_surface.RestSurface.moved
+    monkeypatch.setattr(rest_surface.RestSurface, "moved", lambda *a: moves.append(1) or move(*a))
     scene = Scene(sphere())
     followed = DeformedMesh(scene.actor)
     for done in (1, 2):
@@ -277,7 +277,7 @@ def test_it_is_moved_once_for_each_update(monkeypatch):
 @pytest.fixture
 def many(monkeypatch):
     """Few points count as many."""
-    monkeypatch.setattr(moved_mesh, "MOST_EXACT", 100)
+    monkeypatch.setattr(deformed_mesh, "MAX_EXACT_POINTS", 100)
 
 
 def fine_sphere(normals=True):

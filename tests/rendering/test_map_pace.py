@@ -2,7 +2,7 @@
 
 import pytest
 
-from vtk_mls.rendering.map_pace import MapPace
+from vtk_mls.rendering.pace import MapPace
 
 
 class Clock:
@@ -28,7 +28,7 @@ def clock(monkeypatch):
     [(0.008, 64, 128), (0.06, 64, 128), (0.48, 32, 72), (60, 24, 64)],
 )
 def test_nodes_follow_what_the_last_map_took(clock, seconds, moving, resting):
-    pace, clock.seconds = MapPace(most=128), [seconds]
+    pace, clock.seconds = MapPace(max_nodes=128), [seconds]
     for is_moving in (True, True, False, False):
         pace.make(clock.make_map, is_moving)
     assert clock.made == [64, moving, resting, resting]
@@ -37,12 +37,12 @@ def test_nodes_follow_what_the_last_map_took(clock, seconds, moving, resting):
 def test_before_the_first_map_they_are_as_many_as_may_be(clock):
     clock.seconds = [0.01]
     for is_moving in (True, False):
-        MapPace(most=128).make(clock.make_map, is_moving)
+        MapPace(max_nodes=128).make(clock.make_map, is_moving)
     assert clock.made == [64, 128]
 
 
 def test_a_map_that_stays_is_as_fine_as_can_be_though_the_one_before_was_slow(clock):
-    pace, clock.seconds = MapPace(most=128), [0.4, 0.01]
+    pace, clock.seconds = MapPace(max_nodes=128), [0.4, 0.01]
     pace.make(clock.make_map, True)
     pace.make(clock.make_map, False)
     assert clock.made == [64, 77, 128]

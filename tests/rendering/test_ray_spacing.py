@@ -9,8 +9,8 @@ from test_deformed_volume import deformation
 from vtk_fixtures import opengl  # noqa: F401  (fixture)
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from vtk_mls.rendering import DeformedVolume, ray_spacing
-from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
+from vtk_mls.rendering import DeformedVolume, pace
+from vtk_mls.rendering.pace import RaySpacing, usual_step
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -28,14 +28,14 @@ def test_a_picture_that_moves_has_fewer_rays_and_the_same_looks(monkeypatch):
     DeformedVolume(volume, scene.renderer).update(deformation())
     spacing = RaySpacing(mapper)
     resting = scene.picture()
-    monkeypatch.setattr(ray_spacing, "_SECONDS", mapper.GetTimeToDraw() / 6)
+    monkeypatch.setattr(pace, "_PICTURE_SECONDS", mapper.GetTimeToDraw() / 6)
     scene.window.SetDesiredUpdateRate(15)
     spacing.adjust(scene.window)
     assert mapper.GetImageSampleDistance() == 3  # at least 6 times fewer
     moving = scene.picture()
     assert np.abs(moving - resting).mean() > 0.1
     assert np.abs(blurred(moving) - blurred(resting)).mean() < 1
-    monkeypatch.setattr(ray_spacing, "_SECONDS", 1e-6)
+    monkeypatch.setattr(pace, "_PICTURE_SECONDS", 1e-6)
     spacing.adjust(scene.window)
     assert mapper.GetImageSampleDistance() == 4
     scene.window.SetDesiredUpdateRate(1e-4)

@@ -19,7 +19,7 @@ from vtk_mls.rendering import (
     DeformedVolume,
     RenderingError,
     deformed_volume,
-    map_texture,
+    shader,
     volume_checks,
 )
 
@@ -142,11 +142,11 @@ def test_a_map_that_cannot_be_made_when_the_data_change(error, monkeypatch, mess
 
 
 def test_a_texture_that_the_graphics_card_refuses(monkeypatch, messages):
-    class Refusing(map_texture.vtkTextureObject):
+    class Refusing(shader.vtkTextureObject):
         def Create3DFromRaw(self, *_):
             return False
 
-    monkeypatch.setattr(map_texture, "vtkTextureObject", Refusing)
+    monkeypatch.setattr(shader, "vtkTextureObject", Refusing)
     volume = volume_of(image_of(VALUES))
     scene = Scene(volume)
     before = scene.picture()
@@ -157,7 +157,7 @@ def test_a_texture_that_the_graphics_card_refuses(monkeypatch, messages):
 
 
 def test_a_box_that_grows_too_often_has_its_own_map(monkeypatch):
-    monkeypatch.setattr(deformed_volume, "_GROWTHS", 1)
+    monkeypatch.setattr(deformed_volume, "_MAX_GROWTHS", 1)
     volume, d = volume_of(image_of(VALUES)), deformation(right=(25, 2, 0))
     scene = Scene(volume)
     DeformedVolume(volume, scene.renderer).update(d)

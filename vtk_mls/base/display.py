@@ -1,19 +1,19 @@
-"""Whether there is a display to open windows on."""
+"""Check for a display for windows."""
 
 import os
 import sys
 
-_NAMES = "DISPLAY", "WAYLAND_DISPLAY"
+_VARIABLES = "DISPLAY", "WAYLAND_DISPLAY"
 
 
 def check():
-    """Raise OSError if there is none."""
-    if sys.platform == "linux" and not any(map(os.environ.get, _NAMES)):
+    """Raise OSError without a display."""
+    if sys.platform == "linux" and not any(map(os.environ.get, _VARIABLES)):
         raise missing()
 
 
 def missing():
-    """The error that says so, for those who find out otherwise."""
+    """The OSError for a missing display."""
     return OSError(
         "there is no display to open a window on; set DISPLAY, or work where there is one"
         + " (over ssh: ssh -X)" * (sys.platform != "win32")

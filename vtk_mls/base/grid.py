@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import transformed
-from vtk_mls.base.progress import SILENT, Progress
-from vtk_mls.base.validation import as_float, short_repr
-
-# How the grid of a deformed volume is found: samples per axis, times that a side may move out by
-# half of the size, times that the box shrinks to the samples.
-_SAMPLES, _GROWTH, _SHRINKING = 48, 8, 2
-_OTHERS = ((1, 2), (0, 2), (0, 1))  # axes beside each
+from vtk_mls.base.validation import as_float, freeze, short_repr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Grid:
-    """Points in oriented rows, layers and columns with equal distances, x fastest.
+    """Points in oriented rows, layers and columns at equal distances, x fastest.
 
     Parameters
     ----------
@@ -30,14 +24,14 @@ class Grid:
     origin : (3,) floats, world coordinates
         Position of the first point.
     spacing : (3,) floats, world units
-        Distance between neighbours along each axis, not zero.
+        Distance between neighbors along each axis, not zero.
     direction : (3, 3) floats, optional
-        Columns are the directions of the axes in the world; the identity if not given.
+        Columns are the directions of the axes in the world; the identity by default.
 
     Attributes
     ----------
     whole : Grid
-        The grid of which this is a `part`; the grid itself if it is none.
+        The grid of which this is a `part`, or this grid itself.
     first : (3,) ints
         Index of the first point in `whole`.
 
@@ -48,73 +42,64 @@ class Grid:
     """
 
     dimensions: tuple[int, int, int]
-    origin: NDArray[np.float64] = (0.0, 0.0, 0.0)
-    spacing: NDArray[np.float64] = (1.0, 1.0, 1.0)
-    direction: NDArray[np.float64] = None
+    origin: NDArray[np.float64]
+    spacing: NDArray[np.float64]
+    direction: NDArray[np.float64]
     whole: Grid = field(init=False, repr=False)
-    first: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
+    first: tuple[int, int, int] = field(init=False)
 
-    if TYPE_CHECKING:
-
-        def __init__(
+    def __init__(
+        self,
+        dimensions: ArrayLike,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        spacing: ArrayLike = (1.0, 1.0, 1.0),
+        direction: ArrayLike | None = None,
+    ) -> None:
+        freeze(
             self,
-            dimensions: ArrayLike,
-            origin: ArrayLike = ...,
-            spacing: ArrayLike = ...,
-            direction: ArrayLike | None = ...,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        dimensions = _positive_integers(self.dimensions)
-        direction = np.eye(3) if self.direction is None else self.direction
-        for name, value, shape in (
-            ("origin", self.origin, (3,)),
-            ("spacing", self.spacing, (3,)),
-            ("direction", direction, (3, 3)),
-        ):
-            array = as_float(name, value)
-            if array.shape != shape or not np.isfinite(array).all():
-                raise ValueError(
-                    f"`{name}` must be {shape} finite numbers, got {short_repr(value)}"
-                )
-            object.__setattr__(self, name, _read_only(array))
-        object.__setattr__(self, "dimensions", dimensions)
-        object.__setattr__(self, "whole", self)
+            dimensions=_positive_integers(dimensions),
+            origin=_finite("origin", origin, (3,)),
+            spacing=_finite("spacing", spacing, (3,)),
+            direction=_finite("direction", np.eye(3) if direction is None else direction, (3, 3)),
+            whole=self,
+            first=(0, 0, 0),
+        )
         if abs(np.linalg.det(self.direction)) < 1e-9 or not self.spacing.all():
             raise ValueError(
                 "`spacing` must not be zero and `direction` must be invertible, "
                 f"got {self.spacing.tolist()} and {self.direction.tolist()}"
             )
 
-    def part(self, first: ArrayLike, dimensions: ArrayLike) -> Grid:
-        """The `dimensions` points from the index `first` on, which stay part of this grid.
+    def part(self, first: Iterable[int], dimensions: ArrayLike) -> Grid:
+        """The `dimensions` points from the index `first` on, as a part of this grid.
 
-        Points are placed, and values at the border are found, as in the whole: what is computed
-        in parts is the same to the bit.
+        Positions and border values are those of the whole grid, so results computed in parts are
+        equal to the bit.
         """
         size = _positive_integers(dimensions)
-        start = tuple(int(a) + int(b) for a, b in zip(self.first, first))
+        first = tuple(int(i) for i in first)
+        start = tuple(i + j for i, j in zip(self.first, first))
         last = [a + n for a, n in zip(start, size)]
         if min(start) < 0 or any(a > n for a, n in zip(last, self.whole.dimensions)):
             raise ValueError(
-                f"`first` and `dimensions` must be of a part of the {self.whole.dimensions} "
+                f"`first` and `dimensions` must select a part of the {self.whole.dimensions} "
                 f"points, got {start} and {size}"
             )
         part = object.__new__(Grid)
-        for name, value in {
-            "dimensions": size,
-            "origin": _read_only(self.at([first])[0]),
-            "spacing": self.spacing,
-            "direction": self.direction,
-            "whole": self.whole,
-            "first": start,
-        }.items():
-            object.__setattr__(part, name, value)
+        freeze(
+            part,
+            dimensions=size,
+            origin=self.at([first])[0],
+            spacing=self.spacing,
+            direction=self.direction,
+            whole=self.whole,
+            first=start,
+        )
         return part
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Shape (nz, ny, nx) of a numpy array with one value per point."""
+        """Shape (nz, ny, nx) of an array with one value per point."""
         return self.dimensions[::-1]
 
     @property
@@ -124,7 +109,7 @@ class Grid:
 
     @functools.cached_property
     def index_to_world(self) -> NDArray[np.float64]:
-        """(3, 3) matrix whose columns are the steps between neighbours in the world."""
+        """(3, 3) matrix whose columns are the steps between neighbors in the world."""
         return _read_only(self.direction * self.spacing)
 
     @functools.cached_property
@@ -142,13 +127,14 @@ class Grid:
         return transformed(self.world_to_index, offset)
 
     def covers(self, index: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether the continuous indices `index` (m, 3) are within half a spacing: (m,) bool."""
-        return ((index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)).all(axis=1)
+        """Whether continuous indices (m, 3) are at most half a spacing outside: (m,) bool."""
+        inside = (index >= -0.5) & (index <= np.array(self.dimensions) - 0.5)
+        return np.logical_and.reduce(inside, axis=1)
 
     def index_transform(self, other: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Matrix (3, 3) and offset (3,) from indices of this grid to those of `other`.
 
-        Grids whose points coincide, as far as both reach, get exact integers.
+        They are exact integers if the points of both grids coincide.
         """
         matrix = other.world_to_index @ self.index_to_world
         offset = other.index_of(self.origin[None])[0]
@@ -156,13 +142,13 @@ class Grid:
 
     @functools.cached_property
     def cells(self) -> Grid:
-        """The centres of the cells; along an axis with one point lies one layer of cells."""
+        """The centers of the cells; an axis with one point has one layer of cells."""
         dimensions, whole = np.array(self.dimensions), np.array(self.whole.dimensions)
-        number = np.maximum(dimensions - 1, 1)
+        count = np.maximum(dimensions - 1, 1)
         if self.whole is not self and ((dimensions > 1) | (whole == 1)).all():
-            return self.whole.cells.part(self.first, number)
-        centre = np.where(dimensions > 1, 0.5, 0.0)
-        return Grid(number, self.at(centre[None])[0], self.spacing, self.direction)
+            return self.whole.cells.part(self.first, count)
+        center = np.where(dimensions > 1, 0.5, 0.0)
+        return Grid(count, self.at(center[None])[0], self.spacing, self.direction)
 
     def indices(self, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
         """Indices (m, 3) = (i, j, k) of the points `start` to `stop`, x fastest."""
@@ -172,27 +158,36 @@ class Grid:
         """World positions (m, 3) of the points `start` to `stop`, x fastest."""
         return self.whole.at(self.indices(start, stop) + self.first)
 
-    def numbered(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
-        """World positions (m, 3) of the points with the `numbers` (m,), x fastest."""
-        return self.whole.at(self._indices_of(numbers) + self.first)
+    def points_of(self, ids: NDArray[np.int64]) -> NDArray[np.float64]:
+        """World positions (m, 3) of the points with the `ids` (m,), x fastest."""
+        return self.whole.at(self._indices_of(ids) + self.first)
 
     def corners(self) -> NDArray[np.float64]:
         """World positions (8, 3) of the corners."""
         last = np.array(self.dimensions) - 1
         return self.at(np.stack(np.meshgrid(*[(0, n) for n in last]), axis=-1).reshape(-1, 3))
 
-    def _indices_of(self, numbers):
-        return np.stack(np.unravel_index(numbers, self.shape)[::-1], axis=1)
+    def _indices_of(self, ids):
+        return np.stack(np.unravel_index(ids, self.shape)[::-1], axis=1)
 
 
 def _positive_integers(dimensions):
-    wanted = as_float("dimensions", dimensions, "three positive integers (nx, ny, nz)")
-    if wanted.shape != (3,) or not ((wanted >= 1) & (wanted % 1 == 0) & (wanted < 2**62)).all():
+    numbers = as_float("dimensions", dimensions, "three positive integers (nx, ny, nz)")
+    is_valid = (numbers >= 1) & (numbers % 1 == 0) & (numbers < 2**62)
+    if numbers.shape != (3,) or not is_valid.all():
         raise ValueError(
             "`dimensions` must be three positive integers (nx, ny, nz), "
             f"got {short_repr(dimensions)}"
         )
-    return tuple(int(n) for n in wanted)
+    return tuple(int(n) for n in numbers)
+
+
+def _finite(name, value, shape):
+    """`value` as finite numbers of a shape."""
+    array = as_float(name, value)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"`{name}` must be {shape} finite numbers, got {short_repr(value)}")
+    return array
 
 
 def _read_only(array):
@@ -200,78 +195,14 @@ def _read_only(array):
     return array
 
 
-def _snapped(values: np.ndarray) -> np.ndarray:
-    """`values` with what differs from an integer by rounding only made that integer."""
-    whole = np.rint(values)
-    return np.where(np.abs(values - whole) < 1e-7, whole, values)
-
-
-def fitted_grid(deformation: Any, source: Grid, progress: Progress = SILENT) -> Grid:
-    """Smallest grid in line with `source` found to hold the deformed volume.
-
-    The backward map is sampled all over a box, inside and on its faces. The box grows on each
-    side where the volume reaches it, then shrinks to the samples with one sample step to spare.
-    Polynomials can bring copies of the volume from far away: growth stops after a few sizes.
-    """
-    size = np.array(source.dimensions, dtype=np.float64)
-    low, high = np.full(3, -0.5), size - 0.5
-    # control points say where the volume goes even if that is far
-    control_points = source.index_of(deformation.deformed[_is_inside(source, deformation.rest)])
-    low, high = _enclosed(low, high, control_points)
-    margin = 0.25 * (high - low) + 1
-    low, high = low - margin, high + margin
-    growing, shrinking = progress.divided(_GROWTH, _SHRINKING)
-    for part in growing.divided(*[1] * _GROWTH):
-        inside, axes = _sampled(deformation, source, (low, high), part)
-        step = 0.5 * (high - low)
-        faces_low, faces_high = _touched(inside)
-        if not (faces_low.any() or faces_high.any()):
-            break
-        low, high = low - step * faces_low, high + step * faces_high
-    for part in shrinking.divided(*[1] * _SHRINKING):
-        inside, axes = _sampled(deformation, source, (low, high), part)
-        if not inside.any():
-            break
-        step = (high - low) / (_SAMPLES - 1)
-        found = [axis[np.any(inside, axis=others)] for axis, others in zip(axes, _OTHERS)]
-        low = np.array([axis[0] for axis in found]) - step
-        high = np.array([axis[-1] for axis in found]) + step
-    low, high = _enclosed(low, high, control_points)
-    first, last = np.floor(low), np.ceil(high)
-    flat = size == 1  # a slice stays a slice
-    first, last = np.where(flat, 0, first), np.where(flat, 0, last)
-    return Grid(
-        (last - first + 1).astype(int), source.at(first[None])[0], source.spacing, source.direction
-    )
-
-
-def _sampled(deformation, source, box, progress):
-    """Whether G maps each sample of the index box into `source`; the samples' axes."""
-    axes = [np.linspace(low, high, _SAMPLES) for low, high in zip(*box)]
-    index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    inside = _is_inside(source, deformation.backward(source.at(index), progress))
-    return inside.reshape((_SAMPLES,) * 3), axes
-
-
-def _is_inside(source, points):
-    return source.covers(source.index_of(points))
-
-
-def _touched(inside):
-    faces = [
-        (np.take(inside, 0, axis=a).any(), np.take(inside, -1, axis=a).any()) for a in range(3)
-    ]
-    return np.array(faces).T
-
-
-def _enclosed(low, high, index):
-    if len(index) == 0:
-        return low, high
-    return np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))
+def _snapped(values):
+    """`values`, rounded where they are integers to rounding error."""
+    integers = np.rint(values)
+    return np.where(np.abs(values - integers) < 1e-7, integers, values)
 
 
 def checked_grid(name, value):
-    """A `Grid`."""
+    """`value`, which must be a `Grid`."""
     if not isinstance(value, Grid):
         raise TypeError(f"`{name}` must be a Grid, got {short_repr(value)}")
     return value

@@ -1,11 +1,11 @@
-"""Values of an array between its points: the float64 specification of what the kernels sample."""
+"""Interpolation of an array between its points: the float64 specification of the kernels."""
 
 from __future__ import annotations
 
 import numpy as np
 
 INTERPOLATIONS = ("nearest", "linear", "cubic")
-NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # of no point
+NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # without points
 
 
 def sample(array, index, method, background, source):
@@ -15,20 +15,20 @@ def sample(array, index, method, background, source):
     ----------
     array : (nz, ny, nx) or (nz, ny, nx, components) array of any real dtype
     index : (m, 3) float64
-        Continuous indices (i, j, k) of the whole grid. Up to half a spacing beyond its border the
-        border's value continues; beyond that is `background`.
+        Continuous indices (i, j, k) of the whole grid. The border's value continues up to half a
+        spacing outside; beyond that it is `background`.
     method : {"nearest", "linear", "cubic"}
         "cubic" is Catmull-Rom (Keys, a = -1/2).
     background : float or int
-        Value outside, cast like every other.
+        Value outside.
     source : Grid
-        Where the values are. If it is a part, what it lacks is taken from its own border.
+        Of the values. For a part of a grid, values outside are taken from its own border.
 
     Returns
     -------
     (m,) or (m, components) array of the same dtype
-        Integers are rounded to the nearest and kept in their range. At a point of the grid it is
-        exactly that point's value, and where all values around are the same, it is that value.
+        Integers are rounded to the nearest and limited to their range. At a point of the grid it is
+        exactly the value of that point; between equal values it is that value.
     """
     size = np.array(source.whole.dimensions)
     first = np.array(source.first)
@@ -51,7 +51,7 @@ def sample(array, index, method, background, source):
                     at = np.clip(base + (dx, dy, dz), first, last) - first
                     tap = values[tuple(at.T[::-1])]
                     weight = (wx * wy * wz)[:, None]
-                    # a tap without weight must not bring in its NaN or infinity
+                    # NaN and infinity of a tap with weight 0 are ignored
                     has_weight = np.broadcast_to(weight != 0, raw.shape)
                     np.add(total, weight * tap.astype(np.float64), out=total, where=has_weight)
                     np.add(offset, weight * _difference(tap, raw), out=offset, where=has_weight)
@@ -64,7 +64,7 @@ def sample(array, index, method, background, source):
 
 
 def joined_bounds(bounds, index, grid):
-    """`bounds`, widened to hold those of the indices (m, 3) that are inside of `grid`."""
+    """`bounds` (2, 3), extended by the indices (m, 3) inside `grid`."""
     inside = grid.covers(index)
     if not inside.any():
         return bounds
@@ -100,8 +100,8 @@ def _rounded_sum(pivot, offset):
     dtype = pivot.dtype
     if dtype.kind not in "iu" or dtype.itemsize < 8:
         return cast(pivot + offset, dtype)
-    # with its sign bit flipped a signed integer is ordered as an unsigned one, whose range holds
-    # every difference; even, for ties
+    # with its sign bit flipped a signed integer is ordered as an unsigned one, whose range includes
+    # every difference; the lowest bit is cleared so that ties round to even
     sign = np.uint64(1 << 63 if dtype.kind == "i" else 0)
     bits = pivot.view(np.uint64) ^ sign
     odd = bits & np.uint64(1)
@@ -113,7 +113,7 @@ def _rounded_sum(pivot, offset):
 
 
 def is_in_range(number, dtype):
-    """Whether `dtype` has a number, to its rounding."""
+    """Whether `dtype` can hold a number, to its rounding."""
     if dtype.kind in "iu":
         limits = np.iinfo(dtype)
         return bool(np.isfinite(number)) and limits.min <= round(number) <= limits.max
@@ -121,8 +121,8 @@ def is_in_range(number, dtype):
 
 
 def cast(values, dtype):
-    """`values` as `dtype`: integers rounded to the nearest and kept in their range."""
-    if isinstance(values, int) and dtype.kind in "iu":  # float64 does not hold every one of them
+    """`values` as `dtype`: integers are rounded to the nearest and limited to their range."""
+    if isinstance(values, int) and dtype.kind in "iu":  # beyond the precision of float64
         limits = np.iinfo(dtype)
         return dtype.type(min(max(values, int(limits.min)), int(limits.max)))
     values = np.asarray(values, np.float64)

@@ -1,19 +1,19 @@
-"""Packages that import their modules when a name of them is first used."""
+"""Lazy imports: packages import a module at the first use of one of its names (PEP 562)."""
 
 import sys
 from importlib import import_module
 
 
 def names(package, modules, rooms=()):
-    """What a package must have as `__getattr__` and `__dir__`.
+    """The functions `__getattr__` and `__dir__` of a package.
 
     Parameters
     ----------
     package : str
     modules : dict
-        Where in the package each of its public names is defined.
+        Modules of the package by the public names that they define.
     rooms : tuple of str, optional
-        Modules of the package that are names of it, too.
+        Modules of the package that are public names themselves.
     """
     namespace = vars(sys.modules[package])
 

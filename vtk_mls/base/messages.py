@@ -1,4 +1,4 @@
-"""Sentences about what takes a while or is not as it should be, to whoever listens."""
+"""Messages for the user: progress and warnings, to the handlers of a context or to `logging`."""
 
 from __future__ import annotations
 
@@ -7,31 +7,34 @@ import contextvars
 import logging
 
 _log = logging.getLogger("vtk_mls")
-# Announcements are no warnings: where that makes a difference, they are handled apart.
+# A separate logger for progress, which hosts may handle differently from warnings.
 LOG = logging.getLogger("vtk_mls.base.messages")
-_listeners = contextvars.ContextVar("listeners", default=(None, None))
+_handlers = contextvars.ContextVar("handlers", default=(None, None))
 
 
 @contextlib.contextmanager
-def listening(progress, warning):
-    """Meanwhile hand announcements to `progress(sentence)`, warnings to `warning(sentence)`."""
-    token = _listeners.set((progress, warning))
+def message_handlers(progress, warning):
+    """In this context pass progress to `progress(sentence)`, and warnings to `warning(sentence)`.
+
+    Either may be None.
+    """
+    token = _handlers.set((progress, warning))
     try:
         yield
     finally:
-        _listeners.reset(token)
+        _handlers.reset(token)
 
 
 def inform(sentence, *, logged=True):
-    """Say what is done now; on the terminal, too, if it is `logged`."""
+    """Report the current step to the context's handler, and log it unless `logged` is False."""
     if logged:
-        LOG.warning(sentence)  # the level from which on Python shows it by itself
-    progress, _ = _listeners.get()
+        LOG.warning(sentence)  # Python shows warnings without configuration
+    progress, _ = _handlers.get()
     if progress is not None:
         progress(sentence)
 
 
 def warn(sentence):
-    """Say what is not as it should be: to who listens, else on the terminal."""
-    _, warning = _listeners.get()
+    """Report a warning to the context's handler, else log it."""
+    _, warning = _handlers.get()
     (warning or _log.warning)(sentence)

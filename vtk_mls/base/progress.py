@@ -1,4 +1,4 @@
-"""How far a long work has come, told to a callback that may stop it."""
+"""Progress of long computations, reported to a callback that may stop them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,12 @@ class Aborted(RuntimeError):
 
 
 class Progress:
-    """A part of a work, from one fraction of the whole to another.
+    """A part of a computation, from one fraction of the whole to another.
 
-    A work says how far it has come before each of its steps, never after the last: what follows on
-    that may be another part. Only who began the whole says that it is done (`whole`). So fractions
-    grow, and the callback hears of 1 once, when nothing is left to do. Each time it may stop the
-    work.
+    Progress is reported before each step, and not after the last, since another part may follow.
+    `whole` reports 1 at the end. So fractions increase, and 1 is reported once.
 
-    A work that consists of steps alike goes through them by `over`; one with parts that report on
-    their own gives each a Progress of those that `divided` makes.
+    `over` iterates over equal steps; `divided` makes a Progress for each of several parts.
     """
 
     def __init__(
@@ -32,7 +29,7 @@ class Progress:
         self._report, self._begin, self._end = report, begin, end
 
     def report(self, fraction: float) -> None:
-        """Say that a `fraction` of this part is done, below 1.
+        """Report that a `fraction` of this part is done, below 1.
 
         Raises
         ------
@@ -42,13 +39,13 @@ class Progress:
             self._report(self._at(fraction))
 
     def over(self, steps: Sequence[Step]) -> Iterator[Step]:
-        """The items of the sequence `steps`, one after the other, each as long as the others."""
-        for number, step in enumerate(steps):
-            self.report(number / len(steps))
+        """Iterate over `steps` of equal duration."""
+        for i, step in enumerate(steps):
+            self.report(i / len(steps))
             yield step
 
     def divided(self, *shares: float) -> list[Progress]:
-        """A Progress for each of some parts, one after the other, as long as `shares` say."""
+        """A Progress for each of consecutive parts, with durations in proportion to `shares`."""
         ends = [self._at(done / sum(shares)) for done in accumulate(shares)]
         return [
             Progress(self._report, begin, end) for begin, end in zip([self._begin, *ends], ends)
@@ -59,35 +56,35 @@ class Progress:
         return min(self._begin + (self._end - self._begin) * fraction, self._end)
 
 
-# What a question takes: a callback that stops the work by a true answer, or a part of a work.
+# A callback that stops the computation by a true return value, or a part of a computation.
 ProgressLike = Callable[[float], object] | Progress | None
 
 
 @contextmanager
 def whole(progress: ProgressLike) -> Iterator[Progress]:
-    """The Progress of a question, by its argument `progress`.
+    """The Progress for an argument `progress`.
 
-    A callback hears of the end; a Progress does not, for it is a part of a work that goes on.
+    The end is reported to a callback, but not to a Progress, which is a part of a computation.
     """
     if isinstance(progress, Progress):
         yield progress
         return
-    begun = SILENT if progress is None else Progress(_rising(progress))
-    yield begun
-    begun.report(1.0)
+    part = SILENT if progress is None else Progress(_increasing(progress))
+    yield part
+    part.report(1.0)
 
 
-def _rising(callback):
-    """`callback`, which never hears less than before, and whose answer to stop is an exception."""
+def _increasing(callback):
+    """Report increasing fractions to `callback`, and raise Aborted if it returns a true value."""
     last = 0.0
 
     def report(fraction):
         nonlocal last
-        last = max(last, fraction)  # short of memory, a question begins again
+        last = max(last, fraction)  # a question starts again when it runs out of memory
         if callback(last):
             raise Aborted(f"stopped at {last:.0%} as `progress` asked")
 
     return report
 
 
-SILENT = Progress()  # of a work that nobody waits for
+SILENT = Progress()  # reports nothing

@@ -1,5 +1,5 @@
-"""Where the kernels and the ParaView plugin lie: inside an installed wheel, or beside the package
-in a checkout (an editable install is one)."""
+"""Folders of the kernels and the ParaView plugin: in an installed wheel, or beside the package in a
+checkout or an editable install."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def resource(name: str) -> Path:
-    """Folder of the data files `name`: "opencl" or "paraview_plugin".
+    """The folder of data files, "opencl" or "paraview_plugin".
 
     Raises
     ------

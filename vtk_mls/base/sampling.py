@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,39 +12,38 @@ from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.messages import warn
-from vtk_mls.base.validation import short_repr
+from vtk_mls.base.validation import freeze, short_repr
 
-# What the void that a cut opens can hold: nothing, or material as if each side went on.
+# Values in the void of a cut: the background, or those of the material continued behind its face.
 VOID_VALUES = ("background", "continued")
 _MAX_LISTED = 4  # arrays in a warning
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Sampling:
-    """How the values of a deformed grid are found: from which points, for which, and by what rule.
+    """How values on a grid are sampled: source, target, interpolation and background.
 
     Parameters
     ----------
     source : Grid
-        Where the values are. Of a part of a grid it is taken that values which it lacks are not
+        Where the values are. For a part of a grid, values outside the part are assumed not to be
         needed: see `Deformation.source_bounds`.
     target : Grid, optional
-        Where values are wanted; `source` if not given.
+        Where values are sampled; `source` by default.
     interpolation : {"nearest", "linear", "cubic"} or a sequence with one for each array
         "cubic" is Catmull-Rom (Keys, a = -1/2).
     background : float
         Value of points whose material came from outside of `source` (by more than half a spacing),
-        and of the void. Directions are 0 there. An array whose type does not have it gets the
-        nearest value that the type has (integers 0 for NaN), with a warning.
+        and of the void. Directions are 0 there. An array whose type cannot hold it gets the
+        nearest value of its type (integers 0 for NaN), with a warning.
     void_values : {"background", "continued"}
-        What is in the void: `background`; or the values that the map of each side brings there, as
-        if its material went on behind the face of the cut. Contours of these end sharp where they
-        are clipped by the void distance.
+        Values in the void: the `background`, or the values that the map of each side gives there,
+        as if its material continued behind the face of the cut. Contours of continued values end
+        sharply where they are clipped by the void distance.
     versions : sequence of hashable or None, one for each array, optional
-        What tells an array's contents from all others, such as its modification time: devices with
-        a memory of their own keep it there for the next question with an equal one. They keep no
-        array whose version is None. numpy notes no changes: who writes into an array in place must
-        give it another version.
+        Identify the contents of an array, such as its modification time. Devices with their own
+        memory keep an array there for the next question with an equal version; arrays with
+        version None are not kept. After writing to an array in place, change its version.
 
     Raises
     ------
@@ -53,46 +52,35 @@ class Sampling:
     """
 
     source: Grid
-    target: Grid = None
+    target: Grid
     interpolation: str | tuple[str, ...] = "linear"
     background: float = 0.0
-    void_values: str = "background"
+    void_values: str = VOID_VALUES[0]
     versions: tuple[Hashable, ...] = ()
 
-    if TYPE_CHECKING:
-
-        def __init__(
+    def __init__(
+        self,
+        source: Grid,
+        target: Grid | None = None,
+        interpolation: str | Iterable[str] = interpolation,
+        background: float = background,
+        void_values: str = void_values,
+        versions: Iterable[Hashable] = (),
+    ) -> None:
+        checked_grid("source", source)
+        freeze(
             self,
-            source: Grid,
-            target: Grid | None = ...,
-            interpolation: str | Iterable[str] = ...,
-            background: float = ...,
-            void_values: str = ...,
-            versions: Iterable[Hashable] = ...,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        checked_grid("source", self.source)
-        target = self.source if self.target is None else checked_grid("target", self.target)
-        one = isinstance(self.interpolation, str) or not isinstance(self.interpolation, Iterable)
-        methods = self.interpolation if one else tuple(self.interpolation)
-        if not all(
-            isinstance(method, str) and method in INTERPOLATIONS
-            for method in ([methods] if one else methods)
-        ):
-            raise self._bad_interpolation()
-        for name, value in {
-            "target": target,
-            "interpolation": methods,
-            "background": _exact_number("background", self.background),
-            "void_values": validation.choice("void_values", self.void_values, VOID_VALUES),
-            "versions": tuple(self.versions),
-        }.items():
-            object.__setattr__(self, name, value)
+            source=source,
+            target=source if target is None else checked_grid("target", target),
+            interpolation=_checked_interpolation(interpolation),
+            background=_exact_number("background", background),
+            void_values=validation.choice("void_values", void_values, VOID_VALUES),
+            versions=tuple(versions),
+        )
 
     @classmethod
     def of(cls, value: Sampling | Grid) -> Sampling:
-        """`value`, or for a Grid what is sampled on it and wanted there again."""
+        """`value`, or for a Grid the sampling from that grid to itself."""
         if isinstance(value, Sampling):
             return value
         if isinstance(value, Grid):
@@ -101,7 +89,7 @@ class Sampling:
 
     @property
     def continues(self) -> bool:
-        """Whether values go on in the void."""
+        """Whether values are continued in the void."""
         return self.void_values == "continued"
 
     def methods(self, count: int) -> tuple[str, ...]:
@@ -109,15 +97,15 @@ class Sampling:
         if isinstance(self.interpolation, str):
             return (self.interpolation,) * count
         if len(self.interpolation) != count:
-            raise self._bad_interpolation()
+            raise _bad_interpolation(self.interpolation)
         return self.interpolation
 
-    def version(self, number: int) -> Hashable:
-        """What tells the contents of the array with a number from all others; None if unknown."""
-        return self.versions[number] if number < len(self.versions) else None
+    def version(self, index: int) -> Hashable:
+        """The version of the array with an index; None if unknown."""
+        return self.versions[index] if index < len(self.versions) else None
 
     def warn_of_background(self, dtypes: dict[str, np.dtype[Any]]) -> None:
-        """Warn of arrays, dtypes by their names, whose types do not have the background."""
+        """Warn of arrays, dtypes by name, whose types cannot hold the background."""
         found = [
             f"{name} ({dtype}) gets {interpolation.cast(self.background, dtype)} instead"
             for name, dtype in dtypes.items()
@@ -131,14 +119,24 @@ class Sampling:
                 "choose another value or convert the array"
             )
 
-    def _bad_interpolation(self):
-        return ValueError(
-            f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each array, "
-            f"got {short_repr(self.interpolation)}"
-        )
+
+def _checked_interpolation(value):
+    """One of `INTERPOLATIONS`, or a tuple of them."""
+    is_single = isinstance(value, str) or not isinstance(value, Iterable)
+    methods = (value,) if is_single else tuple(value)
+    if not all(isinstance(method, str) and method in INTERPOLATIONS for method in methods):
+        raise _bad_interpolation(value if is_single else methods)
+    return value if is_single else methods
+
+
+def _bad_interpolation(value):
+    return ValueError(
+        f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each array, "
+        f"got {short_repr(value)}"
+    )
 
 
 def _exact_number(name, value):
-    """A float; an integer as an int, for float64 does not hold all that arrays may."""
+    """A float, or an int for integers: float64 cannot hold all values of integer arrays."""
     number = validation.number(name, value)
     return int(value) if isinstance(value, (int, np.integer)) else number

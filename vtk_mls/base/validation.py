@@ -1,6 +1,6 @@
 """Validation of arguments.
 
-Errors are one sentence with the argument, the expected value, and the value that was given.
+Errors are one sentence with the argument, the expected value, and the given value.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_LONG = 60
+_MAX_REPR_LENGTH = 60
 
 
 def as_float(name, value, expected="numbers"):
@@ -19,7 +19,7 @@ def as_float(name, value, expected="numbers"):
     Raises
     ------
     TypeError
-        If it is not made of real numbers, or of such as no float holds; naming it `name`.
+        Naming it `name`, if it is not made of real numbers within the range of floats.
     """
     try:
         array = np.asarray(value)
@@ -31,14 +31,22 @@ def as_float(name, value, expected="numbers"):
 
 
 def short_repr(value):
-    """What `value` is, on one short line."""
+    """`value` on one short line, for errors."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape} of {value.dtype}"
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # Python writes no integers of thousands of digits
+    except ValueError:  # an integer of thousands of digits
         text = f"an {type(value).__name__}"
-    return text if len(text) <= _LONG else f"{text[: _LONG - 3]}..."
+    return text if len(text) <= _MAX_REPR_LENGTH else f"{text[: _MAX_REPR_LENGTH - 3]}..."
+
+
+def freeze(instance, **attributes):
+    """Set attributes of a frozen dataclass, in its `__init__`; arrays become read-only."""
+    for value in attributes.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    vars(instance).update(attributes)
 
 
 def coordinates(value: ArrayLike, name: str = "points") -> NDArray[Any]:
@@ -57,8 +65,8 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Rows of three finite numbers (n, 3), float64; a copy."""
     array = coordinates(value, name).astype(np.float64)
     if not np.isfinite(array).all():
-        bad = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-        raise ValueError(f"`{name}` must be finite, got {array[bad].tolist()} in row {bad}")
+        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise ValueError(f"`{name}` must be finite, got {array[row].tolist()} in row {row}")
     return array
 
 
@@ -70,7 +78,7 @@ def single_precision(name, value):
 
 
 def native_array(array):
-    """An array, contiguous, in the byte order of this machine, which arrays of files may lack."""
+    """A contiguous array in the byte order of this machine; uint8 for bool."""
     array = array.view(np.uint8) if array.dtype == bool else array
     return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
 
@@ -92,7 +100,7 @@ def choice(name, value, choices):
 
 
 def output_array(name, value, shape, dtype):
-    """A contiguous array that is to be filled."""
+    """Check a contiguous array that is to be filled."""
     fits = isinstance(value, np.ndarray) and (value.shape, value.dtype) == (shape, dtype)
     if not (fits and value.flags.c_contiguous and value.flags.writeable):
         raise ValueError(

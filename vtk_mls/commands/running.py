@@ -19,10 +19,10 @@ def read(reader, path):
 @contextmanager
 def _deferred_warnings():
     """Print warnings at the end: reading silences stderr."""
-    from vtk_mls.base.messages import listening, warn
+    from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
-    with listening(None, warnings.append):
+    with message_handlers(None, warnings.append):
         yield
     for warning in warnings:
         warn(warning)
@@ -31,17 +31,17 @@ def _deferred_warnings():
 @contextmanager
 def distinct_warnings():
     """Print each warning once, however many time steps have it."""
-    from vtk_mls.base.messages import listening, warn
+    from vtk_mls.base.messages import message_handlers, warn
 
     printed = set()
 
     def print_once(sentence):
         if sentence not in printed:
             printed.add(sentence)
-            with listening(None, None):
+            with message_handlers(None, None):
                 warn(sentence)
 
-    with listening(None, print_once):
+    with message_handlers(None, print_once):
         yield
 
 

@@ -1,6 +1,6 @@
 """Cuts: surfaces across which control points have less influence, or none (section 4).
 
-A file of this room is a shape of cuts, and is found by itself: see `vtk_mls.cuts.cut.Obstacle`.
+Each file of this folder defines a shape, which is found by import: see `cuts.cut.Obstacle`.
 """
 
 from __future__ import annotations
@@ -16,17 +16,20 @@ from vtk_mls.cuts.surface import Surface
 __all__ = ["Cut", "HalfPlane", "Obstacle", "Plane", "Surface"]
 
 
-def _found():
-    """The shapes in all files of this room, by their names: full cuts first."""
-    found = []
-    for module in iter_modules(__path__, f"{__name__}."):
-        members = vars(import_module(module.name)).values()
-        classes = [each for each in members if isinstance(each, type) and issubclass(each, Cut)]
-        found += [each for each in classes if each.__module__ == module.name]
-    shapes = sorted(found, key=lambda shape: (issubclass(shape, Obstacle), shape.__name__))
-    return {shape.__name__: shape for shape in shapes if shape not in (Cut, Obstacle)}
+def _find_shapes():
+    """The cut classes in all files of this folder by name, unbounded ones first."""
+    modules = [import_module(module.name) for module in iter_modules(__path__, f"{__name__}.")]
+    shapes = [
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, type) and issubclass(member, Cut)
+        if member.__module__ == module.__name__ and member not in (Cut, Obstacle)
+    ]
+    shapes.sort(key=lambda shape: (issubclass(shape, Obstacle), shape.__name__))
+    return {shape.__name__: shape for shape in shapes}
 
 
-_shapes = _found()
+_shapes = _find_shapes()
 SHAPES = tuple(_shapes)
 globals().update(_shapes)

@@ -1,4 +1,4 @@
-"""What a shape of cuts must tell: in float64, and to the kernels."""
+"""The interface of a shape of cuts: in float64, and for the kernels."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 class Cut:
-    """A surface that keeps control points from acting on what is behind."""
+    """A surface that keeps control points from acting on the material behind it."""
 
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far points `v` (m, 3) that come from `g` (m, 3) are from being void: (m,).
+        """Signed distance of points `v` (m, 3) with origins `g` (m, 3) from the void: (m,).
 
-        Below 0 where the segment from v to g crosses the cut; continuous on each side of it. For
-        v = g the distance from the cut.
+        Negative where the segment from v to g crosses the cut; continuous on each side of the cut;
+        the distance from the cut for v = g.
         """
         raise NotImplementedError
 
@@ -29,34 +29,34 @@ class Cut:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         raise NotImplementedError
 
-    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether the place of the cut that is nearest to `x` (m, 3) is not on its edge: (m,)."""
+    def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether the closest point of the cut to `x` (m, 3) is inside its edge: (m,) bool."""
         raise NotImplementedError
 
     def farthest(self, control_points: ControlPoints) -> float:
-        """How far the cut is from the centre of control points, in their local frame."""
+        """Distance of the cut from the center of control points, in their local frame."""
         raise NotImplementedError
 
     @property
     def plane(self) -> Plane | None:
-        """The `Plane` in which the cut lies; None if it is curved.
+        """The `Plane` that contains the cut; None for a curved cut.
 
-        A curved one has `points` and `triangles`.
+        A curved cut has `points` and `triangles`.
         """
         return None
 
     @property
     def bounds(self) -> NDArray[np.float64]:
-        """Lowest and highest coordinates (2, 3) of the cut; infinite ones if it has no end."""
+        """Lowest and highest coordinates (2, 3) of the cut; infinite if it is unbounded."""
         return np.array([np.full(3, -np.inf), np.full(3, np.inf)])
 
 
 class Obstacle(Cut):
-    """A cut that one can go round, along a detour v - b - q that bends once.
+    """A cut with an edge: influence goes around it, along a detour v - b - q that bends once.
 
-    A shape is a subclass in any file of this room, and a kernel file opencl/cut_`kernel`.cl with
-    the functions of "Cut shapes" in opencl/README.md. In the kernels, a cut is the `record` that it
-    makes for a set of control points.
+    A shape is a subclass in any file of this folder, and a kernel file opencl/cut_`kernel`.cl with
+    the functions of "Cut shapes" in opencl/README.md. The kernels read the `record` of a cut for a
+    set of control points.
 
     Attributes
     ----------
@@ -71,19 +71,20 @@ class Obstacle(Cut):
         raise NotImplementedError
 
     def bend(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The point b (..., 3) where the detour from `v` to `q` bends; NaN where there is none."""
+        """The point b (..., 3) where the detour from `v` to `q` bends; NaN without a detour."""
         raise NotImplementedError
 
     def spanning(self) -> NDArray[np.float64]:
-        """Points (n, 3) that tell how far away the cut is."""
+        """Points (n, 3) whose convex hull contains the cut, or its edge if it is unbounded."""
         raise NotImplementedError
 
     def record(
-        self, control_points: ControlPoints, seen: NDArray[np.float64]
+        self, control_points: ControlPoints, positions: NDArray[np.float64]
     ) -> list[NDArray[Any]]:
-        """What the kernels read of the cut: arrays of floats or ints, in the local frame.
+        """The data of the cut for the kernels: arrays of floats or ints, in the local frame.
 
-        The cut sees the control points at `seen` (n, 3), world coordinates.
+        `positions` (n, 3), world coordinates, are those of the control points in the cut's frame:
+        rest or deformed, as `cut_frame` says.
         """
         raise NotImplementedError
 
@@ -93,29 +94,22 @@ class Obstacle(Cut):
         return {}
 
     def farthest(self, control_points: ControlPoints) -> float:
-        return np.abs(control_points.local(self.spanning())).max()
+        return float(np.abs(control_points.local(self.spanning())).max())
 
 
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """The three finite numbers that an argument `name` must be."""
-    numbers = as_float(name, value, "three numbers")
-    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+    """An argument of three finite numbers."""
+    array = as_float(name, value, "three numbers")
+    if array.shape != (3,) or not np.isfinite(array).all():
         raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
-    return numbers
+    return array
 
 
 def direction(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """The unit vector along what an argument `name` must be."""
+    """An argument of three finite numbers, not all 0, as a unit vector."""
     along = vector(name, value)
     largest = np.abs(along).max()
     if largest == 0:
         raise ValueError(f"`{name}` must not be zero, got {short_repr(value)}")
-    along = along / largest  # its square may be 0 or infinite
+    along = along / largest  # the square of `largest` may be 0 or infinite
     return along / np.linalg.norm(along)
-
-
-def freeze(cut: Cut, **values: NDArray[Any]) -> None:
-    """Set attributes of a frozen cut, to arrays that cannot be written to."""
-    for name, value in values.items():
-        value.flags.writeable = False
-        object.__setattr__(cut, name, value)

@@ -1,7 +1,7 @@
-"""The cut with a straight edge.
+"""The half-plane cut, with a straight edge.
 
-The detour bends on the edge line, and is the shortest path there is: unfold the two sides around
-the edge.
+The detour bends on the edge line. It is the shortest path around the edge, as unfolding the two
+sides around the edge shows.
 """
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots, unit
-from vtk_mls.cuts.cut import Obstacle, direction, freeze, vector
+from vtk_mls.base.validation import freeze
+from vtk_mls.cuts.cut import Obstacle, direction, vector
 from vtk_mls.cuts.plane import Plane
 
 if TYPE_CHECKING:
     from vtk_mls.handles.control_points import ControlPoints
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class HalfPlane(Obstacle):
-    """A cut with an edge, which it ends at.
+    """A plane cut that ends at a straight edge.
 
     It is {x : (x - point) . normal = 0, (x - point) . inward >= 0}.
 
@@ -33,7 +34,7 @@ class HalfPlane(Obstacle):
     normal : (3,) array_like
         Normal of the cut.
     inward : (3,) array_like
-        Direction from the edge into the cut; its part along `normal` does not count.
+        Direction from the edge into the cut; its component along `normal` is ignored.
     """
 
     point: NDArray[np.float64]
@@ -41,34 +42,30 @@ class HalfPlane(Obstacle):
     inward: NDArray[np.float64]
     along: NDArray[np.float64] = field(init=False, repr=False)
 
-    if TYPE_CHECKING:
+    kernel = "half_plane"
 
-        def __init__(self, point: ArrayLike, normal: ArrayLike, inward: ArrayLike) -> None: ...
-
-    def __post_init__(self) -> None:
-        normal, inward = direction("normal", self.normal), direction("inward", self.inward)
-        across = inward - (inward @ normal) * normal
+    def __init__(self, point: ArrayLike, normal: ArrayLike, inward: ArrayLike) -> None:
+        n, along = direction("normal", normal), direction("inward", inward)
+        across = along - (along @ n) * n
         if np.linalg.norm(across) < 1e-6:
             raise ValueError(
-                f"`inward` must not be parallel to `normal`, got {self.inward} and {self.normal}"
+                f"`inward` must not be parallel to `normal`, got {inward!r} and {normal!r}"
             )
-        inward = across / np.linalg.norm(across)
+        across = across / np.linalg.norm(across)
         freeze(
             self,
-            point=vector("point", self.point),
-            normal=normal,
-            inward=inward,
-            along=np.cross(normal, inward),
+            point=vector("point", point),
+            normal=n,
+            inward=across,
+            along=np.cross(n, across),
         )
-
-    kernel = "half_plane"
 
     def frame(
         self, x: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Height over the cut, depth from the edge and position along it, (...) each."""
         offset = x - self.point
-        return tuple(dots(offset, axis) for axis in (self.normal, self.inward, self.along))
+        return dots(offset, self.normal), dots(offset, self.inward), dots(offset, self.along)
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         (s, h, _), (t, g, _) = self.frame(v), self.frame(q)
@@ -84,7 +81,7 @@ class HalfPlane(Obstacle):
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         (s, h, _), (t, e, _) = self.frame(v), self.frame(g)
         to_cut = np.where(e > 0, np.abs(t), np.hypot(t, e))
-        # from the edge to the segment, seen along the edge
+        # distance of the edge from the segment, in the plane across the edge
         square = (t - s) ** 2 + (e - h) ** 2
         share = -(s * (t - s) + h * (e - h)) / np.where(square > 0, square, 1)
         share = np.clip(share, 0, 1)
@@ -94,23 +91,23 @@ class HalfPlane(Obstacle):
 
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         t, e, _ = self.frame(g)
-        beside = e > 0
-        t, e = np.where(beside, np.where(t < 0, -1, 1), t), np.where(beside, 0, e)
+        is_inside = e > 0
+        t, e = np.where(is_inside, np.where(t < 0, -1, 1), t), np.where(is_inside, 0, e)
         out = unit(t[:, None] * self.normal + e[:, None] * self.inward)
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
-    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
         return self.frame(x)[1] > 0
 
     def spanning(self) -> NDArray[np.float64]:
         return self.point[None]
 
     def record(
-        self, control_points: ControlPoints, seen: NDArray[np.float64]
+        self, control_points: ControlPoints, positions: NDArray[np.float64]
     ) -> list[NDArray[Any]]:
-        """The half-plane, then each control point: its frame, and its distance from the edge."""
+        """The half-plane; then the frame and the distance from the edge of each control point."""
         point = control_points.local(self.point)
-        frames = np.stack(self.frame(seen), axis=1) / control_points.scale
+        frames = np.stack(self.frame(positions), axis=1) / control_points.scale
         radius = np.hypot(frames[:, :1], frames[:, 1:2])
         return [point, self.normal, self.inward, self.along, np.hstack([frames, radius])]
 

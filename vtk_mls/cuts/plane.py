@@ -1,4 +1,4 @@
-"""The cut through everything."""
+"""The unbounded plane cut."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots
-from vtk_mls.cuts.cut import Cut, direction, freeze, vector
+from vtk_mls.base.validation import freeze
+from vtk_mls.cuts.cut import Cut, direction, vector
 
 if TYPE_CHECKING:
     from vtk_mls.handles.control_points import ControlPoints
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Plane(Cut):
-    """A cut through everything: its two sides do not see each other.
+    """An unbounded cut: control points on one side do not act on the other.
 
     Parameters
     ----------
@@ -28,14 +29,10 @@ class Plane(Cut):
     point: NDArray[np.float64]
     normal: NDArray[np.float64]
 
-    if TYPE_CHECKING:
+    def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
+        freeze(self, point=vector("point", point), normal=direction("normal", normal))
 
-        def __init__(self, point: ArrayLike, normal: ArrayLike) -> None: ...
-
-    def __post_init__(self) -> None:
-        freeze(self, point=vector("point", self.point), normal=direction("normal", self.normal))
-
-    def height(self, x: ArrayLike) -> NDArray[np.float64]:
+    def height(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Signed distance (...) of points `x` (..., 3) from the plane, world units."""
         return dots(x - self.point, self.normal)
 
@@ -46,11 +43,11 @@ class Plane(Cut):
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
 
-    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.ones(len(x), bool)
 
     def farthest(self, control_points: ControlPoints) -> float:
-        return abs(self.height(control_points.centre)) / control_points.scale
+        return float(abs(self.height(control_points.center)) / control_points.scale)
 
     @property
     def plane(self) -> Plane | None:

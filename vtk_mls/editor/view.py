@@ -12,8 +12,7 @@ from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.slices import Slices
-from vtk_mls.rendering.map_pace import MapPace
-from vtk_mls.rendering.ray_spacing import pixels_per_ray
+from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side

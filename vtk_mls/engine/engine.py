@@ -104,7 +104,7 @@ class Engine:
     @_question
     def jacobian(self, deformation, points, progress=SILENT, origins=None):
         result, numbers = np.empty((len(points), 3, 3)), None
-        if origins is None and deformation.has_rivals:
+        if origins is None and deformation.has_competing_regions:
             choosing, progress = progress.divided(1, 2)
             numbers = self._origins(deformation, points, choosing)[2]
         sided = points if origins is None else origins  # what tells the region
@@ -240,12 +240,12 @@ class Engine:
     def _launches(self, deformation):
         """The maps to launch on a grid, and whether as a rival."""
         maps = self._maps(deformation)
-        rivals = [(map_, True) for map_ in maps] if deformation.has_rivals else []
+        rivals = [(map_, True) for map_ in maps] if deformation.has_competing_regions else []
         return [(map_, False) for map_ in maps] + rivals
 
     def _rivals(self, deformation, slabs):
         """A buffer for void distances that only tell which of rivals has a point; or None."""
-        if not deformation.has_rivals:
+        if not deformation.has_competing_regions:
             return None
         return self.memory.scratch("rivals", 4 * slabs[0].stop)
 
@@ -273,7 +273,7 @@ class Engine:
                 take(
                     number, map_, _held(deformation.moved_planes, map_.region, points, part), False
                 )
-            if deformation.has_rivals:
+            if deformation.has_competing_regions:
                 expected = numbers[part].copy()
                 for number, map_ in maps:
                     void = (void_distance[part] < 0) & (expected != number)

@@ -19,7 +19,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 
 from vtk_mls import Aborted, DeviceError
-from vtk_mls.base.messages import listening
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import whole
 from vtk_mls.filters import times
 from vtk_mls.filters.requests import ask_for_all, ask_within_the_whole
@@ -67,7 +67,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         if name is None:
             return 1
         # points may be NaN or far away
-        with listening(self._show, self._warn), np.errstate(all="ignore"):
+        with message_handlers(self._show, self._warn), np.errstate(all="ignore"):
             return self._answer(name, request, inInfo, outInfo)
 
     def _answer(self, name, request, inInfo, outInfo):

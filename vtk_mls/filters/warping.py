@@ -225,7 +225,7 @@ def offset_from_cuts(deformation, positions, foot, side):
     Points on a cut get there, and on a little, to the side on which their cells are.
     """
     regions = [region.control_points for region in deformation.regions]
-    distance = np.abs(positions - regions[0].centre)
+    distance = np.abs(positions - regions[0].center)
     size = np.maximum(max(each.scale for each in regions), distance.max(axis=1))
     return foot + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
 

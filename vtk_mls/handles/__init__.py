@@ -1,1 +1,1 @@
-"""Handles: the places that the map carries, and where it carries them."""
+"""Handles: places in the undeformed space, and where the deformation moves them."""

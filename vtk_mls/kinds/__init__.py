@@ -1,4 +1,4 @@
-"""The kinds of maps. A file of this room is a family of them, and is found by itself."""
+"""The kinds of maps. Each file of this folder defines a family, which is found by import."""
 
 from __future__ import annotations
 
@@ -8,20 +8,23 @@ from pkgutil import iter_modules
 from vtk_mls.kinds.kind import Kind
 
 
-def _found():
-    """The kinds in all files of this room, in the order of the paper, then of their names."""
-    found = []
-    for module in iter_modules(__path__, f"{__name__}."):
-        members = vars(import_module(module.name)).values()
-        classes = [each for each in members if isinstance(each, type) and issubclass(each, Kind)]
-        found += [each for each in classes if each.name and each.__module__ == module.name]
-    return sorted(found, key=lambda kind: (kind.equation, kind.name))
+def _find_kinds():
+    """The kinds in all files of this folder, in the order of their equations and names."""
+    modules = [import_module(module.name) for module in iter_modules(__path__, f"{__name__}.")]
+    kinds = [
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, type) and issubclass(member, Kind)
+        if member.name and member.__module__ == module.__name__
+    ]
+    return sorted(kinds, key=lambda kind: (kind.equation, kind.name))
 
 
-_KINDS = {kind.name: kind for kind in _found()}
+_KINDS = {kind.name: kind for kind in _find_kinds()}
 KINDS = tuple(_KINDS)
 
 
 def named(name, degree) -> Kind:
-    """The kind `name`, one of `KINDS`, with the `degree` of polynomials."""
+    """The kind `name`, one of `KINDS`; `degree` is that of polynomials."""
     return _KINDS[name](degree)

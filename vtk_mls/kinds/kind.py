@@ -1,4 +1,4 @@
-"""What a kind of maps must tell: of its fit in float64, and of its kernel file."""
+"""The interface of a kind of maps: its fit in float64, and its kernel file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """The maps l that are fitted at some points v: what the specification needs of them.
+    """The maps l fitted at points v.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class Fit:
     linear : (m, 3, 3) or (3, 3) float64
         dl/dv at fixed weights.
     influence : callable
-        Without arguments: the derivative of l(v) by the weight of each control point, (m, n, 3).
+        Without arguments; the derivative of l(v) by the weight of each control point, (m, n, 3).
     """
 
     displacement: np.ndarray
@@ -31,19 +31,19 @@ class Fit:
 class Kind:
     """A kind of maps.
 
-    A kind is a subclass with a `name`, in any file of this room, and a kernel file that has the
-    functions of "Kinds" in opencl/README.md. A control point has its `determined` at hand.
+    A kind is a subclass with a `name` in any file of this folder, and a kernel file with the
+    functions of "Kinds" in opencl/README.md.
 
     Attributes
     ----------
     name : str
-        As `Deformation` takes it; kinds without one are only bases of others.
+        As in `Deformation`; None for a base class.
     kernel : str
-        The file of opencl/ with its fit.
+        The file in opencl/ with the fit.
     equation : float
-        Its first equation in the paper: the order of the kinds.
+        The first equation in the paper, by which kinds are sorted.
     has_degree : bool
-        Whether `degree` makes a difference.
+        Whether the kind depends on `degree`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Kind:
         pass
 
     def determined(self, rest, deformed, local):
-        """What the control points tell of such a map: kept as `ControlPoints.determined`.
+        """The part of the map that control points determine, for `ControlPoints.determined`.
 
         Parameters
         ----------
@@ -71,25 +71,25 @@ class Kind:
         return None
 
     def fit(self, weighted) -> Fit:
-        """The maps that fit `weighted`, a `vtk_mls.reference.weights.WeightedPoints`, best."""
+        """The best fit to `weighted`, a `vtk_mls.reference.weights.WeightedPoints`."""
         raise NotImplementedError
 
     def functions(self, control_points) -> int:
-        """How many functions are summed for each control point, beside its position."""
+        """Number of functions that are summed for each control point, beside its position."""
         return 0
 
     def needs_float64(self, alpha) -> bool:
-        """Whether `SUM` in the kernels is double, where the device has it."""
+        """Whether the kernels sum in double on devices that support it."""
         return False
 
     def constants(self) -> dict:
-        """Build constants of the kernel file: names and values."""
+        """Build constants of the kernel file: values by name."""
         return {}
 
-    def numbers(self, control_points) -> dict:
-        """`rank` and `flip_axis` of map_numbers_t in structs.h, if the kernel file needs them."""
+    def params(self, control_points) -> dict:
+        """`rank` and `flip_axis` of the kernels' map parameters, if the kernel file uses them."""
         return {}
 
     def table(self, control_points) -> np.ndarray:
-        """What the kernel file finds in `map->table`: float32 of any shape."""
+        """The data of `map->table` in the kernel file: float32 of any shape."""
         return np.zeros(0, np.float32)

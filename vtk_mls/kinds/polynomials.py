@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.kinds.kind import Fit, Kind
 
-# Exponents of the monomials of degree 1, 2 and 3, in this order also in the kernels.
+# Exponents of the monomials of degree 1, 2 and 3, in the order of the kernels.
 MONOMIALS = np.array(
     [
         *[(1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -20,11 +20,11 @@ MONOMIALS = np.array(
 )
 MONOMIAL_COUNT = {1: 3, 2: 9, 3: 19}
 
-# Below this share of its size a function counts as zero on the control points. float32 input
-# that was meant to be exactly flat is flat to about 1e-7.
+# Relative size below which a function counts as zero on the control points. A plane set in float32
+# is flat to about 1e-7.
 RANK_TOLERANCE = 1e-5
-# A weighted norm that lost this share of its square in the orthogonalisation is rounding.
-_VANISHING = 1e-20
+# Relative squared norm below which a function is rounding error after orthogonalization.
+_MIN_SQUARED_NORM = 1e-20
 
 
 class Polynomial(Kind):
@@ -55,16 +55,16 @@ class Polynomial(Kind):
         order = ", ".join(_name(exponents) for exponents in MONOMIALS[:count])
         return {"FUNCTIONS": count, "MONOMIAL_ORDER": order}
 
-    def numbers(self, control_points):
+    def params(self, control_points):
         return {"rank": len(control_points.determined)}
 
     def table(self, control_points):
-        """Coefficients of the functions, a row each, then their values at each control point."""
-        basis, most = control_points.determined, MONOMIAL_COUNT[self.degree]
+        """Rows of coefficients of the functions, then of their values at each control point."""
+        basis, count = control_points.determined, MONOMIAL_COUNT[self.degree]
         values = basis.values
-        table = np.zeros((most + len(values), most), np.float32)
+        table = np.zeros((count + len(values), count), np.float32)
         table[: len(basis)] = basis.coefficients
-        table[most:, : len(basis)] = values - basis.values.mean(axis=0)
+        table[count:, : len(basis)] = values - values.mean(axis=0)
         return table
 
 
@@ -83,9 +83,9 @@ class Affine(Polynomial):
 class Basis:
     """Polynomials that are orthonormal on the control points, up to a constant each.
 
-    Each degree adds only what the control points can tell from lower degrees (singular value
-    above `RANK_TOLERANCE`), so a fit in this basis never divides by a vanishing norm, and what a
-    degenerate set cannot determine stays as it is in the identity map.
+    Each degree adds only functions that the control points distinguish from lower degrees (singular
+    value above `RANK_TOLERANCE`). So a fit in this basis never divides by a vanishing norm, and
+    functions that a degenerate set does not determine are those of the identity map.
 
     Attributes
     ----------
@@ -118,8 +118,8 @@ class Basis:
                 sampled = sampled - values @ shadow
                 forms = forms - shadow.T @ coefficients
             _, singular, mix = np.linalg.svd(sampled, full_matrices=False)
-            kept = singular > RANK_TOLERANCE * size
-            mix = mix[kept] * (np.sqrt(n) / singular[kept])[:, None]
+            is_determined = singular > RANK_TOLERANCE * size
+            mix = mix[is_determined] * (np.sqrt(n) / singular[is_determined])[:, None]
             values = np.hstack([values, sampled @ mix.T])
             coefficients = np.vstack([coefficients, mix @ forms])
         coefficients = coefficients[1:]
@@ -160,7 +160,7 @@ def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
 
 
 def _name(exponents) -> str:
-    """What opencl/basis.cl calls a monomial: XXY for x^2 y."""
+    """The name of a monomial in opencl/basis.cl: XXY for x^2 y."""
     return "".join(axis * int(power) for axis, power in zip("XYZ", exponents))
 
 
@@ -172,8 +172,7 @@ def _multinomial(exponents) -> float:
 def _polynomial_fit(weighted):
     """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
 
-    The displacement p - q is fitted, so that what the control points leave open stays as in the
-    identity map.
+    The displacement p - q is fitted, so that undetermined functions are those of the identity map.
     """
     control_points, w = weighted.control_points, weighted.w
     basis, local = control_points.determined, control_points.local(weighted.v)
@@ -199,9 +198,9 @@ def _polynomial_fit(weighted):
             f, f_v = f - c[:, None] * psi, f_v - c * psi_v
             df_v = df_v - c[:, None] * dpsi_v
         norm = inner(f, f)
-        lost = norm <= _VANISHING * before
-        f_v, df_v = np.where(lost, 0, f_v), np.where(lost[:, None], 0, df_v)
-        orthogonal.append((f, f_v, df_v, np.where(lost, 1, norm)))
+        is_zero = norm <= _MIN_SQUARED_NORM * before
+        f_v, df_v = np.where(is_zero, 0, f_v), np.where(is_zero[:, None], 0, df_v)
+        orthogonal.append((f, f_v, df_v, np.where(is_zero, 1, norm)))
 
     coefficients = [
         np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None] for psi, _, _, norm in orthogonal

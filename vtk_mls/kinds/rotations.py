@@ -1,4 +1,4 @@
-"""Rigid and similarity deformations: the rotation that fits best, Eq. 8 to 22."""
+"""Rigid and similarity deformations: the best fitting rotation, Eq. 8 to 22."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from vtk_mls.base.linear_algebra import finite, unit
 from vtk_mls.kinds.kind import Fit, Kind
 
-# The rotation about a line of control points hangs on the product of the two sets' widths.
+# Smallest product of the relative widths of p and q that determines the twist about a line.
 TWIST_TOLERANCE = 1e-5
 
 
 class RotationRank(NamedTuple):
-    """What control points tell of a rotation.
+    """The part of a rotation that control points determine.
 
     Attributes
     ----------
     rank : int
-        0: nothing, 1: all but the twist about a line, 2: all of it.
+        0: nothing, 1: all except the twist about a line, 2: everything.
     flip_axis : (3,) float64
-        Unit vector, normal to the line of rank 1: the axis of a turn by exactly 180 degrees.
+        Unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees.
     """
 
     rank: int
@@ -46,7 +46,7 @@ class Rigid(Kind):
     def constants(self):
         return {"SIMILARITY": int(self.scales)}
 
-    def numbers(self, control_points):
+    def params(self, control_points):
         rank, flip_axis = control_points.determined
         return {"rank": rank, "flip_axis": flip_axis}
 
@@ -60,7 +60,7 @@ class Similarity(Rigid):
 
 
 class _RotationFit:
-    """The rotation that maximises Eq. 9, and the factor of the similarity kind."""
+    """The rotation that maximizes Eq. 9, and the factor of the similarity kind."""
 
     def __init__(self, weighted, scales):
         self.weighted, self.scales = weighted, scales
@@ -89,7 +89,7 @@ class _RotationFit:
         self.linear = self.factor[:, None, None] * self.rotation
 
     def _rotation_of_line(self):
-        """Twist-free rotation of C = s a^T b that turns b to a."""
+        """The twist-free rotation for C = s a^T b, which turns b to a."""
         rows = np.linalg.norm(self.c, axis=2)
         b = unit(np.take_along_axis(self.c, rows.argmax(axis=1)[:, None, None], axis=1)[:, 0])
         a = unit(np.einsum("mab,mb->ma", self.c, b))
@@ -130,7 +130,7 @@ class _RotationFit:
         return influence
 
     def _velocity_of_line(self):
-        """Angular velocity of the twist-free rotation for a change of each weight."""
+        """Derivative of the twist-free rotation by each weight, as an angular velocity."""
         p, q = self.weighted.p, self.weighted.q
         a, b = (axis[:, None] for axis in self.line)
         strength = np.maximum(self.r_max, np.finfo(float).tiny)[:, None, None]
@@ -146,7 +146,7 @@ class _RotationFit:
 
 
 def _rotation_rank(rest, deformed):
-    """What the cross-covariance C of Eq. 11 determines of the rotation, whatever the weights."""
+    """Rank and flip axis of `RotationRank`, which hold for all weights in C of Eq. 11."""
     lengths, directions = [], []
     for points in (rest, deformed):
         _, singular, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
@@ -163,7 +163,7 @@ def _rotation_rank(rest, deformed):
 
 
 def _largest_rotation(c):
-    """The rotation (m, 3, 3) that maximises tr(R^T C), as column matrix p = R q.
+    """The rotation (m, 3, 3) that maximizes tr(R^T C), as column matrix p = R q.
 
     The largest root of the quartic of Eq. 22 is the largest eigenvalue of this symmetric matrix,
     and the eigenvector is the rotation of Eq. 10 as a quaternion (Horn 1987).

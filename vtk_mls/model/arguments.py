@@ -1,7 +1,4 @@
-"""Validation of the arguments of a deformation.
-
-Errors are one sentence with the argument, what was expected, and what came.
-"""
+"""Validation of the arguments of a deformation."""
 
 from __future__ import annotations
 
@@ -13,27 +10,27 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls import cuts as shapes
 from vtk_mls.base.validation import as_float, points, short_repr
 
-# Coordinates of control points, in world units: float32 ends at 3.4e38.
-LARGEST = 1e37
-# Distances of cuts, as a share of the extent of control points.
-FARTHEST = 1e10
+# Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
+MAX_COORDINATE = 1e37
+# Largest distance of cuts, in units of the control points' extent: the kernels square it.
+MAX_CUT_DISTANCE = 1e10
 
 
 def control_points(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """As `points`, but within what float32 holds: displacements are float32."""
+    """As `points`, with coordinates up to `MAX_COORDINATE`."""
     array = points(name, value)
-    far = np.abs(array).max(axis=1, initial=0) > LARGEST
-    if far.any():
-        row = int(np.flatnonzero(far)[0])
+    is_far = np.abs(array).max(axis=1, initial=0) > MAX_COORDINATE
+    if is_far.any():
+        row = int(np.flatnonzero(is_far)[0])
         raise ValueError(
-            f"`{name}` must be within {LARGEST:g}, for displacements are float32, "
+            f"`{name}` must be within {MAX_COORDINATE:g}, the range of float32 displacements, "
             f"got {array[row].tolist()} in row {row}"
         )
     return array
 
 
-def positive_weights(value, count):
-    """A positive factor for each of `count` control points; 1 without."""
+def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]:
+    """A positive factor for each of `count` control points; 1 for None."""
     if value is None:
         return np.ones(count)
     weights = as_float("weights", value)
@@ -41,35 +38,34 @@ def positive_weights(value, count):
         raise ValueError(
             f"`weights` must be one number per control point, shape ({count},), got {weights.shape}"
         )
-    bad = ~(np.isfinite(weights) & (weights > 0))
-    if bad.any():
-        first = int(np.flatnonzero(bad)[0])
+    is_bad = ~(np.isfinite(weights) & (weights > 0))
+    if is_bad.any():
+        first = int(np.flatnonzero(is_bad)[0])
         raise ValueError(
             f"`weights` must be positive, got {weights[first]} for control point {first}"
         )
     return weights
 
 
-def cut_shapes(value):
-    """A tuple of cuts, of one or several; none for None."""
+def cut_shapes(value: shapes.Cut | Iterable[shapes.Cut] | None) -> tuple[shapes.Cut, ...]:
+    """A tuple of cuts, from one cut, several or None."""
     if value is None:
         return ()
-    is_one = isinstance(value, shapes.Cut) or not isinstance(value, Iterable)
-    cuts = (value,) if is_one else tuple(value)
+    is_single = isinstance(value, shapes.Cut) or not isinstance(value, Iterable)
+    cuts = (value,) if is_single else tuple(value)
     for cut in cuts:
         if not isinstance(cut, shapes.Cut):
-            *most, last = shapes.SHAPES
-            names = f"{', '.join(most)} or {last}"
-            raise TypeError(f"`cuts` must be {names}, got {short_repr(cut)}")
+            *names, last = shapes.SHAPES
+            raise TypeError(f"`cuts` must be {', '.join(names)} or {last}, got {short_repr(cut)}")
     return cuts
 
 
-def check_reach(cuts, regions):
-    """Raise if a cut is so far from control points that squares in the kernels' float32 end."""
+def check_cut_distances(cuts, regions):
+    """Raise ValueError for a cut too far from the control points for the kernels' float32."""
     for control_points in (region.control_points for region in regions):
         for cut in cuts:
-            if not cut.farthest(control_points) <= FARTHEST:
+            if not cut.farthest(control_points) <= MAX_CUT_DISTANCE:
                 raise ValueError(
-                    f"`cuts` must be within {FARTHEST:g} times the extent of the control points, "
-                    f"{control_points.scale:g}, got {short_repr(cut)}"
+                    f"`cuts` must be within {MAX_CUT_DISTANCE:g} times the extent of the control "
+                    f"points, {control_points.scale:g}, got {short_repr(cut)}"
                 )

@@ -26,31 +26,31 @@ class Option:
     Attributes
     ----------
     name : str
-        In snake_case, as an argument of `Deformation`.
+        In snake_case: the argument of `Deformation`.
     default : object
         In Python, in the filters and on the command line; a number, a text, or None.
     label : str
         Of a control in a panel.
     help : str
-        For every user.
+        For all users.
     more : str
-        For those who write programs.
+        Help for programmers.
     choices : tuple
         Possible values; empty for a number in a range, or a text.
     choice_labels : tuple of str
-        Of the choices in a panel, where their names alone are not clear.
+        Of the choices in a panel, if their names are not clear.
     is_valid : callable, optional
-        Whether a finite number is possible.
+        Whether a finite number is a valid value.
     expected : str
-        Possible values, for errors; the list of the choices if not given.
+        Valid values, for errors; by default the list of the choices.
     slider : (low, high, step), optional
         Usual range of a number, for sliders and keys.
     interactive_default : object
-        In ParaView and in the editor; as `default` if not given.
+        In ParaView and in the editor; `default` if not given.
     section : {"map", "cut", "computing"}
         Of panels; options for computing are advanced.
     needs : (str, object), optional
-        The option has an effect only while another has a value.
+        Name and value of another option, without which this option has no effect.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Option:
 
     def __post_init__(self):
         if self.interactive_default is None:
-            object.__setattr__(self, "interactive_default", self.default)
+            vars(self).update(interactive_default=self.default)
 
     @property
     def property_name(self) -> str:
@@ -106,7 +106,7 @@ class Option:
         return float(number)
 
     def limited(self, value: float, present: float) -> float:
-        """The nearest value in the range of the slider, which a `present` one outside extends."""
+        """`value`, limited to the range of the slider, which includes the `present` value."""
         low, high, _ = self.slider
         return round(float(np.clip(value, min(low, present), max(high, present))), 3)
 
@@ -209,6 +209,11 @@ ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
 )
 # Arguments of `Deformation`; a blend moves the control points instead.
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
+
+
+def check_options(**values: Any) -> dict[str, Any]:
+    """`Option.checked` values of a deformation, by name."""
+    return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
 
 
 def values_of(source: Any, options: tuple[Option, ...] = OPTIONS) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The sides of full cuts: each has control points of its own, and nothing else in common."""
+"""Regions between plane cuts: each has its own control points."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.cuts import Plane
 from vtk_mls.handles.control_points import ControlPoints
 
-_MOST_PLANES = 6
-# What is nearer to a plane than this share of its size is on both sides, to rounding.
+MAX_PLANES = 6
+# Distance below which a point counts as on a plane, as a fraction of the size.
 ON_PLANE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The points on one side of each of some planes, with the control points there.
+    """The points on one side of each plane, with the control points there.
 
     Attributes
     ----------
     sides : (planes,) float64
         1 or -1 for each plane. A point on a plane is on side 1.
     control_points : ControlPoints
-        If no control point is there, one that does not move.
+        A single fixed control point if the region has none of its own.
     """
 
     sides: np.ndarray
@@ -40,56 +40,52 @@ class Region:
         return inside
 
     @functools.cached_property
-    def exchanged(self) -> Region:
-        """With p and q exchanged: its backward map is a forward map, but not quite the inverse."""
-        control_points = self.control_points
-        exchanged = ControlPoints(
-            control_points.deformed,
-            control_points.rest,
-            control_points.weights,
-            control_points.kind,
-            control_points.scale,
+    def swapped(self) -> Region:
+        """The region with p and q swapped: its backward map approximates the inverse map."""
+        points = self.control_points
+        swapped = ControlPoints(
+            points.deformed, points.rest, points.weights, points.kind, points.scale
         )
-        return Region(self.sides, exchanged)
+        return Region(self.sides, swapped)
 
 
-def divided(planes, seen, control_points, kind) -> tuple[Region, ...]:
-    """All regions that `planes` make; one for no plane.
+def split_by_planes(planes, positions, control_points, kind) -> tuple[Region, ...]:
+    """All regions that `planes` separate; a single one without planes.
 
     Parameters
     ----------
     planes : sequence of Plane
-    seen : (n, 3) float64, world coordinates
-        Where the planes see the control points.
+    positions : (n, 3) float64, world coordinates
+        Of the control points in the frame of the planes: rest or deformed.
     control_points : tuple of float64 arrays
         Their rest and deformed positions (n, 3) and weights (n,).
     kind : Kind
     """
     rest, deformed, weights = control_points
-    if len(planes) > _MOST_PLANES:
+    if len(planes) > MAX_PLANES:
         raise ValueError(
-            f"`cuts` must have at most {_MOST_PLANES} full planes, got {len(planes)}; "
-            "use HalfPlane or Surface for cuts that do not go through everything"
+            f"`cuts` must have at most {MAX_PLANES} planes, got {len(planes)}; "
+            "use HalfPlane or Surface for cuts with an edge"
         )
-    world = _size(rest, deformed)
+    extent = _extent(rest, deformed)
     regions = []
     for sides in product((1.0, -1.0), repeat=len(planes)):
         region = Region(np.array(sides), None)
-        here = region.holds(planes, seen)
-        if here.any():
-            control_points = ControlPoints(rest[here], deformed[here], weights[here], kind, world)
+        rows = region.holds(planes, positions)
+        if rows.any():
+            points = ControlPoints(rest[rows], deformed[rows], weights[rows], kind, extent)
         else:
-            middle = seen.mean(axis=0)
-            anchor = (middle - planes[0].height(middle) * planes[0].normal)[None]
-            control_points = ControlPoints(anchor, anchor, np.ones(1), kind, world)
-        regions.append(Region(region.sides, control_points))
+            middle = positions.mean(axis=0)
+            fixed = (middle - planes[0].height(middle) * planes[0].normal)[None]
+            points = ControlPoints(fixed, fixed, np.ones(1), kind, extent)
+        regions.append(Region(region.sides, points))
     return tuple(regions)
 
 
-def moved(plane, rest, deformed) -> Plane:
-    """The plane where material that was on `plane` is expected in the deformed space.
+def deformed_plane(plane, rest, deformed) -> Plane:
+    """The approximate place of the material of `plane` in the deformed space.
 
-    The affine map that fits the control points best has it there.
+    It is the image of the plane under the best fitting affine map of the control points.
     """
     matrix, offset = fitted_affine(deformed, rest)
     normal = plane.normal @ matrix
@@ -99,8 +95,9 @@ def moved(plane, rest, deformed) -> Plane:
     return Plane(-plane.height(offset) / size * normal, normal)
 
 
-def _size(rest, deformed):
-    """How large the world is: how far control points are apart or are moved, world units."""
-    both = np.concatenate([rest, deformed])
-    # one that does not move says nothing, but then all is at rest
-    return float(np.abs(both - both[0]).max() or np.abs(both).max() or 1.0)
+def _extent(rest, deformed):
+    """The largest coordinate distance between control points, rest or deformed, world units."""
+    positions = np.concatenate([rest, deformed])
+    # for a single fixed control point its distance from the origin
+    distance = np.abs(positions - positions[0]).max()
+    return float(distance or np.abs(positions).max() or 1.0)

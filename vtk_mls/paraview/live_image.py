@@ -15,8 +15,7 @@ from vtk_mls.paraview.live_mesh import FEATURE_EDGES, SURFACES, feature_edges
 from vtk_mls.paraview.live_prop import LiveProp, representation_of
 from vtk_mls.paraview.server_manager import pending_value
 from vtk_mls.rendering import DeformedVolume
-from vtk_mls.rendering.map_pace import MapPace
-from vtk_mls.rendering.ray_spacing import RaySpacing, usual_step
+from vtk_mls.rendering.pace import MapPace, RaySpacing, usual_step
 
 MAX_POINTS_DRAGGING, MAX_POINTS = 2**18, 2**21  # of an image that is deformed as a whole
 MAX_MAP_NODES = 128  # along an axis, of a volume's map at rest

@@ -12,7 +12,7 @@ from vtk_mls.paraview.displays import BlockSettings, apply_colors, block_setting
 from vtk_mls.paraview.live_prop import LiveProp
 from vtk_mls.paraview.server_manager import input_data
 from vtk_mls.rendering import DeformedMesh
-from vtk_mls.rendering.moved_mesh import MovedMesh
+from vtk_mls.rendering.deformed_mesh import MeshDeformer
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 FEATURE_EDGES = "Feature Edges"
@@ -64,7 +64,7 @@ class LiveOutline(LiveProp):
         mapper = vtkPolyDataMapper()
         mapper.ScalarVisibilityOff()
         super().__init__(display, mesh, renderer, mapper)
-        self._moved = MovedMesh()
+        self._moved = MeshDeformer()
         is_curved = isinstance(mesh, vtkStructuredGrid)  # its outline follows the outer edges
         outline = vtkStructuredGridOutlineFilter() if is_curved else vtkOutlineFilter()
         first, second = (outline, self._moved) if is_curved else (self._moved, outline)
@@ -73,7 +73,7 @@ class LiveOutline(LiveProp):
         mapper.SetInputConnection(second.GetOutputPort())
 
     def _show(self, pending, is_dragging):
-        self._moved.show(pending.deformation, exact=not is_dragging)
+        self._moved.deform(pending.deformation, exact=not is_dragging)
 
 
 class LiveEdges(LiveProp):
@@ -82,7 +82,7 @@ class LiveEdges(LiveProp):
     representations = (FEATURE_EDGES,)
 
     def __init__(self, display, mesh, renderer, index=0):
-        self._moved, mapper = MovedMesh(), vtkPolyDataMapper()
+        self._moved, mapper = MeshDeformer(), vtkPolyDataMapper()
         self._moved.SetInputDataObject(mesh)
         edges = feature_edges(self._moved)
         mapper.SetInputConnection(edges.GetOutputPort())
@@ -90,7 +90,7 @@ class LiveEdges(LiveProp):
         super().__init__(display, mesh, renderer, mapper)
 
     def _show(self, pending, is_dragging):
-        self._moved.show(pending.deformation, exact=not is_dragging)
+        self._moved.deform(pending.deformation, exact=not is_dragging)
 
 
 def feature_edges(surface):

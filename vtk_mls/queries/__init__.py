@@ -1,1 +1,1 @@
-"""Questions about a deformation that any engine can answer."""
+"""Questions about a deformation, answered through any engine."""

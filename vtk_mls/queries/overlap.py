@@ -1,4 +1,4 @@
-"""Where material from both sides of a cut is at one point: they were pushed into each other."""
+"""Where material from both sides of a cut overlaps."""
 
 from __future__ import annotations
 
@@ -9,68 +9,70 @@ import numpy as np
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.cuts.plane import Plane
 
-# Next to the size of what is deformed: more than the device's float32 blurs.
-_BLUR = 1e-5
+# Rounding error of the device's float32, and more, as a fraction of the size.
+_ROUNDING = 1e-5
 
 
 def overlap(engine, deformation, points, progress):
-    """Whether there is material of two sides of a cut.
+    """Whether material from both sides of a cut is at each point.
 
-    Each point has an origin. From just behind each cut, where that is nearest to the origin, the
-    search for another begins; and from behind all of two or three planes that cross.
+    The search for a second origin starts just behind each cut, at the closest point to the first
+    origin, and behind all of two or three planes that intersect.
 
     Parameters
     ----------
     engine : Engine
     deformation : Deformation
-        With cuts in the rest frame.
     points : (m, 3) float64, world coordinates
     progress : Progress
 
     Returns
     -------
     (m,) bool
+        False for all points with cuts in the deformed frame.
     """
-    groups = _groups(deformation.cuts)
-    first, *others = progress.divided(*[1] * (2 + len(groups)))
-    origins = engine.backward(deformation, points, first)
     found = np.zeros(len(points), bool)
-    blur = _BLUR * _sizes(deformation, points)
-    here = engine.void_distance(deformation, points, others[0]) > blur
-    for cuts, part in zip(groups, others[1:]):
-        rows = np.flatnonzero(here & ~found)
-        x, limit = origins[rows], blur[rows]
+    if not deformation.in_rest_frame:
+        return found
+    groups = _groups(deformation.cuts)
+    mapping, measuring, *searches = progress.divided(*[1] * (2 + len(groups)))
+    origins = engine.backward(deformation, points, mapping)
+    rounding = _ROUNDING * _sizes(deformation, points)
+    has_material = engine.void_distance(deformation, points, measuring) > rounding
+    for cuts, search in zip(groups, searches):
+        rows = np.flatnonzero(has_material & ~found)
+        x, limit = origins[rows], rounding[rows]
         behind = x - _to_behind(cuts, x, limit)
-        other, distance = engine.origins_from(deformation, points[rows], behind, part)
-        differs = np.linalg.norm(other - x, axis=1) > limit
+        second, distance = engine.origins_from(deformation, points[rows], behind, search)
+        differs = np.linalg.norm(second - x, axis=1) > limit
         found[rows] = differs & (distance > limit)
     return found
 
 
 def _groups(cuts):
-    """Tuples of cuts behind which other material can be: each cut, and planes that cross."""
+    """Tuples of cuts that can hide a second origin: each cut, and planes that intersect."""
     planes = [cut for cut in cuts if isinstance(cut, Plane)]
-    crossing = [each for n in (2, 3) for each in combinations(planes, n) if _cross(each)]
-    return [(cut,) for cut in cuts] + crossing
+    groups = [group for count in (2, 3) for group in combinations(planes, count)]
+    return [(cut,) for cut in cuts] + [group for group in groups if _intersect(group)]
 
 
-def _cross(planes):
+def _intersect(planes):
     normals = np.array([plane.normal for plane in planes])
     return np.linalg.matrix_rank(normals, 1e-6) == len(planes)
 
 
 def _to_behind(cuts, x, limit):
-    """Back from just behind all of the cuts to x (m, 3), each `limit` (m,) past them."""
+    """Vectors (m, 3) from points `limit` (m,) behind all of the cuts to x (m, 3)."""
     if len(cuts) == 1:
         (cut,) = cuts
         return (cut.void_distance(x, x) + limit)[:, None] * cut.away(x, x)
     heights = np.stack([plane.height(x) for plane in cuts], axis=1)
-    past = heights + np.where(heights < 0, -1, 1) * limit[:, None]
-    return transformed(np.linalg.pinv([plane.normal for plane in cuts]), past)
+    distances = heights + np.where(heights < 0, -1, 1) * limit[:, None]
+    return transformed(np.linalg.pinv([plane.normal for plane in cuts]), distances)
 
 
 def _sizes(deformation, points):
-    """What rounding at `points` (m, 3) is relative to: (m,), world units."""
+    """Length that rounding errors at `points` (m, 3) are relative to: (m,), world units."""
     regions = [region.control_points for region in deformation.regions]
-    distance = np.abs(points - regions[0].centre).max(axis=1)
-    return np.maximum(max(each.scale for each in regions), distance)
+    distance = np.abs(points - regions[0].center).max(axis=1)
+    return np.maximum(max(control_points.scale for control_points in regions), distance)

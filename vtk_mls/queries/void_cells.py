@@ -1,4 +1,4 @@
-"""What cuts have opened in the cells between the points of a grid."""
+"""Voids that cuts have opened in the cells between the points of a grid."""
 
 from __future__ import annotations
 
@@ -7,34 +7,33 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-# Bits of what the corners of a cell tell: its centre is void; a corner is; of the centre nothing.
+# Bits of a cell, from its corners: its center is void; a corner is void; the center is unknown.
 VOID, TOUCHED, UNKNOWN = 1, 2, 4
-# What no cell can reach from its corners: so many times what these differ by, there and beside it,
-# and its diagonal, as all control points together map it. By differences alone corners that lie
-# alike on both sides of a void, or of two, would seem to be far from it. (In the worst of 10,800
-# random scenes of 270 million cells, 3.3 times.)
+# A cell is far from every face if its corners are farther than FAR times their differences, in the
+# cell and its neighbors, and than its mapped diagonal. Differences alone would fail for corners
+# placed symmetrically about one void or two. (The largest ratio found in 10,800 random scenes with
+# 270 million cells was 3.3.)
 FAR = 4
-# Cells among which those are sought that the map is asked for.
-_LOOKED_AT = 1 << 22
+MAX_SLAB_CELLS = 1 << 22  # searched at once for cells that need the map
 _ENDS = slice(None, -1), slice(1, None)
 
 
 class VoidCells(NamedTuple):
-    """What is void in each of the `Grid.cells` of a grid: (nz, ny, nx) bool of these.
+    """Voids in each of the `Grid.cells` of a grid: (nz, ny, nx) bool.
 
     Attributes
     ----------
     at_centre : array of bool
-        Whether the centre of the cell is void.
+        Whether the center of the cell is void.
     touched : array of bool
-        Whether one of its corners is.
+        Whether a corner of the cell is void.
     """
 
     at_centre: NDArray[np.bool_]
     touched: NDArray[np.bool_]
 
 
-def of_cells(deformation, engine, grid, void_distance, progress):
+def classify_cells(deformation, engine, grid, void_distance, progress):
     """The `VoidCells` of a grid.
 
     Parameters
@@ -48,62 +47,58 @@ def of_cells(deformation, engine, grid, void_distance, progress):
     """
     if not deformation.cuts:
         return VoidCells(*np.zeros((2, *grid.cells.shape), bool))
-    looking, asking = progress.divided(1, 3)
-    told = engine.void_by_corners(void_distance, _least_distance(deformation, grid), looking)
-    cells, layer = told.reshape(-1), told[0].size
-    slabs = range(0, told.size, max(1, _LOOKED_AT // layer) * layer)
-    for first, slab in zip(slabs, asking.divided(*[1] * len(slabs))):
-        here = cells[first : first + slabs.step]
-        unknown = np.flatnonzero(here >= UNKNOWN)
-        if len(unknown):
-            asked = deformation, grid.cells, first + unknown, slab
-            here[unknown] |= engine.void_distance_listed(*asked) < 0
-    touched = (told & TOUCHED).astype(bool)
-    told &= VOID
-    return VoidCells(told.view(bool), touched)
+    classifying, mapping = progress.divided(1, 3)
+    flags = engine.void_by_corners(void_distance, _min_distance(deformation, grid), classifying)
+    cells, layer_size = flags.reshape(-1), flags[0].size
+    slabs = range(0, flags.size, max(1, MAX_SLAB_CELLS // layer_size) * layer_size)
+    for first, part in zip(slabs, mapping.divided(*[1] * len(slabs))):
+        slab = cells[first : first + slabs.step]
+        rows = np.flatnonzero(slab >= UNKNOWN)
+        if len(rows):
+            distance = engine.void_distance_listed(deformation, grid.cells, first + rows, part)
+            slab[rows] |= distance < 0
+    touched = (flags & TOUCHED).astype(bool)
+    flags &= VOID
+    return VoidCells(flags.view(bool), touched)
 
 
-def _least_distance(deformation, grid):
-    """From a void, in world units: that of corners whose cell is not near its face."""
+def _min_distance(deformation, grid):
+    """The longest mapped diagonal of a cell, world units: cells far from a face exceed it."""
     dimensions = np.array(grid.dimensions)
-    if np.any(dimensions == 2):  # a single layer of cells has none beside it that would tell
+    if np.any(dimensions == 2):  # a single layer of cells has no neighbors to compare with
         return np.inf
     signs = np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]) * (dimensions > 1)
     diagonals = signs @ grid.index_to_world.T
     matrices = [region.control_points.affine[0] for region in deformation.regions]
-    return max(np.linalg.norm(diagonals @ each.T, axis=1).max() for each in matrices)
+    return max(np.linalg.norm(diagonals @ matrix.T, axis=1).max() for matrix in matrices)
 
 
 def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]:
-    """What the corners of cells tell of the void.
+    """Classify cells by the void distances at their corners.
 
     Parameters
     ----------
     void_distance : (nz, ny, nx) float32, world units
         At the points of a grid.
     least : float, world units
-        Corners of cells that are not near a face are at least as far from it.
+        Smallest distance of the corners of a cell that is far from every face.
 
     Returns
     -------
     array of uint8
-        Of the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED of each.
+        With the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED.
     """
     low, high = (_over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
-    with np.errstate(invalid="ignore"):  # no range of infinite ones, which stay unknown
-        far = np.maximum(FAR * _largest_beside(high - low), least)
-    void, full = high < -far, low > far
-    told = np.where(void, VOID, np.where(full, 0, UNKNOWN)).astype(np.uint8)
-    return told | TOUCHED * _touched(void_distance).astype(np.uint8)
+    with np.errstate(invalid="ignore"):  # infinite distances have no difference, and stay unknown
+        far = np.maximum(FAR * _largest_of_neighbors(high - low), least)
+    is_void, is_full = high < -far, low > far
+    flags = np.where(is_void, VOID, np.where(is_full, 0, UNKNOWN)).astype(np.uint8)
+    is_touched = _over_corners(np.maximum, void_distance < 0)
+    return flags | TOUCHED * is_touched.astype(np.uint8)
 
 
-def _touched(void_distance):
-    """Which cells have a corner that is void."""
-    return _over_corners(np.maximum, void_distance < 0)
-
-
-def _largest_beside(values):
-    """The largest of each value of (nz, ny, nx) and those beside it, across corners, too."""
+def _largest_of_neighbors(values):
+    """The largest of each value (nz, ny, nx) and its 26 neighbors."""
     for axis in range(3):
         before, largest = np.moveaxis(values, axis, 0), values.copy()
         after = np.moveaxis(largest, axis, 0)
@@ -114,7 +109,7 @@ def _largest_beside(values):
 
 
 def _over_corners(pick, points):
-    """The `pick`, np.minimum or np.maximum, of the corners of each cell; points (nz, ny, nx)."""
+    """np.minimum or np.maximum over the corners of each cell; points (nz, ny, nx)."""
     for axis in range(3):
         if points.shape[axis] > 1:
             points = pick(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))

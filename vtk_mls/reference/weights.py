@@ -1,8 +1,7 @@
-"""The weights of the control points at some points, Eq. 2 and 27, in float64.
+"""The weights of the control points, Eq. 2 and 27, in float64.
 
-Every sum is taken relative to the nearest control point, and weights relative to its weight.
-In exact arithmetic that changes nothing; in floating point it keeps the digits where the weights
-diverge.
+Sums are relative to the nearest control point, and weights relative to its weight. In floating
+point this keeps the digits where the weights diverge.
 """
 
 from __future__ import annotations
@@ -13,23 +12,27 @@ from typing import NamedTuple
 import numpy as np
 
 
-class View(NamedTuple):
-    """How cuts in the rest frame see the material at some points.
+class EvaluationPoints(NamedTuple):
+    """Places in the undeformed space where cuts in the rest frame are evaluated.
 
     Attributes
     ----------
-    x : (m, 3) float64, world coordinates
-        From where, in the undeformed space. There the control points are at p.
-    passed : (m, cuts) bool
-        From behind which cuts: these block what they do not hide from x, and the other way round.
+    x : (m, 3) float64, world coordinates of the undeformed space
+    crossed_cuts : (m, cuts) bool
+        Cuts that the search for x has crossed: for these, blocked and unblocked control points are
+        swapped.
     """
 
     x: np.ndarray
-    passed: np.ndarray
+    crossed_cuts: np.ndarray
+
+    def rows(self, rows):
+        """The points at some rows."""
+        return EvaluationPoints(self.x[rows], self.crossed_cuts[rows])
 
 
-# Squared distance that detours can be divided by, squared world units.
-_SMALLEST = 1e-200
+# Smallest squared distance that detours are divided by, squared world units.
+_MIN_SQUARE = 1e-200
 # Squared distance, in squared local units, below which a point counts as on a control point.
 _ON_CONTROL_POINT = 1e-32
 
@@ -44,13 +47,13 @@ class WeightedPoints:
     w : (m, n) float64
         Weights, relative to the largest.
     dw : (m, n, 3) float64
-        Derivatives dw/dv, less what is common to all.
+        Derivatives dw/dv, relative to the nearest control point.
     dw_dx : (m, n, 3) float64
-        Derivatives as `view.x` moves, likewise; 0 where cuts are not seen from there.
+        Derivatives by the evaluation points x, likewise; 0 for cuts in the deformed frame.
     total : (m,) float64
         Sum of the weights.
     at_rest : (m,) bool
-        Where no control point can be reached, so that nothing moves.
+        Where cuts block all control points, so that the material is at rest.
     nearest : (m,) int
         k, the control point of the largest weight.
     p_k, q_k : (m, 3) float64, world coordinates
@@ -60,10 +63,10 @@ class WeightedPoints:
     p_star, q_star : (m, 3) float64, world units
         p* - p_k and q* - q_k for the weighted means p* and q*.
     p, q : (m, n, 3) float64, world units
-        The control points less p* and q*.
+        The control points relative to p* and q*.
     """
 
-    def __init__(self, deformation, control_points, v, view=None):
+    def __init__(self, deformation, control_points, v, evaluation_points=None):
         self.control_points, self.v = control_points, v
         in_rest_frame = deformation.in_rest_frame
         alpha = deformation.alpha
@@ -77,13 +80,14 @@ class WeightedPoints:
         detours = []
         if not in_rest_frame:
             detours = [_detour(cut, v, q, False) for cut in deformation.obstacles]
-        elif view is not None:
+        elif evaluation_points is not None:
+            x, crossed_cuts = evaluation_points
             detours = [
-                _detour(cut, view.x, p, passed[:, None])
-                for cut, passed in zip(deformation.obstacles, view.passed.T)
+                _detour(cut, x, p, is_crossed[:, None])
+                for cut, is_crossed in zip(deformation.obstacles, crossed_cuts.T)
             ]
         for ratio2, change in detours:
-            # as if the control point were so much farther away
+            # the damping of Eq. 28 as a larger distance from the control point
             d2 = d2 * ratio2 ** (deformation.nu / (2 * alpha))
             if in_rest_frame:
                 slope_by_x += deformation.nu * change
@@ -92,7 +96,7 @@ class WeightedPoints:
         nearest = d2.argmin(axis=1)
         rows = np.arange(len(v))
         nearest_d2 = d2[rows, nearest][:, None]
-        self.at_rest = np.isinf(nearest_d2[:, 0])  # no control point can be reached
+        self.at_rest = np.isinf(nearest_d2[:, 0])
         # w_i, relative to the largest and times the weight of the control point
         share = np.where(np.isinf(d2), 0, np.where(self.at_rest[:, None], 1, nearest_d2) / d2)
         self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
@@ -116,7 +120,7 @@ class WeightedPoints:
         return self._derivatives(self._slope_by_x)
 
     def _derivatives(self, slope):
-        # a common factor of all weights changes nothing, so the nearest one's slope is taken as 0
+        # a common factor of all weights cancels, so the slope of the nearest is taken as 0
         nearest = slope[np.arange(len(self.v)), self.nearest]
         return self.w[:, :, None] * (slope - nearest[:, None])
 
@@ -124,16 +128,16 @@ class WeightedPoints:
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
 
 
-def _detour(cut, v, q, passed):
+def _detour(cut, v, q, is_crossed):
     """(|detour| / |q - v|)^2 for each v and q; d log(d)/dv / nu of Eq. 28.
 
-    Where the cut is `passed`, what blocks is exchanged.
+    For a crossed cut, blocked and unblocked are swapped.
     """
     v = v[:, None]
-    blocked = cut.blocks(v, q) ^ passed
-    v, q = (each[blocked] for each in np.broadcast_arrays(v, q))
+    blocked = cut.blocks(v, q) ^ is_crossed
+    v, q = (points[blocked] for points in np.broadcast_arrays(v, q))
     offset = q - v
-    d2 = np.maximum(np.einsum("ma,ma->m", offset, offset), _SMALLEST)
+    d2 = np.maximum(np.einsum("ma,ma->m", offset, offset), _MIN_SQUARE)
     bend = cut.bend(v, q)
     leg = v - bend
     length = np.linalg.norm(leg, axis=1)

@@ -1,4 +1,4 @@
-"""What is deformed, drawn while it moves: nothing is resampled."""
+"""Volumes and meshes that are drawn deformed, without resampling."""
 
 from vtk_mls.base import lazy
 
@@ -6,14 +6,14 @@ TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.rendering.deformed_mesh import DeformedMesh
     from vtk_mls.rendering.deformed_volume import DeformedVolume
-    from vtk_mls.rendering.errors import RenderingError
+    from vtk_mls.rendering.volume_checks import RenderingError
 
 __all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
-# Modules are imported when a name is first used: VTK's for rendering take a while.
+# Imported at the first use of a name: VTK's rendering modules load slowly.
 _MODULES = {
     "DeformedMesh": "deformed_mesh",
     "DeformedVolume": "deformed_volume",
-    "RenderingError": "errors",
+    "RenderingError": "volume_checks",
 }
 __getattr__, __dir__ = lazy.names(__name__, _MODULES)

@@ -1,4 +1,4 @@
-"""The forward map, interpolated: while something is dragged, for meshes of very many points."""
+"""The forward map, interpolated: for meshes with many points while the mouse drags."""
 
 from __future__ import annotations
 
@@ -10,52 +10,52 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries.vector_fields import covariant
-from vtk_mls.rendering.drawn_mesh import jacobians
+from vtk_mls.rendering.rest_surface import jacobians
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.splitting import height_function
 
-# Points up to which the map itself takes no longer than its interpolation, and nodes of the grid.
-MOST_EXACT, _NODES = 1 << 18, 1 << 18
-_ERROR = 5e-4  # of interpolation, as a share of the grid's largest side: half of 1000 pixels
+# Largest mesh for which the map itself is as fast as its interpolation; nodes of the grid.
+MAX_EXACT_POINTS, _NODES = 1 << 18, 1 << 18
+_MAX_ERROR = 5e-4  # as a fraction of the grid's largest side: half a pixel of 1000
 _CORNERS = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 class CoarseForward:
-    """Moves a drawn mesh by a forward map that is linear in each cell of a grid.
+    """Deforms a surface by a forward map that is linear in each cell of a grid.
 
-    Points are moved by the map itself in cells where it bends too much, through which a cut goes,
-    or of which a corner has no inverse, as are those far from all others.
+    The exact map is used in cells where the error is too large, which a cut crosses, or with a
+    corner without inverse; and for outliers beyond the grid.
 
     Parameters
     ----------
-    drawn : DrawnMesh
+    surface : RestSurface
     cuts : sequence of Plane, HalfPlane and Surface, in the rest frame
     """
 
-    def __init__(self, drawn, cuts):
-        self._drawn = drawn
-        x = drawn.positions
+    def __init__(self, surface, cuts):
+        self._surface = surface
+        x = surface.positions
         self._grid = guesses.cubic_grid(guesses.usual_bounds(x, guesses.bounds(x)), _NODES)
         self._nodes = self._grid.points()
         self._last = np.array(self._grid.dimensions) - 1
         self._cell = _cells(self._grid, x)
-        self._is_crossed = np.append(_crossed(self._grid, cuts), True)  # and what is in no cell
+        self._is_crossed = np.append(_crossed(self._grid, cuts), True)  # the last: outside
         self._rest = vtkPolyData()
-        self._rest.SetPoints(drawn.surface.GetPoints())
-        self._rest.GetPointData().SetNormals(drawn.surface.GetPointData().GetNormals())
+        self._rest.SetPoints(surface.surface.GetPoints())
+        self._rest.GetPointData().SetNormals(surface.surface.GetPointData().GetNormals())
 
     def moved(self, deformation):
-        """The surface as vtkPolyData, moved."""
+        """The deformed surface as vtkPolyData."""
         field = deformation.forward_field(self._nodes)
         moved = self._interpolated(field.displacement)
         points, normals = moved.GetPoints(), moved.GetPointData().GetNormals()
         rows = np.flatnonzero(self._is_exact(field)[self._cell])
         if len(rows) > 0:
             self._move_exactly(deformation, rows, points, normals)
-        return self._drawn.with_points(points, normals)
+        return self._surface.with_points(points, normals)
 
     def _interpolated(self, displacement):
-        """The points, and their normals, moved by displacements of the nodes (m, 3)."""
+        """The points and normals, moved by displacements of the nodes (m, 3)."""
         image, transform, move = vtkImageData(), vtkGridTransform(), vtkTransformFilter()
         image.SetDimensions(self._grid.dimensions)
         image.SetOrigin(self._grid.origin)
@@ -77,30 +77,30 @@ class CoarseForward:
         for axis in range(3):
             if values.shape[axis] > 2:
                 second = np.abs(np.diff(values, 2, axis)).max(axis=-1) / 8
-                ends = [(1, 1) if each == axis else (0, 0) for each in range(3)]
+                ends = [(1, 1) if other == axis else (0, 0) for other in range(3)]
                 error += np.pad(second, ends, "edge")
-        allowed = _ERROR * (self._grid.spacing * self._last).max()
+        allowed = _MAX_ERROR * (self._grid.spacing * self._last).max()
         wrong = ~(field.found.reshape(error.shape) & (error <= allowed))
         nx, ny, nz = self._last
         corners = [wrong[k : k + nz, j : j + ny, i : i + nx] for i, j, k in _CORNERS]
         return self._is_crossed | np.append(np.any(corners, axis=0), True)
 
     def _move_exactly(self, deformation, rows, points, normals):
-        """Move some points by the map itself, and their normals, if there are any."""
-        drawn, material = self._drawn, self._drawn.material(deformation)[rows]
-        before = drawn.positions[rows]
+        """Move the points of some rows, and their normals or None, by the exact map."""
+        surface, material = self._surface, self._surface.material(deformation)[rows]
+        before = surface.positions[rows]
         positions = before + deformation.forward_field(material).displacement
         arrays.to_numpy(points.GetData())[rows] = positions
         if normals is None:
             return
-        kept = arrays.to_numpy(drawn.surface.GetPointData().GetNormals())[rows]
+        exact = arrays.to_numpy(surface.surface.GetPointData().GetNormals())[rows]
         for part, jacobian in jacobians(deformation, positions, before, material):
-            kept[part] = covariant(kept[part], jacobian.swapaxes(1, 2), True)
-        arrays.to_numpy(normals)[rows] = kept
+            exact[part] = covariant(exact[part], jacobian.swapaxes(1, 2), True)
+        arrays.to_numpy(normals)[rows] = exact
 
 
 def _cells(grid, points):
-    """Number of the cell in which each of `points` (n, 3) is, -1 outside: (n,)."""
+    """Ids of the cells that contain `points` (n, 3), -1 outside: (n,)."""
     last = np.array(grid.dimensions) - 1
     index = grid.index_of(points)
     inside = ((index >= 0) & (index <= last)).all(axis=1)
@@ -109,19 +109,19 @@ def _cells(grid, points):
 
 
 def _crossed(grid, cuts):
-    """Which cells of a grid a cut goes through, or all but: (n,) bool."""
+    """Which cells of a grid a cut crosses or nearly touches: (n,) bool."""
     cells = grid.part((0, 0, 0), np.array(grid.dimensions) - 1)
     radius = 0.51 * np.linalg.norm(grid.spacing)
     crossed = np.zeros(cells.size, bool)
     if not cuts:
         return crossed
-    centres = cells.points() + grid.spacing / 2
+    centers = cells.points() + grid.spacing / 2
     for cut in cuts:
         low, high = cut.bounds
-        near = ((centres > low - radius) & (centres < high + radius)).all(axis=1) & ~crossed
+        near = ((centers > low - radius) & (centers < high + radius)).all(axis=1) & ~crossed
         rows = np.flatnonzero(near)
-        rows = rows[np.abs(height_function(cut)(centres[rows])) < radius]
-        if cut.plane is not None:  # which goes on where the cut ends
-            rows = rows[cut.void_distance(centres[rows], centres[rows]) < radius]
+        rows = rows[np.abs(height_function(cut)(centers[rows])) < radius]
+        if cut.plane is not None:  # the height function continues beyond the edge
+            rows = rows[cut.void_distance(centers[rows], centers[rows]) < radius]
         crossed[rows] = True
     return crossed

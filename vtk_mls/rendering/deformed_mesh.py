@@ -2,39 +2,44 @@
 
 from __future__ import annotations
 
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation
-from vtk_mls.rendering.moved_mesh import MovedMesh
+from vtk_mls.filters.algorithm import Algorithm
+from vtk_mls.filters.memo import Memo
+from vtk_mls.filters.warping import stamps
+from vtk_mls.rendering.coarse_forward import MAX_EXACT_POINTS, CoarseForward
+from vtk_mls.rendering.rest_surface import RestSurface, state_of
 
-# Mappers of composite data are made from those of meshes.
+# Subclasses of vtkPolyDataMapper for composite data.
 _COMPOSITE = "vtkCompositePolyDataMapper", "vtkCompositePolyDataMapper2"
 
 
 class DeformedMesh:
-    """Shows what an actor shows as a deformation moves it.
+    """Draws the mesh of an actor deformed.
 
-    A stage is put into VTK's pipeline in front of the actor's mapper. It gives the mapper the
-    surface of the mesh, its points moved by the exact inverse of the backward map, as
-    `MLSDeform` would move them, cells divided along cuts, and normals transformed. The mesh itself
-    is not changed. Only what is drawn moves: of volumetric cells the surface. A change of the mesh,
-    of the mapper's input or of the actor's mapper shows in the next picture.
+    A `MeshDeformer` is inserted into VTK's pipeline before the actor's mapper. It outputs the
+    surface of the mesh, with points moved by the exact inverse of the backward map as in
+    `MLSDeform`, cells split along cuts, and normals transformed. The mesh itself is not changed. A
+    change of the mesh, of the mapper's input or of the actor's mapper shows in the next picture.
 
     Parameters
     ----------
     actor : vtkActor
-        With a vtkPolyDataMapper or a vtkDataSetMapper. Positions of the deformation are those of
-        the mesh, whatever transformation the actor has.
+        With a vtkPolyDataMapper or a vtkDataSetMapper. The deformation is in the coordinates of
+        the mesh; the transformation of the actor is applied after it.
 
     Raises
     ------
     TypeError, ValueError
-        For another mapper, or an actor that shows a deformed mesh already.
+        For another mapper, or an actor whose mesh is drawn deformed already.
     """
 
     def __init__(self, actor: vtkActor) -> None:
         mapper = actor.GetMapper()
-        if not _is_of_meshes(mapper):
+        if not _is_mesh_mapper(mapper):
             got = "none" if mapper is None else mapper.GetClassName()
             raise TypeError(
                 "`actor` must have a vtkPolyDataMapper or a vtkDataSetMapper, "
@@ -42,83 +47,133 @@ class DeformedMesh:
             )
         if _is_moved(mapper):
             raise ValueError("`actor` shows a deformed mesh already; update or detach that one")
-        self._actor, self._stage = actor, MovedMesh()
+        self._actor, self._deformer = actor, MeshDeformer()
         self._mapper, self._observers = None, []
 
     def update(self, deformation: Deformation, exact: bool = True) -> None:
-        """Show the mesh as a deformation moves it. The next Render draws it.
+        """Draw the mesh deformed by `deformation` from the next Render on.
 
         Parameters
         ----------
         deformation : Deformation
         exact : bool
-            False while something is dragged: a mesh of more than 262144 points is then moved by a
-            map that is interpolated between some 64 x 64 x 64 points, and off by about 1/2000 of
-            the mesh's size at most. Smaller ones always are where they belong, as are points at
-            cuts.
+            False while the mouse drags: a mesh with more than 262144 points is then moved by a map
+            that is interpolated between some 64 x 64 x 64 points, with an error of at most about
+            1/2000 of the mesh's size. Smaller meshes and points at cuts are always exact.
 
         Raises
         ------
         TypeError, ValueError, DeviceError, MemoryError
-            What is drawn stays as it was.
+            The drawn mesh stays as it was.
         """
         if not isinstance(deformation, Deformation):
             raise TypeError(f"`deformation` must be a Deformation, got {deformation!r}")
         if not self._observers:
             self._observe(self._actor)
         self._follow()
-        self._stage.show(deformation, exact)
+        self._deformer.deform(deformation, exact)
 
     def detach(self) -> None:
-        """Show the mesh as it was, to the bit; an update deforms it again."""
+        """Draw the undeformed mesh; an update deforms it again."""
         for observed, tag in self._observers:
             observed.RemoveObserver(tag)
         self._observers.clear()
         self._leave()
 
-    def _observe(self, thing):
-        self._observers.append((thing, thing.AddObserver("ModifiedEvent", self._follow)))
+    def _observe(self, subject):
+        self._observers.append((subject, subject.AddObserver("ModifiedEvent", self._follow)))
 
     def _follow(self, *_):
-        """Stand in front of the mapper that the actor has, and behind what it is to show."""
-        if not vars(self):  # Python's collector has emptied it before it let the actor go
+        """Connect the deformer between the actor's mapper and the mapper's input."""
+        if not vars(self):  # cleared by Python's garbage collector before the actor is deleted
             return
         mapper = self._actor.GetMapper()
         if mapper is not self._mapper:
             self._leave()
-        if not _is_of_meshes(mapper):
+        if not _is_mesh_mapper(mapper):
             return
         if mapper is not self._mapper:
             self._mapper = mapper
             self._observe(mapper)
         if mapper.GetNumberOfInputConnections(0) > 0 and not _is_moved(mapper):
-            self._stage.SetInputConnection(0, mapper.GetInputConnection(0, 0))
-            mapper.SetInputConnection(0, self._stage.GetOutputPort())
+            self._deformer.SetInputConnection(0, mapper.GetInputConnection(0, 0))
+            mapper.SetInputConnection(0, self._deformer.GetOutputPort())
 
     def _leave(self):
-        """Give the mapper back what it would show."""
+        """Reconnect the mapper to its own input."""
         mapper, self._mapper = self._mapper, None
-        for observed, tag in [each for each in self._observers if each[0] is mapper]:
-            observed.RemoveObserver(tag)
-            self._observers.remove((observed, tag))
-        if mapper is not None and _producer(mapper) is self._stage:
-            mapper.SetInputConnection(0, self._stage.GetInputConnection(0, 0))
-        self._stage.RemoveAllInputConnections(0)
+        for observed, tag in self._observers[:]:
+            if observed is mapper:
+                observed.RemoveObserver(tag)
+                self._observers.remove((observed, tag))
+        if mapper is not None and _producer(mapper) is self._deformer:
+            mapper.SetInputConnection(0, self._deformer.GetInputConnection(0, 0))
+        self._deformer.RemoveAllInputConnections(0)
 
 
-def _is_of_meshes(mapper):
-    """Whether a mapper shows a single mesh."""
+class MeshDeformer(Algorithm):
+    """A pipeline stage whose output is the deformed surface of its input.
+
+    The split surface at rest depends on the mesh and the cuts only, and is cached.
+    """
+
+    def __init__(self):
+        super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
+        self.OutputType = "vtkPolyData"
+        self._deformation, self._is_exact = None, True
+        self._rest_surface, self._coarse_map, self._output = Memo(), Memo(), Memo()
+
+    def deform(self, deformation, exact):
+        """Set the Deformation, and update the output; unchanged after an error."""
+        has_input = self.GetNumberOfInputConnections(0) > 0
+        if has_input:
+            self._polydata(self._update_input(0), deformation, exact)
+        self._deformation, self._is_exact = deformation, exact
+        self.Modified()
+        if has_input:  # static mappers do not update it
+            self.Update()
+
+    def RequestData(self, request, inInfo, outInfo):
+        mesh, output = vtkDataSet.GetData(inInfo[0]), vtkPolyData.GetData(outInfo)
+        output.ShallowCopy(self._polydata(mesh, self._deformation, self._is_exact))
+        output.GetFieldData().ShallowCopy(mesh.GetFieldData())
+        return 1
+
+    def _polydata(self, mesh, deformation, exact):
+        """The deformed surface of `mesh`."""
+        cuts = () if deformation is None else deformation.cuts
+        state = stamps(mesh), state_of(cuts)
+        surface = self._rest_surface.of(state, lambda: RestSurface(mesh, cuts))
+        count = len(surface.positions)
+        if deformation is None or count == 0:
+            return surface.surface
+        # with cuts in the deformed frame the forward map is not smooth
+        is_smooth = deformation.in_rest_frame or not cuts
+        is_coarse = not exact and count > MAX_EXACT_POINTS and is_smooth
+
+        def moved():
+            mover = surface
+            if is_coarse:
+                mover = self._coarse_map.of(surface, lambda: CoarseForward(surface, cuts))
+            return mover.moved(deformation)
+
+        with np.errstate(all="ignore"):  # points may be NaN or far away
+            return self._output.of((surface, deformation, is_coarse), moved)
+
+
+def _is_mesh_mapper(mapper):
+    """Whether a mapper draws a single mesh."""
     is_composite = mapper is not None and any(mapper.IsA(name) for name in _COMPOSITE)
     return isinstance(mapper, (vtkPolyDataMapper, vtkDataSetMapper)) and not is_composite
 
 
 def _is_moved(mapper):
-    """Whether what a mapper shows is deformed."""
-    return isinstance(_producer(mapper), MovedMesh)
+    """Whether the input of a mapper is deformed."""
+    return isinstance(_producer(mapper), MeshDeformer)
 
 
 def _producer(mapper):
-    """The algorithm in front of a mapper; None without one."""
+    """The algorithm before a mapper, or None."""
     if mapper.GetNumberOfInputConnections(0) == 0:
         return None
     return mapper.GetInputConnection(0, 0).GetProducer()

@@ -11,49 +11,48 @@ from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vt
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import shader, volume_checks
-from vtk_mls.rendering.errors import RenderingError
 from vtk_mls.rendering.map_box import MapBox
 from vtk_mls.rendering.map_layers import layers
-from vtk_mls.rendering.map_texture import MapTexture
-from vtk_mls.rendering.messages import Messages
+from vtk_mls.rendering.volume_checks import RenderingError
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_GROWTHS = 8  # of the box in one update
-_drawn = WeakKeyDictionary()  # by vtkVolume: its image and deformation, and by whom
+_MAX_GROWTHS = 8  # of the box in one update
+# By vtkVolume: its image, deformation and a reference to its DeformedVolume.
+_drawn = WeakKeyDictionary()
 
 
 class DeformedVolume:
-    """Draws a vtkVolume deformed: rays fetch each sample where its material came from.
+    """Draws a vtkVolume deformed: rays read each sample at the origin of its material.
 
-    A move costs one small displacement map; the volume itself stays on the graphics card as it is.
-    All of the volume's properties go on working, and may change at any time, as may its data.
+    An update computes a small displacement map; the volume on the graphics card is not changed.
+    The properties and the data of the volume may change at any time.
 
     Parameters
     ----------
     volume : vtkVolume
         Its mapper must be a vtkGPUVolumeRayCastMapper or a vtkSmartVolumeMapper that uses it, with
         a vtkImageData. The deformation is in the coordinates of the data; the volume's own matrix
-        comes after it.
+        is applied after it.
     renderer : vtkRenderer
-        Where it is drawn.
+        The renderer of the volume.
 
     Attributes
     ----------
     failure : str or None
-        Why it is not drawn deformed any more: what the graphics driver said. The volume is drawn
-        undeformed then.
+        The reason, if the graphics driver cannot draw the deformation: the volume is then drawn
+        undeformed.
     uploads : int
-        How many maps went to the graphics card.
+        Number of maps uploaded to the graphics card.
 
     Raises
     ------
     TypeError, ValueError
-        If the volume cannot be drawn so.
+        If the volume cannot be drawn deformed.
 
     Notes
     -----
-    Until the first `update` the volume is drawn as it is. Keep this object as long as it draws: VTK
-    does not hold it.
+    The volume is drawn undeformed until the first `update`. Keep a reference to this object as long
+    as it draws: VTK does not keep one.
     """
 
     def __init__(self, volume: vtkVolume, renderer: vtkRenderer) -> None:
@@ -62,10 +61,10 @@ class DeformedVolume:
         self._volume, self._renderer = volume, renderer
         self._mapper = volume_checks.checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
-        self._texture, self._box, self._stretched = MapTexture(), None, None
+        self._texture, self._box, self._stretched = shader.MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
-        self._proven, self._messages = None, None
+        self._checked_times, self._messages = None, None
         self._observers = []
 
     @property
@@ -73,25 +72,25 @@ class DeformedVolume:
         return self._texture.uploads
 
     def update(self, deformation: Deformation, nodes: int = 64, within: Grid | None = None) -> None:
-        """Draw the volume as `deformation` has it from the next Render on.
+        """Draw the volume deformed by `deformation` from the next Render on.
 
         Parameters
         ----------
         deformation : Deformation
         nodes : int
-            Of the displacement map along the longest side of what is drawn; between them it is
-            interpolated linearly. With cuts in the rest frame faces are sharp whatever it is; with
-            cuts in the deformed frame they are as sharp as the map is fine.
+            Of the displacement map along the longest side of the deformed volume; the map is
+            linear between them. With cuts in the rest frame faces are always sharp; with cuts in
+            the deformed frame their sharpness depends on the nodes.
         within : Grid, optional
-            In line with the image, with two points or more along each axis: what the deformation
-            takes out of it is not drawn. Without it all of the deformed volume is.
+            Aligned with the image, with two points or more along each axis: only the part of the
+            deformed volume inside is drawn. By default all of it.
 
         Raises
         ------
         RenderingError
             If an earlier update could not be drawn.
         ValueError
-            If the volume cannot be drawn so.
+            If the volume cannot be drawn deformed.
         """
         if self.failure is not None:
             raise RenderingError(self.failure)
@@ -105,7 +104,7 @@ class DeformedVolume:
         if box is None or not box.ends_at(within):
             box = MapBox.around(*self._geometry(), within)
         inside = deformation.deformed[box.values.covers(box.values.index_of(deformation.rest))]
-        for _ in range(_GROWTHS):
+        for _ in range(_MAX_GROWTHS):
             grid = box.nodes(nodes)
             values = layers(deformation, grid)
             fitted = box.fitted(values, grid, inside)
@@ -119,7 +118,7 @@ class DeformedVolume:
         _drawn[self._volume] = self._source, deformation, ref(self)
 
     def detach(self) -> None:
-        """Draw the volume undeformed again, as if nothing had been here."""
+        """Draw the volume undeformed again, and restore its mapper and shader."""
         observers, self._observers = self._observers, []
         for observer in observers:
             self._renderer.RemoveObserver(observer)
@@ -142,16 +141,16 @@ class DeformedVolume:
         )
         if not self._observers:
             shader.install(self._volume.GetShaderProperty())
-            for event, what in (
+            for event, callback in (
                 (vtkCommand.StartEvent, self._begin),
                 (vtkCommand.EndEvent, self._end),
             ):
-                self._observers.append(self._renderer.AddObserver(event, what))
-            self._proven = None
+                self._observers.append(self._renderer.AddObserver(event, callback))
+            self._checked_times = None
         self._volume.Modified()
 
     def _stretch(self, box):
-        """Let rays go through all of a box: the same voxels, placed otherwise."""
+        """Give the mapper the voxels stretched over a box, so that rays traverse all of it."""
         stretched = vtkImageData()
         stretched.ShallowCopy(self._source)
         box.image_geometry().apply_to(stretched)
@@ -159,14 +158,14 @@ class DeformedVolume:
         self._box, self._stretched = box, stretched
 
     def _check_is_alone(self):
-        """Whether the mapper draws just this volume: in this window, or deformed in another."""
+        """Raise ValueError if the mapper draws another volume, in this window or deformed."""
         window = self._renderer.GetRenderWindow()
         renderers = window.GetRenderers() if window else [self._renderer]
-        seen = (volume for renderer in renderers for volume in renderer.GetVolumes())
-        volume_checks.check_own_mapper(self._volume, [*seen, *_drawn])
+        volumes = (volume for renderer in renderers for volume in renderer.GetVolumes())
+        volume_checks.check_own_mapper(self._volume, [*volumes, *_drawn])
 
     def _take_source(self):
-        """The image as it is now."""
+        """Take the current image of the mapper's input."""
         image = _image_of(self._producer)
         volume_checks.check_image(image)
         self._source, self._source_time = image, image.GetMTime()
@@ -175,16 +174,16 @@ class DeformedVolume:
         return ImageGeometry.of_image(self._source), _has_cell_values(self._mapper, self._source)
 
     def _follow_source(self):
-        """Take over another input, or what has changed in it."""
+        """Update after a change of the mapper's input."""
         if self._mapper.GetInput() is not self._stretched:
             self._producer, self._source = _producer_of(self._mapper), None
         else:
             image = _image_of(self._producer)
-            of_cells = _has_cell_values(self._mapper, image)
-            if (image, image.GetMTime(), of_cells) == (
+            is_cell_data = _has_cell_values(self._mapper, image)
+            if (image, image.GetMTime(), is_cell_data) == (
                 self._source,
                 self._source_time,
-                self._box.of_cells,
+                self._box.is_cell_data,
             ):
                 return
             self._source = None
@@ -192,7 +191,7 @@ class DeformedVolume:
         self.update(self._deformation, self._nodes, self._within)
 
     def _begin(self, renderer, event):
-        if not vars(self):  # Python's collector has emptied it before VTK let the renderer go
+        if not vars(self):  # cleared by Python's garbage collector before the renderer is deleted
             return
         try:
             self._check_is_alone()
@@ -204,10 +203,10 @@ class DeformedVolume:
             self._fail(str(error) or "there is not enough memory")
             return
         shader.set_values(self._volume.GetShaderProperty(), {"mls_map": unit})
-        # of which VTK makes its shader
-        looks = self._volume.GetProperty().GetMTime(), self._mapper.GetMTime()
-        if looks != self._proven and self._messages is None:
-            self._proven, self._messages = looks, Messages()
+        # VTK's shader depends on both
+        times = self._volume.GetProperty().GetMTime(), self._mapper.GetMTime()
+        if times != self._checked_times and self._messages is None:
+            self._checked_times, self._messages = times, shader.CapturedMessages()
 
     def _end(self, renderer, event):
         if not vars(self):
@@ -217,30 +216,31 @@ class DeformedVolume:
             self._fail("the graphics driver does not build the shader of the deformed volume")
 
     def _is_built(self):
-        """Whether VTK did not complain of the shader, if this picture was to tell."""
+        """Whether VTK reported no shader error, if messages of this picture were captured."""
         messages, self._messages = self._messages, None
         if messages is None:
             return True
         return not messages.finish("hader")
 
-    def _fail(self, why):
-        self.failure = f"{why}; it is drawn undeformed"
+    def _fail(self, reason):
+        self.failure = f"{reason}; it is drawn undeformed"
         self.detach()
-        Messages.error(f"DeformedVolume: {self.failure}")
+        shader.report_error(f"DeformedVolume: {self.failure}")
 
 
 def _owner(volume):
-    """The DeformedVolume that draws a vtkVolume; None if none does."""
+    """The DeformedVolume that draws a vtkVolume, or None."""
     return _drawn[volume][2]() if volume in _drawn else None
 
 
-def _check_is_free(volume, wanted):
-    if _owner(volume) not in (None, wanted):
+def _check_is_free(volume, drawer):
+    """Raise ValueError if another DeformedVolume than `drawer` draws a volume."""
+    if _owner(volume) not in (None, drawer):
         raise ValueError("`volume` is drawn deformed already; update or detach that one")
 
 
 def _producer_of(mapper):
-    """Whose output a mapper shows, and which; the pipeline itself keeps no producer alive."""
+    """The algorithm and the port of a mapper's input: a reference that keeps the producer alive."""
     connection = mapper.GetInputConnection(0, 0)
     return connection.GetProducer(), connection.GetIndex()
 
@@ -252,30 +252,30 @@ def _image_of(producer):
 
 
 def drawn_as(volume):
-    """The image and the Deformation that a vtkVolume is drawn from; None if it is not deformed."""
+    """The image and the Deformation of a vtkVolume that is drawn deformed, else None."""
     return _drawn[volume][:2] if volume in _drawn else None
 
 
 def _has_cell_values(mapper, image):
-    """Whether the array that is drawn belongs to cells."""
-    of_cells = reference(0)
+    """Whether the mapper draws cell data."""
+    is_cell_data = reference(0)
     vtkAbstractVolumeMapper.GetScalars(
         image,
         mapper.GetScalarMode(),
         mapper.GetArrayAccessMode(),
         mapper.GetArrayId(),
         mapper.GetArrayName(),
-        of_cells,
+        is_cell_data,
     )
-    return of_cells.get() == 1
+    return is_cell_data.get() == 1
 
 
 def _placement(box, dimensions, layer_count):
     """Uniforms of the shader, from texture coordinates of the box."""
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     count, size = np.array(values.dimensions, float), box.high - box.low
-    # texture coordinates of points are those of their texels' centres
-    end = np.zeros(3) if box.of_cells else 0.5 / points
+    # points are at the centers of texels
+    end = np.zeros(3) if box.is_cell_data else 0.5 / points
     scale = 1 / (1 - 2 * end)
     bias = -end * scale
     nodes = np.array(dimensions, float)

@@ -1,4 +1,4 @@
-"""The box that rays go through: it holds all of the deformed volume."""
+"""The box that rays traverse: it contains the deformed volume."""
 
 from __future__ import annotations
 
@@ -10,60 +10,60 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _MARGIN = 0.15  # of the size, on each side
-_GROWTH = 0.4  # likewise, of a side where the volume reaches the end
-_LARGEST = 64  # times the volume: polynomials bring copies of it from far away
-_SAMPLES = 17  # of the map along an axis, that tell where the volume is
-_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
-_ROOMY = 0.5  # a box shrinks if the volume fills less than this share of an axis
+_GROWTH = 0.4  # of the size, on a side that the volume reaches
+_MAX_SIZE = 64  # times the volume: polynomials bring copies of it from far away
+_SAMPLES = 17  # of the map along an axis, to find the volume
+_UNBOUNDED = np.array([[-np.inf] * 3, [np.inf] * 3])
+_MIN_FILLED = 0.5  # share of an axis that the volume fills, below which the box shrinks
 
 
 @dataclass(frozen=True, eq=False)
 class MapBox:
-    """A box in line with an image.
+    """A box that is aligned with an image.
 
     Attributes
     ----------
     image : ImageGeometry
-    of_cells : bool
-        Whether the values are those of cells.
+    is_cell_data : bool
+        Whether the values are cell data.
     within : (2, 3) float64
-        Where it may be at most: lowest and highest continuous indices of the values.
+        Limits of the box: lowest and highest continuous indices of the values.
     low, high : (3,) float64
-        Ends, likewise.
+        Ends of the box, continuous indices of the values.
     """
 
     image: ImageGeometry
-    of_cells: bool
+    is_cell_data: bool
     within: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
-    def around(cls, image, of_cells, within=None):
-        """The box of a volume at rest, with some room.
+    def around(cls, image, is_cell_data, within=None):
+        """The box around an undeformed volume, with a margin.
 
         Parameters
         ----------
         image : ImageGeometry
-        of_cells : bool
+        is_cell_data : bool
         within : Grid, optional
-            In line with the image, with two points or more along each axis: the box ends there.
+            Limits of the box: aligned with the image, with at least two points along each axis.
         """
-        values = _values_of(image, of_cells)
+        values = _values_of(image, is_cell_data)
         ends = _ends(values, within)
-        box = cls(image, of_cells, ends, np.full(3, -0.5), np.array(values.dimensions) - 0.5)
+        box = cls(image, is_cell_data, ends, np.full(3, -0.5), np.array(values.dimensions) - 0.5)
         if np.any(box.high <= ends[0]) or np.any(box.low >= ends[1]):
             return replace(box, low=ends[0], high=ends[1])
         return box._with_margin()
 
     def ends_at(self, within):
-        """Whether it is one that `around` makes of this Grid or None."""
+        """Whether the limits are those of this Grid or None."""
         return np.array_equal(self.within, _ends(self.values, within))
 
     @property
     def values(self):
         """The `Grid` of the volume's values."""
-        return _values_of(self.image, self.of_cells)
+        return _values_of(self.image, self.is_cell_data)
 
     def nodes(self, count):
         """The `Grid` of the map, with `count` nodes along the longest side."""
@@ -74,7 +74,7 @@ class MapBox:
         return Grid(dimensions, origin, spacing, self.values.direction)
 
     def image_geometry(self):
-        """Where an image with as many points has to be to fill the box."""
+        """The geometry of an image with the same points that fills the box."""
         points = np.array(self.image.grid.dimensions)
         spacing = self.values.spacing * (self.high - self.low) / (points - 1)
         first = self.image.extent[::2]
@@ -82,19 +82,19 @@ class MapBox:
         return ImageGeometry(self.image.extent, tuple(origin), tuple(spacing), self.image.direction)
 
     def fitted(self, layers, grid, control_points):
-        """The box that the deformed volume needs.
+        """The box that fits the deformed volume.
 
         Parameters
         ----------
         layers : (layers, nz, ny, nx, 4) float32
             The map on the `grid` of `nodes`.
         control_points : (n, 3) float64, world coordinates
-            Where the volume goes even if that is between nodes.
+            Parts of the volume that nodes may miss.
 
         Returns
         -------
         MapBox
-            This one, if it will do.
+            This one if it fits.
         """
         size = self.high - self.low
         first, last = self._filled(layers, grid)
@@ -103,21 +103,20 @@ class MapBox:
             first, last = np.minimum(first, share.min(axis=0)), np.maximum(last, share.max(axis=0))
         ends = (self.within - self.low) / size
         first, last = np.clip(first, *ends), np.clip(last, *ends)
-        too_large = size > _LARGEST * np.array(self.values.dimensions)
+        too_large = size > _MAX_SIZE * np.array(self.values.dimensions)
         short = ((first < 0) & ~too_large, (last > 1) & ~too_large)
         if np.any(short):
             first = np.where(short[0], np.minimum(first, 0) - _GROWTH, 0)
             last = np.where(short[1], np.maximum(last, 1) + _GROWTH, 1)
             return self._part(first, last)
-        if (last - first < _ROOMY).any():
+        if (last - first < _MIN_FILLED).any():
             return self._part(first, last)._with_margin()
         return self
 
     def _filled(self, layers, grid):
-        """Between which shares of the box the volume is: (3,) each, a sample to spare."""
+        """The shares of the box between which the volume is, plus a sample: (3,) each."""
         axes = [np.unique(np.linspace(0, n - 1, _SAMPLES).astype(int)) for n in grid.dimensions]
-        where = np.ix_(range(len(layers)), *axes[::-1])
-        values = layers[where].reshape(-1, 4)
+        values = layers[np.ix_(range(len(layers)), *axes[::-1])].reshape(-1, 4)
         index = np.stack(np.meshgrid(*axes[::-1], indexing="ij"), axis=-1)[..., ::-1]
         index = np.tile(index.reshape(-1, 3), (len(layers), 1))
         origin = self.values.index_of(grid.at(index) + values[:, :3])
@@ -128,7 +127,7 @@ class MapBox:
         return index.min(axis=0) / end - step, index.max(axis=0) / end + step
 
     def _part(self, first, last):
-        """From one share to another, as far as it may be."""
+        """The box from one share to another, within the limits."""
         size = self.high - self.low
         low = np.maximum(self.low + first * size, self.within[0])
         high = np.minimum(self.low + last * size, self.within[1])
@@ -138,12 +137,12 @@ class MapBox:
         return self._part(np.full(3, -_MARGIN), np.full(3, 1 + _MARGIN))
 
 
-def _values_of(image, of_cells):
-    return image.grid.cells if of_cells else image.grid
+def _values_of(image, is_cell_data):
+    return image.grid.cells if is_cell_data else image.grid
 
 
 def _ends(values, within):
-    """Continuous indices (2, 3) of the ends of a Grid; without one there are none."""
+    """Continuous indices (2, 3) of the ends of a Grid; infinite for None."""
     if within is None:
-        return _EVERYWHERE
+        return _UNBOUNDED
     return np.sort(values.index_of(within.corners()[[0, -1]]), axis=0)

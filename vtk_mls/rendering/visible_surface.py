@@ -1,4 +1,4 @@
-"""The surface that is to be seen in a view: where what is drawn at a pixel is in the world."""
+"""The visible surface of a view: world positions at pixels."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from vtk_mls.rendering.volume_ray import opaque_at
 
 
 class VisibleSurface:
-    """What a view shows at the moment when this is made.
+    """The visible surface of a view at the time of construction.
 
     Parameters
     ----------
     renderer : vtkRenderer
-        Its window is drawn once more, unseen.
+        Its window is rendered once without showing the picture.
     without : sequence of vtkProp, optional
-        What is not part of the surface, as what the mouse drags along it.
+        Not part of the surface, such as a marker that the mouse drags along it.
     """
 
     def __init__(self, renderer, without=()):
-        self._volumes = [each for each in _each(renderer.GetVolumes()) if each.GetVisibility()]
+        self._volumes = [volume for volume in renderer.GetVolumes() if volume.GetVisibility()]
         hidden = [prop for prop in without if prop.GetVisibility()]
         for prop in hidden:
             prop.VisibilityOff()
@@ -48,7 +48,7 @@ class VisibleSurface:
         self._to_world = np.linalg.inv(matrix)
 
     def at(self, x, y):
-        """The point of the surface at a pixel.
+        """The position of the surface at a pixel.
 
         Parameters
         ----------
@@ -57,8 +57,8 @@ class VisibleSurface:
         Returns
         -------
         (3,) float64, world coordinates, or None
-            Of a mesh where it is drawn first, or where a volume hides what is behind; None where
-            there is neither.
+            On the first mesh or where a volume becomes opaque, whichever is nearer; None without
+            both.
         """
         column, row = np.array([x, y]) - self._origin
         if not (0 <= column < self._size[0] and 0 <= row < self._size[1]):
@@ -66,17 +66,13 @@ class VisibleSurface:
         depth = float(self._depth[row, column])
         start, end = self._world(x, y, 0.0), self._world(x, y, depth)
         found = [opaque_at(volume, start, end) for volume in self._volumes]
-        first = min((each for each in found if each is not None), default=1.0)
+        first = min((fraction for fraction in found if fraction is not None), default=1.0)
         if first == 1 and depth == 1:
             return None
         return start + first * (end - start)
 
     def _world(self, x, y, depth):
-        """The point at the centre of a pixel, in a depth from 0 to 1: (3,)."""
+        """The position (3,) of the center of a pixel at a depth from 0 to 1."""
         across = 2 * (np.array([x, y]) - self._origin + 0.5) / self._size - 1
-        found = self._to_world @ (*across, depth, 1.0)
-        return found[:3] / found[3]
-
-
-def _each(collection):
-    return [collection.GetItemAsObject(i) for i in range(collection.GetNumberOfItems())]
+        position = self._to_world @ (*across, depth, 1.0)
+        return position[:3] / position[3]

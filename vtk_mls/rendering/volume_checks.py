@@ -1,4 +1,4 @@
-"""What a vtkVolume must be like to be drawn deformed; else a sentence says why it cannot be."""
+"""Checks of a vtkVolume that is to be drawn deformed."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from vtk_mls.rendering.errors import RenderingError
-
 _ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
 
 
+class RenderingError(RuntimeError):
+    """The graphics driver or VTK cannot draw the deformation."""
+
+
 def checked_mapper(volume):
-    """The mapper of a volume, which can be drawn deformed."""
+    """The mapper of a volume, if it can draw a deformation."""
     mapper = volume.GetMapper()
     if not isinstance(mapper, (vtkGPUVolumeRayCastMapper, vtkSmartVolumeMapper)):
         raise TypeError(
@@ -26,7 +28,7 @@ def checked_mapper(volume):
 
 
 def check_mode(mapper):
-    """Whether a mapper is not told to draw otherwise than on the graphics card."""
+    """Raise ValueError if a mapper is set to draw without the graphics card."""
     if isinstance(mapper, vtkGPUVolumeRayCastMapper):
         return
     mode = mapper.GetRequestedRenderMode()
@@ -40,9 +42,9 @@ def check_mode(mapper):
 
 
 def check_own_mapper(volume, others):
-    """Whether no other volume has the same mapper, and with it the same data in the same place."""
+    """Raise ValueError if another volume shares the mapper, and so the data and its placement."""
     mapper = volume.GetMapper()
-    if any(each is not volume and each.GetMapper() is mapper for each in others):
+    if any(other is not volume and other.GetMapper() is mapper for other in others):
         raise ValueError(
             "`volume` shares its mapper with another vtkVolume, which would be drawn in a wrong "
             "place; give each a mapper of its own"
@@ -50,7 +52,7 @@ def check_own_mapper(volume, others):
 
 
 def check_support(volume, window):
-    """Whether VTK can draw a volume on the graphics card."""
+    """Raise RenderingError if VTK cannot draw a volume on the graphics card."""
     mapper = volume.GetMapper()
     if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
         mapper = vtkGPUVolumeRayCastMapper()
@@ -62,7 +64,7 @@ def check_support(volume, window):
 
 
 def check_image(image):
-    """Whether an image can be drawn deformed."""
+    """Raise TypeError or ValueError if an image cannot be drawn deformed."""
     if not isinstance(image, vtkImageData):
         raise TypeError(
             f"`volume` must show a vtkImageData, got {type(image).__name__}; resample it to one"

@@ -1,4 +1,4 @@
-"""Where along a ray a volume hides what is behind it."""
+"""Opacity of a volume along a ray."""
 
 from __future__ import annotations
 
@@ -13,50 +13,50 @@ from vtk_mls.base.interpolation import sample
 from vtk_mls.rendering import deformed_volume
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_HIDES = 0.5  # opacity of all that is before it
+_OPAQUE = 0.5  # accumulated opacity that counts as opaque
 _STEP = 0.5  # of the smallest spacing
-_MOST_STEPS = 2000
+_MAX_STEPS = 2000
 
 
 def opaque_at(volume, start, end):
-    """Where a ray has become half opaque, as VTK composites the volume along it.
+    """Where a ray becomes half opaque, in VTK's composite blending.
 
     Parameters
     ----------
     volume : vtkVolume
-        With images; other blend modes than composite hide nothing.
+        Of images. Other blend modes than composite are never opaque.
     start, end : (3,) float64, world coordinates
 
     Returns
     -------
     float or None
-        Fraction of the ray from start to end; None if all of it is not so opaque.
+        Fraction of the ray from start to end; None if it does not become opaque.
     """
     mapper, image, deformation = _drawn(volume)
     if image is None or mapper.GetBlendMode() != vtkVolumeMapper.COMPOSITE_BLEND:
         return None
-    found = _values(mapper, image)
-    if found is None:
+    data = _values(mapper, image)
+    if data is None:
         return None
-    values, grid = found
+    values, grid = data
     to_data = np.linalg.inv(_matrix(volume))
     ends = np.stack([start, end]) @ to_data[:3, :3].T + to_data[:3, 3]
     property_ = volume.GetProperty()
-    found = light_along(
+    passage = light_along(
         lambda points: _opacity(property_, points, values, grid, deformation),
         ends,
         _corners(grid, deformation),
         _STEP * min(grid.spacing),
         property_.GetScalarOpacityUnitDistance(0),
     )
-    if found is None:
+    if passage is None:
         return None
-    t, light = found
-    return np.interp(_HIDES, 1 - light, t) if light[-1] <= 1 - _HIDES else None
+    t, light = passage
+    return np.interp(_OPAQUE, 1 - light, t) if light[-1] <= 1 - _OPAQUE else None
 
 
 def light_along(opacity_at, ends, corners, step, unit):
-    """How much light has passed along a ray.
+    """Transmitted light along a ray.
 
     Parameters
     ----------
@@ -65,23 +65,23 @@ def light_along(opacity_at, ends, corners, step, unit):
     ends : (2, 3) float64
         Of the ray.
     corners : (2, 3) float64
-        Lowest and highest, of a box beyond which there is nothing.
+        Lowest and highest corner of the box that contains the volume.
     step : float
-        From sample to sample, unless they are too many.
+        Distance of samples; larger if there would be too many.
     unit : float
 
     Returns
     -------
     t : (n,) float64
-        Fractions of the ray, rising from where it enters the box.
+        Fractions of the ray, increasing from where it enters the box.
     light : (n,) float64
-        What has passed all up to there, falling from 1.
+        Transmitted fraction of light, decreasing from 1.
     None
-        If the ray does not meet the box.
+        If the ray misses the box.
     """
     near, far = _passage(ends, corners)
     length = np.linalg.norm(ends[1] - ends[0])
-    count = int(np.clip((far - near) * length / step, 0, _MOST_STEPS))
+    count = int(np.clip((far - near) * length / step, 0, _MAX_STEPS))
     if count == 0:
         return None
     t = np.linspace(near, far, count + 1)
@@ -92,7 +92,7 @@ def light_along(opacity_at, ends, corners, step, unit):
 
 
 def _drawn(volume):
-    """The mapper, the image that it draws, and the deformation with which; None without."""
+    """The mapper of a volume, its image or None, and its Deformation or None."""
     mapper = volume.GetMapper()
     if drawn := deformed_volume.drawn_as(volume):
         return mapper, *drawn
@@ -106,14 +106,16 @@ def _drawn(volume):
 
 
 def _values(mapper, image):
-    """The component that says how opaque, (nz, ny, nx), and its Grid; None without an array."""
-    of_cells = reference(0)
-    which = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId()
-    array = vtkAbstractVolumeMapper.GetScalars(image, *which, mapper.GetArrayName(), of_cells)
+    """The component for opacity, (nz, ny, nx), and its Grid; None without an array."""
+    is_cell_data = reference(0)
+    selection = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId()
+    array = vtkAbstractVolumeMapper.GetScalars(
+        image, *selection, mapper.GetArrayName(), is_cell_data
+    )
     if array is None:
         return None
     grid = ImageGeometry.of_image(image).grid
-    grid = grid.cells if of_cells.get() == 1 else grid
+    grid = grid.cells if is_cell_data.get() == 1 else grid
     values = vtk_to_numpy(array).reshape(*grid.shape, -1)
     return values[..., -1], grid
 
@@ -124,7 +126,7 @@ def _matrix(volume):
 
 
 def _corners(grid, deformation):
-    """Of a box that holds what is deformed, (2, 3)."""
+    """Corners (2, 3) of a box around the deformed volume."""
     corners = grid.corners()
     if deformation is None:
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
@@ -134,14 +136,14 @@ def _corners(grid, deformation):
 
 
 def _passage(ends, corners):
-    """From which to which fraction a ray is in a box."""
+    """The fractions at which a ray enters and leaves a box."""
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (corners - ends[0]) / (ends[1] - ends[0])
     near, far = np.nanmax(t.min(axis=0)), np.nanmin(t.max(axis=0))
     return max(near, 0.0), max(min(far, 1.0), max(near, 0.0))
 
 
-def _opacity(shown, points, values, grid, deformation):
+def _opacity(property_, points, values, grid, deformation):
     """Opacity of points (m, 3), per unit distance: (m,)."""
     hidden = np.zeros(len(points), bool)
     if deformation is not None:
@@ -149,8 +151,8 @@ def _opacity(shown, points, values, grid, deformation):
         points = deformation.backward(points)
     index = grid.index_of(points)
     inside = grid.covers(index) & ~hidden
-    at = sample(values, index[inside], "linear", 0, grid)
-    of = shown.GetScalarOpacity(0)
+    samples = sample(values, index[inside], "linear", 0, grid)
+    function = property_.GetScalarOpacity(0)
     opacity = np.zeros(len(points))
-    opacity[inside] = [of.GetValue(each) for each in at.ravel().tolist()]
+    opacity[inside] = [function.GetValue(value) for value in samples.ravel().tolist()]
     return opacity

@@ -91,7 +91,7 @@ class Launcher:
             kernel_arguments.MAP_NUMBERS,
             count=len(control_points),
             alpha=alpha,
-            **kind.numbers(control_points),
+            **kind.params(control_points),
         )
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
@@ -229,7 +229,7 @@ class RegionMap:
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
         device = self.launcher.device
-        centre = self.control_points.centre + offset
+        centre = self.control_points.center + offset
         if not device.has_float64:
             points, centre = (points - centre).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)

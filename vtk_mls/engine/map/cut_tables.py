@@ -31,7 +31,7 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
     constants = [
         ("CUTS", 1),
         ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
-        ("RIVALS", int(deformation.has_rivals)),
+        ("RIVALS", int(deformation.has_competing_regions)),
         ("ON_PLANE", f"{ON_PLANE}f"),
         ("SHAPE_FILES", " ".join(f"cut_{shape.kernel}.cl" for shape in shapes)),
         ("SHAPES(X)", " ".join(f"X({shape.kernel})" for shape in shapes)),
@@ -47,7 +47,7 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
 def _local_affine(control_points):
     """The affine map of control points from v to x, in the local frame, as a transform."""
     matrix, offset = control_points.affine
-    moved = (matrix - np.eye(3)) @ control_points.centre + offset
+    moved = (matrix - np.eye(3)) @ control_points.center + offset
     return transform(matrix, moved / control_points.scale)
 
 
@@ -57,7 +57,7 @@ def _plane_table(deformation, region, grid):
     table = np.zeros(len(deformation.planes), PLANE)
     table["side"] = region.sides
     for row, plane, moved in zip(table, deformation.planes, deformation.moved_planes):
-        height = plane.height(control_points.centre) / control_points.scale
+        height = plane.height(control_points.center) / control_points.scale
         row["plane"] = [*plane.normal, height]
         if grid is not None:
             row["index_plane"] = [*moved.normal @ grid.index_to_world, moved.height(grid.origin)]

@@ -34,7 +34,7 @@ class InverseSearch:
     def __init__(self, launcher, deformation, region):
         self.launcher, self.deformation = launcher, deformation
         self.map = RegionMap(launcher, deformation, region)
-        self.exchanged = RegionMap(launcher, deformation.exchanged_frame, region.exchanged)
+        self.exchanged = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
         self.box = guesses.usual_box(region.control_points)
         self.lattice = Lattice(launcher, self.box, self._first_guesses)
         self._samples = {}  # by level
@@ -127,7 +127,7 @@ class InverseSearch:
         control_points, other = self.map.control_points, self.exchanged.control_points
         ratio = control_points.scale / other.scale
         offset = (
-            control_points.centre + control_points.mean_displacement - other.centre
+            control_points.center + control_points.mean_displacement - other.center
         ) / other.scale
         points = kernel_arguments.planes(local.T * ratio + offset)
         displacement = np.empty_like(local)
@@ -150,7 +150,7 @@ class InverseSearch:
         """Samples over a `box` (2, 3), local units, as `_samples_of` has them."""
         control_points = self.map.control_points
         local = guesses.cubic_grid(box, _SAMPLES).points()
-        world = control_points.centre + control_points.scale * local
+        world = control_points.center + control_points.scale * local
         v = local[self.map.region.holds(self.deformation.moved_planes, world)]
         if len(v) == 0:
             return None

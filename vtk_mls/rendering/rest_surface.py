@@ -1,4 +1,4 @@
-"""What a mapper draws of a dataset: its surface, divided along cuts."""
+"""The surface of a dataset at rest, split along cuts."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty, without_empty
 from vtk_mls.vtk.splitting import make_points_real, set_positions, split
 
-_POINT = "_Point"
+_POINT = "_Point"  # name of an array of point ids
 
 
-class DrawnMesh:
-    """The surface of a dataset at rest; each side of a cut can move on its own.
+class RestSurface:
+    """The surface of a dataset at rest, split along cuts so that their sides move separately.
 
     Parameters
     ----------
     mesh : vtkDataSet
-        It is not changed, and may be afterwards.
+        It is copied.
     cuts : sequence of Plane, HalfPlane and Surface
 
     Attributes
     ----------
     surface : vtkPolyData
     positions : (n, 3) array
-        Of its points.
+        Of the points of the surface.
     """
 
     def __init__(self, mesh, cuts):
         arrays.check_lengths(mesh)
-        foot = side = np.zeros((0, 3))
+        closest = side = np.zeros((0, 3))
         if cuts and mesh.GetNumberOfCells() > 0:
-            mesh, foot, side = split(mesh, cuts)
+            mesh, closest, side = split(mesh, cuts)
         self.surface = vtkPolyData()
         if isinstance(mesh, vtkPolyData):
             self.surface.ShallowCopy(mesh)
         else:
             rows = _extract_surface(mesh, self.surface)
-            foot, side = (each[rows] if len(each) > 0 else each for each in (foot, side))
+            closest, side = (array[rows] if len(array) else array for array in (closest, side))
         arrays.name_normals(self.surface)
         points = self.surface.GetPoints()
         self.positions = np.empty((0, 3))
@@ -51,39 +51,38 @@ class DrawnMesh:
             make_points_real(self.surface)
             self.positions = arrays.to_numpy(self.surface.GetPoints().GetData())
         self._on_cut = np.flatnonzero(side.any(axis=1))
-        self._foot, self._side = foot[self._on_cut], side[self._on_cut]
+        self._closest, self._side = closest[self._on_cut], side[self._on_cut]
 
     def material(self, deformation):
-        """`positions`, those on a cut a little to the side on which their cells are."""
+        """`positions`, with points on a cut moved slightly to the side of their cells."""
         if len(self._on_cut) == 0:
             return self.positions
         x, on_cut = self.positions.astype(np.float64), self._on_cut
-        x[on_cut] += warping.offset_from_cuts(deformation, x[on_cut], self._foot, self._side)
+        x[on_cut] += warping.offset_from_cuts(deformation, x[on_cut], self._closest, self._side)
         return x
 
     def moved(self, deformation):
-        """The surface as vtkPolyData, moved by the exact forward map."""
+        """The surface as vtkPolyData, deformed by the exact forward map."""
         output, material = self._copy(), self.material(deformation)
         displacement = deformation.forward_field(material).displacement
         positions = self.positions + displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        of_points, of_cells = (gradients.directions(each, (), ()) for each in data)
+        of_points, is_cell_data = (gradients.directions(part, (), ()) for part in data)
         if of_points:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], of_points, parts, unit=True)
-        if of_cells:
-            centres, before = (warping.centres(each) for each in (output, self.surface))
-            parts = jacobians(deformation, centres, before, before)
+        if is_cell_data:
+            moved, rest = (warping.centres(surface) for surface in (output, self.surface))
+            parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
-            warping.transform(data[1], of_cells, parts, unit=True)
+            warping.transform(data[1], is_cell_data, parts, unit=True)
         return output
 
     def with_points(self, points, normals):
-        """The surface with other vtkPoints, and other normals of points or None.
+        """The surface with other vtkPoints, and other point normals or None.
 
-        It has no normals of cells: mappers find them, but for meshes whose cells are drawn as if
-        they were curved.
+        Cell normals are removed: mappers compute them.
         """
         output = self._copy()
         output.SetPoints(points)
@@ -101,22 +100,22 @@ class DrawnMesh:
 
 
 def jacobians(deformation, moved, before, material):
-    """As `warping.jacobians`, for points (n, 3) that were `before` and whose material is known."""
+    """`warping.jacobians` at moved points (n, 3), from rest positions `before` and `material`."""
     if deformation.in_rest_frame:
         return warping.jacobians(deformation, moved, material, SILENT)
     return warping.jacobians(deformation, moved + (material - before), None, SILENT)
 
 
 def state_of(cuts):
-    """What is equal for equal cuts."""
+    """A value that is equal for equal cuts."""
     return [
-        (type(cut), *(np.asarray(getattr(cut, each.name)).tobytes() for each in fields(cut)))
+        (type(cut), *(np.asarray(getattr(cut, field.name)).tobytes() for field in fields(cut)))
         for cut in cuts
     ]
 
 
 def _extract_surface(mesh, surface):
-    """Fill `surface` with that of a dataset as mappers see it; the points of it that are there."""
+    """Set `surface` to the surface of a dataset, as mappers extract it; its point ids (n,)."""
     numbered = mesh.NewInstance()
     numbered.ShallowCopy(without_empty(mesh))
     arrays.add(numbered.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))

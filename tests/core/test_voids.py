@@ -1,0 +1,308 @@
+"""Voids that cuts open, and gradients at their faces (section 4 of the paper)."""
+
+import numpy as np
+import pytest
+from conftest import (
+    DEVICES,
+    KINDS_AND_DEGREES,
+    deformation,
+    random_handles,
+    random_rotation,
+)
+from test_cuts import EVERY_SHAPE, HALF_PLANE, SHAPES, cuts, device, lengths  # noqa: F401  (fixtures)
+
+from vtk_mls import (
+    VOID_VALUES,
+    Aborted,
+    Deformation,
+    Grid,
+    HalfPlane,
+    Plane,
+    Sampling,
+    Surface,
+)
+
+
+@pytest.mark.parametrize("shape", [name for name in SHAPES if name != "outside"])
+def test_pulling_apart_opens_a_void(shape, device, rng):
+    """Where the way to the origin crosses a cut that stays, and nowhere else."""
+    cuts = SHAPES[shape]
+    deformed = rng.uniform(60, 200, (16, 3))
+    side = np.where(deformed[:, 2:] > 128, 1, -1)
+    rest = deformed - side * [0, 0, 12]
+    d = Deformation(rest, deformed, device=device, cuts=cuts, cut_frame="deformed")
+    v = rng.uniform(20, 230, (3000, 3))
+    origin = d.backward(v)
+    crossed = np.zeros(len(v), bool)
+    for cut in cuts:
+        if isinstance(cut, Plane):
+            crossed |= (cut.height(v) < 0) != (cut.height(origin) < 0)
+        else:
+            crossed |= cut.blocks(v, origin)
+    assert crossed.any()
+    np.testing.assert_array_equal(d.void(v), crossed)
+
+
+def test_the_opening_is_continuous(rng):
+    for cut in (HALF_PLANE, SHAPES["polygon"][0], SHAPES["bent surface"][0]):
+        for _ in range(20):
+            (a, b), (g, h) = rng.uniform(20, 230, (2, 2, 3))
+            t = np.linspace(0, 1, 2001)[:, None]
+            v, origin = a + (b - a) * t, g + (h - g) * t
+            change = np.abs(np.diff(cut.void_distance(v, origin)))
+            crossed = cut.blocks(v[:-1], v[1:])  # v itself passes the cut
+            assert change[~crossed].max() <= 1.5 * 370 / 2000
+
+
+def test_the_void_is_background(device, rng):
+    cut = Plane((8, 8, 8), (0, 0, 1))
+    handles = np.array([(4, 4, 4), (12, 12, 4), (4, 12, 12), (12, 4, 12)], float)
+    rest = handles - np.where(handles[:, 2:] > 8, 1, -1) * [0, 0, 3]
+    d = Deformation(rest, handles, "rigid", cuts=[cut], device=device)
+    grid = Grid((17, 17, 17))
+    (image,) = d.resample([np.ones(grid.shape, np.uint8)], Sampling(grid, background=7))
+    field = d.displacement_field(grid.dimensions)
+    assert field.void.sum() > 17 * 17 * 3
+    assert (image[field.void] == 7).all()
+    assert (image[4:6] == 1).all()
+
+
+def test_continued_values_are_those_of_each_sides_map(device):
+    """In the void the function goes on behind the face; elsewhere nothing changes."""
+    cut = HalfPlane((16, 16, 10), (1, 0, 0), (0, 0, 1))
+    deformed = np.array([(8, 8, 24), (24, 24, 24), (8, 24, 8), (24, 8, 8)], float)
+    rest = deformed - np.where(deformed[:, 2:] > 16, np.sign(deformed[:, :1] - 16), 0) * [3, 0, 0]
+    d = Deformation(rest, deformed, cuts=[cut], device=device)
+    grid = Grid((33, 33, 33))
+    image = waves(grid.points()).reshape(grid.shape)
+    kept, continued = (
+        d.resample([image], Sampling(grid, void_values=each))[0] for each in VOID_VALUES
+    )
+    void = d.displacement_field(grid.dimensions).void
+    assert void.sum() > 500
+    np.testing.assert_array_equal(continued[~void], kept[~void])
+    assert (kept[void] == 0).all()
+    origins = d.backward(grid.points()[void.ravel()])
+    inside = (np.abs(origins - 16) < 15).all(axis=1)
+    assert inside.sum() > 500
+    np.testing.assert_allclose(continued[void][inside], waves(origins)[inside], atol=2e-3)
+    with pytest.raises(ValueError, match="`void_values` must be one of background, cont.*'full'"):
+        d.resample([image], Sampling(grid, void_values="full"))
+
+
+def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkeypatch):
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 500)
+    rest, deformed = random_handles(rng, 12, 20)
+    d = Deformation(rest, deformed, cuts=cuts, device=device)
+    grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
+    for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
+        whole, seen = d.displacement_field(part), []
+        np.testing.assert_array_equal(
+            d.void_distance_field(part, progress=seen.append), whole.void_distance
+        )
+        np.testing.assert_array_equal(d.void_field(part), whole.void)
+        assert len(seen) > 2
+        assert seen == sorted(seen)
+        assert seen[-1] == 1
+    with pytest.raises(Aborted, match="as `progress` asked"):
+        d.void_distance_field(grid, progress=lambda fraction: True)
+
+
+def test_without_cuts_there_is_no_void(device, rng):
+    assert np.isinf(
+        Deformation([(0, 0, 0)], [(1, 0, 0)]).void_distance_field(Grid((2, 3, 4)))
+    ).all()
+    assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field(Grid((2, 3, 4))).any()
+    d = Deformation(*random_handles(rng, 5), device=device)
+    field = d.displacement_field((4, 4, 4))
+    assert field.void_distance is None
+    assert not field.void.any()
+    assert np.isinf(d.void_distance([[1, 2, 3]])).all()
+
+
+# Gradients
+
+
+def waves(x):
+    return np.sin(x @ [0.04, 0.02, 0.01]) + np.cos(x @ [-0.02, 0.03, 0.02])
+
+
+def waves_gradient(x):
+    return np.cos(x @ [0.04, 0.02, 0.01])[:, None] * [0.04, 0.02, 0.01] - np.sin(
+        x @ [-0.02, 0.03, 0.02]
+    )[:, None] * [-0.02, 0.03, 0.02]
+
+
+@pytest.mark.parametrize("key", DEVICES or ["reference"])
+@pytest.mark.parametrize("kind_and_degree", KINDS_AND_DEGREES, ids=str)
+@pytest.mark.parametrize("normalise", [False, True])
+def test_corrected_gradient_is_that_of_the_deformed_function(key, kind_and_degree, normalise, rng):
+    """On an anisotropic, turned grid."""
+    grid = Grid((60, 50, 40), (5, 6, 7), (1, 1.3, 1.7), random_rotation(rng))
+    size = np.array(grid.dimensions)
+    deformed = grid.at(rng.uniform(0, 1, (80, 3)) * size)
+    rest = deformed + rng.normal(0, 0.5, deformed.shape)
+    d = deformation(rest, deformed, kind_and_degree, key)
+    image = waves(grid.points()).reshape(grid.shape)
+    got = d.corrected_gradient(image, grid, normalise=normalise).reshape(-1, 3)
+    v = grid.points()
+    origin = d.backward(v)
+    expected = np.einsum("mij,mi->mj", d.jacobian(v), waves_gradient(origin))
+    sizes = lengths(expected)
+    index = grid.index_of(origin)
+    inner = ((index > 3) & (index < size - 4)).all(axis=1)
+    if normalise:
+        inner &= sizes > 0.3 * sizes.max()
+        expected = expected / sizes[:, None]
+    assert inner.mean() > 0.2
+    error = lengths(got - expected)[inner] / lengths(expected)[inner].max()
+    assert error.max() <= 1e-3
+
+
+@pytest.mark.parametrize("key", DEVICES or ["reference"])
+def test_gradient_on_the_face_of_an_opening(key):
+    """A block pulled apart: the faces look into the void, which has none."""
+    cut = Plane((16, 16, 16), (0, 0, 1))
+    handles = np.array([(8, 8, 6), (24, 24, 6), (8, 24, 26), (24, 8, 26)], float)
+    rest = handles - np.where(handles[:, 2:] > 16, 1, -1) * [0, 0, 4]
+    d = Deformation(rest, handles, cuts=[cut], device=key)
+    grid = Grid((33, 33, 33))
+    slopes = d.corrected_gradient(np.ones(grid.shape), grid, normalise=True)
+    void = d.displacement_field(grid.dimensions).void
+    assert (slopes[void] == 0).all()
+    top, bottom = np.flatnonzero(void[:, 16, 16])[[-1, 0]]
+    np.testing.assert_allclose(slopes[top + 1, 16, 16], [0, 0, 1], atol=1e-3)
+    np.testing.assert_allclose(slopes[bottom - 1, 16, 16], [0, 0, -1], atol=1e-3)
+
+
+def pulled_apart(cut, device, by=3.0):
+    """Handles on both sides of a cut across x = 16, pulled apart above the middle."""
+    deformed = np.array([(8, 8, 24), (24, 24, 24), (8, 24, 8), (24, 8, 8)], float)
+    way = np.where(deformed[:, 2:] > 16, np.sign(deformed[:, :1] - 16), 0)
+    return Deformation(deformed - by * way * [1, 0, 0], deformed, cuts=[cut], device=device)
+
+
+OPENINGS = {
+    "plane": Plane((16.3, 16, 10.2), (1, 0.2, 0.1)),
+    "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
+    "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
+}
+
+
+@pytest.mark.parametrize("key", DEVICES)
+@pytest.mark.parametrize("shape", OPENINGS)
+@pytest.mark.parametrize("normalise", [False, True])
+def test_devices_agree_on_gradients_at_an_opening(shape, normalise, key):
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = 3 + waves(grid.points()).reshape(grid.shape)
+    expected, got = (
+        pulled_apart(OPENINGS[shape], each).corrected_gradient(image, grid, normalise=normalise)
+        for each in ("reference", key)
+    )
+    error, allowed = lengths(got - expected), 1e-3 * lengths(expected).max()
+    assert np.mean(error > allowed) <= 2e-4
+
+
+@pytest.mark.parametrize("shape", OPENINGS)
+def test_a_closed_cut_has_no_face(shape, device):
+    d = pulled_apart(OPENINGS[shape], device, by=0)
+    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
+    image = 3 + waves(grid.points()).reshape(grid.shape)
+    plain = Deformation(d.rest, d.deformed, device=device).corrected_gradient(image, grid)
+    np.testing.assert_allclose(d.corrected_gradient(image, grid), plain, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", OPENINGS)
+def test_gradients_turn_smoothly_to_the_face(shape):
+    """From that inside to across the face, over a voxel, wherever the voxels lie."""
+    d = pulled_apart(OPENINGS[shape], "reference")
+    source = Grid((33, 33, 33))
+    image = 3 + waves(source.points()).reshape(source.shape)
+    line = Grid((1601, 1, 1), (12, 16, 22), (0.01, 1, 1))
+    slopes = d.corrected_gradient(image, Sampling(source, line))[0, 0]
+    (void_distance,) = (d.void_distance(line.points()),)
+    solid = void_distance >= 0
+    assert (slopes[~solid] == 0).all()
+    both = solid[1:] & solid[:-1]
+    assert lengths(np.diff(slopes, axis=0))[both].max() < 0.05 * lengths(slopes).max()
+    at_face = np.flatnonzero(solid[1:] != solid[:-1])
+    assert len(at_face) == 2
+    for place in (at_face[0], at_face[1] + 1):
+        # across the face, as long as the step in one voxel of the undeformed image
+        epsilon = 1e-5 * np.eye(3)
+        v = line.points()[[place]]
+        across = [(d.void_distance(v + e) - d.void_distance(v - e)).item() / 2e-5 for e in epsilon]
+        (value,) = d.resample([image], Sampling(source, Grid((1, 1, 1), v[0])))
+        np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
+
+
+def test_what_is_beside_a_cut_is_nearest_to_its_inside():
+    x = np.array([(0.3, 0.2, 0.5), (-0.3, 0.2, 0.5), (0, 0, 3)])
+    square = Surface.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    half = HalfPlane((0, 0, 0), (0, 0, 1), (1, 0, 0))
+    for cut in (square, half):
+        assert cut.is_over(x).tolist() == [True, False, False]
+    assert Plane((0, 0, 0), (0, 0, 1)).is_over(x).all()
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, "plane"])
+def test_away_is_the_slope_of_the_opening(shape, rng):
+    cut = SHAPES[shape][0] if shape in SHAPES else OPENINGS["plane"]
+    v = rng.uniform(20, 230, (400, 3))
+    if isinstance(cut, Surface):
+        g = cut.points[cut.triangles].mean(axis=1)[rng.integers(len(cut.triangles), size=400)]
+    elif isinstance(cut, Plane):
+        g = v - cut.height(v)[:, None] * cut.normal
+    else:
+        g = cut.point + rng.uniform(5, 50, (400, 2)) @ [cut.inward, cut.along]
+    g = g + rng.normal(0, 0.02, g.shape)
+    slope = np.stack(
+        [
+            (cut.void_distance(v, g + e) - cut.void_distance(v, g - e)) / 2e-6
+            for e in 1e-6 * np.eye(3)
+        ],
+        axis=1,
+    )
+    agreeing = lengths(slope - cut.away(v, g)) < 1e-3
+    assert agreeing.mean() > 0.97  # the others lie within the difference of the surface or a fold
+
+
+def test_vectors_must_lie_on_the_grid():
+    d = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference")
+    with pytest.raises(ValueError, match=r"`vectors` must have .*\(4, 3, 2, 3\), got \(4, 3, 2\)"):
+        d.resample_gradients(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
+
+
+def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
+    """The normal of a level of f stays normal to that level of f(G(v))."""
+    grid = Grid((30, 30, 30), spacing=(2, 2, 2))
+    rest, deformed = rng.uniform(5, 55, (2, 10, 3))
+    rest = deformed + 0.05 * (rest - deformed)
+    d = Deformation(rest, deformed, "similarity", device="reference")
+    normals = np.broadcast_to(np.array([0.6, 0, 0.8], np.float32), (*grid.shape, 3))
+    got = d.resample_gradients(normals, grid, normalise=True).reshape(-1, 3)
+    expected = np.einsum("mij,i->mj", d.jacobian(grid.points()), [0.6, 0, 0.8])
+    expected /= lengths(expected)[:, None]
+    inside = lengths(got) > 0
+    assert inside.mean() > 0.5
+    np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
+
+
+def test_pushed_vectors_move_with_the_material(device, rng):
+    rest, deformed = random_handles(rng, 12)
+    grid = Grid((17, 18, 19), (0, 0, 0), (15, 14, 14), random_rotation(rng))
+    vectors = np.tile(np.array([1.0, -2.0, 0.5]), (*grid.shape, 1))
+    d = Deformation(rest, deformed, device=device)
+    pushed = d.resample_vectors(vectors, grid)
+    specification = Deformation(rest, deformed, device="reference")
+    v = grid.points()
+    origin, step = specification.backward(v), 1e-3
+    inside = (np.abs(grid.index_of(origin) / (np.array(grid.dimensions) - 1) - 0.5) < 0.5).all(1)
+    # dF/dx w by differences of the forward map, where it leads back to v
+    ahead = specification.forward(origin[inside] + step * vectors[0, 0, 0])
+    behind = specification.forward(origin[inside] - step * vectors[0, 0, 0])
+    true = (ahead - behind) / (2 * step)
+    there = np.linalg.norm((ahead + behind) / 2 - v[inside], axis=1) < 0.1
+    assert there.mean() > 0.9
+    error = np.abs(pushed.reshape(-1, 3)[inside] - true)[there]
+    assert np.quantile(error, 0.99) < 2e-3

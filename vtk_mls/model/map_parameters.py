@@ -1,0 +1,128 @@
+"""The validated parameters of a deformation."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vtk_mls import kinds
+from vtk_mls.base.validation import freeze
+from vtk_mls.cuts import Cut, Obstacle, Plane
+from vtk_mls.model import arguments
+from vtk_mls.model.options import check_options, named
+from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
+
+_MAX_OBSTACLES = 30  # each has a bit in the kernels
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class MapParameters:
+    """Control points, cuts and options of a map, as `Deformation` documents them.
+
+    Attributes
+    ----------
+    regions : tuple of Region
+        Between the planes.
+    """
+
+    rest: NDArray[np.float64]
+    deformed: NDArray[np.float64]
+    kind: str
+    alpha: float
+    degree: int
+    weights: NDArray[np.float64]
+    cuts: tuple[Cut, ...]
+    nu: float
+    cut_frame: str
+    map_tolerance: float
+    device: str | None
+    regions: tuple[Region, ...] = field(init=False)
+
+    def __init__(
+        self,
+        rest: ArrayLike,
+        deformed: ArrayLike,
+        kind: str = named("kind").default,
+        *,
+        alpha: float = named("alpha").default,
+        degree: int = named("degree").default,
+        weights: ArrayLike | None = None,
+        cuts: Cut | Iterable[Cut] | None = (),
+        nu: float = named("nu").default,
+        cut_frame: str = named("cut_frame").default,
+        map_tolerance: float = named("map_tolerance").default,
+        device: str | None = named("device").default,
+    ) -> None:
+        p = arguments.control_points("rest", rest)
+        q = arguments.control_points("deformed", deformed)
+        if len(p) == 0:
+            raise ValueError("`rest` is empty; a deformation needs at least one control point")
+        if p.shape != q.shape:
+            raise ValueError(
+                "`rest` and `deformed` must have the same number of control points, "
+                f"got {len(p)} and {len(q)}"
+            )
+        settings = check_options(
+            kind=kind,
+            degree=degree,
+            alpha=alpha,
+            cut_frame=cut_frame,
+            nu=nu,
+            map_tolerance=map_tolerance,
+            device=device,
+        )
+        factors = arguments.positive_weights(weights, len(p))
+        shapes = arguments.cut_shapes(cuts)
+        freeze(self, rest=p, deformed=q, weights=factors, cuts=shapes, **settings)
+        fitted = kinds.named(self.kind, self.degree)
+        positions = p if self.cut_frame == "rest" else q
+        freeze(self, regions=split_by_planes(self.planes, positions, (p, q, factors), fitted))
+        arguments.check_cut_distances(shapes, self.regions)
+        if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:
+            raise ValueError(
+                f"`cuts` must have at most {_MAX_OBSTACLES} with an edge, "
+                f"got {len(self.obstacles)}; join surfaces into one"
+            )
+
+    def __repr__(self) -> str:
+        degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
+        return (
+            f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
+            f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
+        )
+
+    @property
+    def planes(self) -> list[Plane]:
+        """The unbounded cuts, which separate the regions."""
+        return [cut for cut in self.cuts if isinstance(cut, Plane)]
+
+    @property
+    def obstacles(self) -> list[Obstacle]:
+        """The cuts with an edge."""
+        return [cut for cut in self.cuts if isinstance(cut, Obstacle)]
+
+    @property
+    def in_rest_frame(self) -> bool:
+        """Whether there are cuts that move with the material."""
+        return bool(self.cuts) and self.cut_frame == "rest"
+
+    @functools.cached_property
+    def with_deformed_cuts(self) -> MapParameters:
+        """The same parameters with the cuts in the deformed frame."""
+        return replace(self, cut_frame="deformed") if self.in_rest_frame else self
+
+    @property
+    def has_competing_regions(self) -> bool:
+        """Whether material of several regions may reach the same point."""
+        return self.in_rest_frame and bool(self.planes)
+
+    @functools.cached_property
+    def moved_planes(self) -> list[Plane]:
+        """The approximate planes in the deformed space, which say which region is tried first."""
+        if not self.in_rest_frame:
+            return self.planes
+        return [deformed_plane(plane, self.rest, self.deformed) for plane in self.planes]

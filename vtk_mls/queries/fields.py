@@ -1,0 +1,98 @@
+"""Fields of a deformation on grids and at points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vtk_mls.base.grid import Grid
+
+# Points whose displacements are in memory at once where only void distances are returned.
+MAX_SLAB_POINTS = 1 << 20
+
+
+@dataclass(frozen=True)
+class DisplacementField:
+    """The displacement map of a deformation on a grid.
+
+    Attributes
+    ----------
+    displacement : (nz, ny, nx, 3) float32, world units
+        G(v) - v at every point v of the grid.
+    void_distance : (nz, ny, nx) float32, world units, or None without cuts
+        Negative in the voids that cuts have opened, and continuous on each side of every cut: its
+        zero level is the face of the void.
+    grid : Grid
+    """
+
+    displacement: NDArray[np.float32]
+    grid: Grid
+    void_distance: NDArray[np.float32] | None = None
+
+    @property
+    def void(self) -> NDArray[np.bool_]:
+        """(nz, ny, nx) bool: where the deformation has opened a void."""
+        if self.void_distance is None:
+            return np.zeros(self.grid.shape, bool)
+        return self.void_distance < 0
+
+
+@dataclass(frozen=True)
+class ForwardField:
+    """Displacements of the material at some points.
+
+    Attributes
+    ----------
+    displacement : (m, 3) float32, world units
+        v - x for the point v with G(v) = x. Without an inverse, v is the point with the smallest
+        residual found, or x; NaN for points that are not finite.
+    found : (m,) bool
+        False without an inverse: the map folds, or the material was pushed through a cut.
+    """
+
+    displacement: NDArray[np.float32]
+    found: NDArray[np.bool_]
+
+
+def forward_field(engine, deformation, points, progress) -> ForwardField:
+    """The `ForwardField` of `points` (m, 3)."""
+    displacement, found = engine.forward(deformation, points, progress)
+    displacement = displacement.astype(np.float32, copy=False)
+    rows = np.flatnonzero(~found)
+    rows = rows[np.isfinite(points[rows]).all(axis=1)]
+    # too far away for the device's float32
+    displacement[rows[~np.isfinite(displacement[rows]).all(axis=1)]] = 0
+    return ForwardField(displacement, found)
+
+
+def void_distance(engine, deformation, points, progress) -> NDArray[np.float64]:
+    """`Deformation.void_distance` at `points` (m, 3)."""
+    if deformation.in_rest_frame:
+        return engine.void_distance(deformation, points, progress)
+    mapping, measuring = progress.divided(3, 1)
+    origins = engine.backward(deformation, points, mapping)
+    distances = [cut.void_distance(points, origins) for cut in measuring.over(deformation.cuts)]
+    return np.min(distances, axis=0) if distances else np.full(len(points), np.inf)
+
+
+def void_distance_slabs(engine, deformation, grid, progress):
+    """Slices along z of a grid, and the void distances there, equal to those of the whole grid."""
+    if not deformation.cuts:
+        return
+    nx, ny, nz = grid.dimensions
+    step = max(1, MAX_SLAB_POINTS // (nx * ny))
+    lows = range(0, nz, step)
+    for low, part in zip(lows, progress.divided(*[1] * len(lows))):
+        high = min(low + step, nz)
+        slab = grid.part((0, 0, low), (nx, ny, high - low))
+        yield slice(low, high), engine.displacement_field(deformation, slab, part)[1]
+
+
+def overlap_slabs(deformation, grid, progress):
+    """Slices of the points of a grid, x fastest, and `Deformation.overlap` there."""
+    starts = range(0, grid.size, MAX_SLAB_POINTS)
+    for start, part in zip(starts, progress.divided(*[1] * len(starts))):
+        stop = min(start + MAX_SLAB_POINTS, grid.size)
+        yield slice(start, stop), deformation.overlap(grid.points(start, stop), part)

@@ -1,0 +1,119 @@
+"""Arrays on a grid, resampled through a deformation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vtk_mls.base import buffer_pool, validation
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.base.validation import short_repr
+from vtk_mls.queries.face_gradients import gradients_near_faces
+
+
+def checked_arrays(arrays, sampling):
+    """The argument `arrays`: numbers at the points of the source grid."""
+    arrays, shape = [np.asarray(array) for array in arrays], sampling.source.shape
+    for array in arrays:
+        if array.ndim not in (3, 4) or array.shape[:3] != shape:
+            raise ValueError(
+                f"`arrays` must have the shape of the grid, {shape} or "
+                f"{(*shape, 'components')}, got {array.shape}"
+            )
+        if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+            raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
+    return arrays
+
+
+def checked_scalars(array, grid):
+    """The argument `array`: a real number at each point of a grid."""
+    array = np.asarray(array)
+    if array.dtype.kind not in "biuf" or array.shape != grid.shape:
+        raise ValueError(
+            f"`array` must be real numbers with the shape of the grid, {grid.shape}, "
+            f"got {short_repr(array)}"
+        )
+    return array
+
+
+def checked_vectors(vectors, grid):
+    """The argument `vectors`: three numbers at each point of a grid, float32."""
+    vectors = validation.single_precision("vectors", vectors)
+    if vectors.shape != (*grid.shape, 3):
+        raise ValueError(
+            f"`vectors` must have the shape of the grid, {(*grid.shape, 3)}, got {vectors.shape}"
+        )
+    return vectors
+
+
+def warn_of_background(arrays, sampling):
+    """Warn of arrays whose types cannot hold the background."""
+    sampling.warn_of_background({f"array {i}": array.dtype for i, array in enumerate(arrays)})
+
+
+def distance_buffer(deformation, void_distance, target, is_needed=False):
+    """The argument `void_distance` to be filled, or a buffer: (target.size,) float32.
+
+    None if it is not given, unless `is_needed` and there are cuts.
+    """
+    if void_distance is None:
+        is_needed &= bool(deformation.cuts)
+        return buffer_pool.empty(target.size, np.float32) if is_needed else None
+    validation.output_array("void_distance", void_distance, target.shape, np.float32)
+    if not deformation.cuts:
+        void_distance.fill(np.inf)
+    return void_distance.reshape(-1)
+
+
+def resampled(engine, deformation, arrays, sampling, progress, distances=None, covariant=None):
+    """`arrays` resampled by an engine, in their own types.
+
+    Parameters
+    ----------
+    distances : (sampling.target.size,) float32, optional
+        To be filled with void distances.
+    covariant : dict, optional
+        Whether vectors become unit vectors, by the index of each array of covariant vectors.
+    """
+    values = [validation.native_array(array) for array in arrays]
+    results = engine.resample(deformation, values, sampling, progress, distances, covariant)
+    return [new.astype(old.dtype, copy=False) for new, old in zip(results, arrays)]
+
+
+def with_gradient(engine, deformation, arrays, sampling, normalise, progress, distances):
+    """Resampled arrays, and the gradient of the last of `arrays`, which is not resampled itself.
+
+    `distances` is a `distance_buffer` that is needed.
+    """
+    *arrays, array = arrays
+    source, methods = sampling.source, sampling.methods(len(arrays) + 1)
+    differencing, resampling, at_faces = progress.divided(1, 4, 2)
+    slopes = engine.gradient(validation.native_array(array), source, differencing)
+    *results, gradient = resampled(
+        engine,
+        deformation,
+        [*arrays, slopes],
+        sampling,
+        resampling,
+        distances,
+        {len(arrays): normalise},
+    )
+    if deformation.cuts and not sampling.continues:
+        rows, values = gradients_near_faces(
+            engine,
+            deformation,
+            distances,
+            (_as_floats(array), slopes),
+            replace(sampling, interpolation=methods[-1]),
+            at_faces,
+        )
+        gradient.reshape(-1, 3)[rows] = unit(values) if normalise else values
+    return results, gradient
+
+
+def _as_floats(array):
+    """An array as float32 if float32 holds all values of its type, else as float64."""
+    return validation.native_array(array).astype(
+        np.promote_types(array.dtype, np.float32), copy=False
+    )

@@ -1,0 +1,114 @@
+"""Resolution of maps and pictures while the mouse moves, from the time the last one took."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+_MOVING_MAP_SECONDS, _RESTING_MAP_SECONDS = 0.06, 0.7
+_MIN_NODES, _USUAL_NODES = 24, 64  # along the longest side
+_REDO_RATIO = 1.25  # of possible to used nodes, from which on a map at rest is computed again
+_PICTURE_SECONDS = 0.04  # for a picture while the scene moves
+_MAX_PIXELS_PER_RAY = 4.0
+_MIN_MOVING_RATE = 1.0  # pictures per second that a window requests while it moves
+
+
+class MapPace:
+    """Chooses the number of nodes of maps from the time that the last map took.
+
+    Parameters
+    ----------
+    max_nodes : int
+        Nodes along the longest side of a map at rest.
+
+    Attributes
+    ----------
+    map_seconds : float
+        Time that the last map took.
+    nodes : int
+        Its nodes.
+    """
+
+    def __init__(self, max_nodes):
+        self.map_seconds, self.nodes, self._max_nodes = 0.0, _USUAL_NODES, max_nodes
+
+    def make(self, make_map, is_moving):
+        """Call `make_map(nodes)` with the number of nodes that time allows.
+
+        A map at rest is computed again if time allows many more nodes: the map before may have
+        waited for its kernel to be built, or for a busy machine.
+        """
+        nodes = self.nodes_while_moving() if is_moving else self.nodes_at_rest()
+        self._make(make_map, nodes)
+        if not is_moving and self.nodes_at_rest() > _REDO_RATIO * nodes:
+            self._make(make_map, self.nodes_at_rest())
+
+    def nodes_while_moving(self):
+        """Nodes of a map that is replaced by the next mouse move."""
+        return self._nodes(_MOVING_MAP_SECONDS, _MIN_NODES, _USUAL_NODES)
+
+    def nodes_at_rest(self):
+        """Nodes of a map at rest."""
+        return self._nodes(_RESTING_MAP_SECONDS, _USUAL_NODES, self._max_nodes)
+
+    def _make(self, make_map, nodes):
+        start = time.perf_counter()
+        make_map(nodes)
+        self.nodes, self.map_seconds = nodes, time.perf_counter() - start
+
+    def _nodes(self, seconds, fewest, most):
+        if self.map_seconds == 0:
+            return most
+        return int(np.clip((seconds / self.map_seconds) ** (1 / 3) * self.nodes, fewest, most))
+
+
+class RaySpacing:
+    """Chooses the distance between rays from the time that the last picture took.
+
+    Steps along rays stay the same, so that colors and opacities do.
+
+    Parameters
+    ----------
+    mapper : vtkGPUVolumeRayCastMapper
+        Without automatic adjustment of its steps along rays.
+    """
+
+    def __init__(self, mapper):
+        self._mapper = mapper
+
+    def adjust(self, window):
+        """Before a picture: a ray for each pixel when the window rests, fewer while it moves."""
+        mapper, pixels = self._mapper, 1.0
+        if window.GetDesiredUpdateRate() >= _MIN_MOVING_RATE:
+            # the first picture may take a minute
+            seconds = mapper.GetTimeToDraw() or np.inf
+            full = seconds * mapper.GetImageSampleDistance() ** 2
+            pixels = pixels_per_ray(full, _PICTURE_SECONDS, _MAX_PIXELS_PER_RAY)
+        mapper.SetImageSampleDistance(pixels)
+
+
+def pixels_per_ray(seconds, limit, coarsest):
+    """Pixels per ray along each axis, for a picture within a time limit.
+
+    Parameters
+    ----------
+    seconds : float
+        Time of a picture with a ray for each pixel; inf if unknown.
+    limit : float
+        Seconds.
+    coarsest : float
+        Largest result.
+
+    Returns
+    -------
+    float
+        An integer, as VTK rebuilds its shader at each change.
+    """
+    return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, coarsest))
+
+
+def usual_step(image):
+    """Distance of samples along rays in VTK's smart mapper at rest, world units."""
+    voxels = np.prod(np.array(image.GetDimensions()) - 1.0) ** 0.333
+    return np.mean(image.GetSpacing()) / 2 * min(1, 0.01 + 0.99 * voxels / 100)
