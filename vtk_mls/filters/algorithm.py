@@ -43,15 +43,15 @@ class Algorithm(VTKPythonAlgorithmBase):
     empty, also if upstream failed to make data, and counts as not generated, so that every later
     Update tries again. After an abort it is the same without an error.
 
-    For a composite input VTK runs the filter on one block after the other. RequestInformation is
-    then asked about blocks only. Blocks that fail are empty; the first of them reports its error
-    for all. VTK does not hear of it: Update is 1 then, and it does not try again before something
-    changes. A script that must know observes ErrorEvent.
+    VTK runs the filter on each block of a composite input. RequestInformation is called for blocks
+    only. Blocks that fail are empty, the first one reports its error for all, and every later
+    Update tries again. Update still returns 1; scripts can observe ErrorEvent.
     """
 
     PROPERTIES = ()  # by `with_properties`
     _muffled = None
-    _has_reported = False  # since VTK began with the blocks of a composite input
+    _has_reported = False  # an error, since VTK began with the blocks of a composite input
+    _has_discarded = False  # an output, since then
     _time = None  # that was requested when it last ran
     _warnings_of_blocks = frozenset()  # since then
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
@@ -60,7 +60,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         super().__init__(**keywords)
         for each in self.PROPERTIES:
             setattr(self, each.attribute, each.initial)
-        self.AddObserver("EndEvent", _tell_times)
+        self.AddObserver("EndEvent", _finish)
 
     def ProcessRequest(self, request, inInfo, outInfo):
         name = _ANSWERS.get(request.GetRequest())
@@ -80,7 +80,8 @@ class Algorithm(VTKPythonAlgorithmBase):
         if name == "RequestUpdateExtent":
             self._empty_what_is_out_of_date(outInfo)
             if _has_composite(inInfo):
-                self._has_reported, self._warnings_of_blocks = False, set()
+                self._has_reported = self._has_discarded = False
+                self._warnings_of_blocks = set()
         if name != "RequestData":
             return answer(request, inInfo, outInfo)
         self._unmuffle()
@@ -203,6 +204,7 @@ class Algorithm(VTKPythonAlgorithmBase):
 
     def _discard(self, out_info):
         """Leave the output empty, to be made by the next Update."""
+        self._has_discarded = True
         self._empty(out_info)
         for info in _each(out_info):
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
@@ -235,12 +237,19 @@ class Algorithm(VTKPythonAlgorithmBase):
             self._muffled = None
 
 
-def _tell_times(algorithm, event):
-    """Say of which time the output is; after blocks VTK has passed on the first input's times."""
-    information = algorithm._information()
-    times.announce(*information)
-    times.stamp(*information)
-    algorithm._time = times.requested(information[1][0])
+def _finish(algorithm, event):
+    """Set the times of the output, which VTK takes from the first input after it ran on blocks.
+
+    An output with failed blocks is marked as not generated.
+    """
+    inputs, outputs = algorithm._information()
+    times.announce(inputs, outputs)
+    times.stamp(inputs, outputs)
+    algorithm._time = times.requested(outputs[0])
+    has_blocks = isinstance(outputs[0].Get(vtkDataObject.DATA_OBJECT()), vtkCompositeDataSet)
+    if has_blocks and algorithm._has_discarded:
+        for info in outputs:
+            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
 
 @calldata_type(VTK_STRING)

@@ -10,12 +10,13 @@ from vtkmodules.vtkCommonDataModel import (
     vtkDataObjectTypes,
     vtkDataSet,
     vtkImageData,
+    vtkUniformGridAMR,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
 from vtk_mls.filters import extents, property_tables, times, warping
-from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
@@ -94,9 +95,9 @@ class MLSDeform(DeformingFilter):
 
     def RequestDataObject(self, request, inInfo, outInfo):
         data = vtkDataObject.GetData(inInfo[0])
-        if not isinstance(data, vtkDataSet):
-            return 1  # composite: VTK asks again for each block
-        if isinstance(data, vtkImageData):
+        if data is None:
+            return 1
+        if isinstance(data, (vtkImageData, vtkUniformGridAMR)):  # AMR data are an error later
             wanted = "vtkImageData"
         else:
             wanted = warping.output_type(data, self.GetSplitCells() and self._has_cuts())
@@ -151,7 +152,7 @@ class MLSDeform(DeformingFilter):
                 ask_for_extent(info, extent)
 
     def RequestData(self, request, inInfo, outInfo):
-        data = vtkDataSet.GetData(inInfo[0])
+        data = input_dataset(inInfo)
         self._check(data)
         deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
         self._run(deform(data, inInfo, outInfo))

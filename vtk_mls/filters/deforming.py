@@ -53,36 +53,25 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         super().__init__(
             nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
-        self._refusal = ""  # why the input cannot be taken, though VTK would take it apart
         self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
         self._kept_cuts = Memo()
         self._kept_deformation = Memo()
 
     def FillInputPortInformation(self, port, info):
-        kind = (self.InputType, "vtkPointSet", "vtkPolyData")[port]
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), kind)
+        required = vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE()
+        # The second types are refused by RequestData: by itself VTK would take them apart.
+        types = (
+            (self.InputType, "vtkUniformGridAMR"),
+            ("vtkPointSet", "vtkCompositeDataSet"),
+            ("vtkPolyData",),
+        )
+        for name in types[port]:
+            info.Append(required, name)
         if port > 0:
             info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
         if port == 2:
             info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
         return 1
-
-    def _answer(self, name, request, inInfo, outInfo):
-        answer = super()._answer(name, request, inInfo, outInfo)
-        if name in ("RequestInformation", "RequestUpdateExtent") and not self.is_among_blocks():
-            self._refusal = _refusal(inInfo)
-            if self._refusal and name == "RequestInformation":
-                self._refuse(outInfo)
-                return 0
-        return answer
-
-    def _refuse(self, out_info):
-        """Fail before VTK takes the input apart."""
-        self._discard(out_info)
-        for number in range(out_info.GetNumberOfInformationObjects()):
-            ask_for_all(out_info.GetInformationObject(number))  # for the next Update to begin
-        self._report(self._refusal)
-        self._muffle()
 
     def SetInputData(self, *port_and_data):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
@@ -174,8 +163,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        if self._refusal:
-            raise ValueError(self._refusal)
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
     def _deformation(self, control_points, surfaces):
@@ -314,22 +301,22 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return None
 
 
-def _refusal(in_info):
-    """A sentence about inputs that no filter can take though VTK would hand them on in parts."""
-    data = inputs(in_info, 0)
-    if data and isinstance(data[0], vtkUniformGridAMR):
-        return (
-            f"`Input` must be an image or a mesh, got AMR data ({data[0].GetClassName()}), whose "
+def input_dataset(in_info):
+    """The vtkDataSet on port 0 in RequestData; raises if a port has data in parts."""
+    data = vtkDataObject.GetData(in_info[0])
+    if isinstance(data, vtkUniformGridAMR):
+        raise ValueError(
+            f"`Input` must be an image or a mesh, got AMR data ({data.GetClassName()}), whose "
             "levels would not fit each other any more; resample it to one image first "
             "(vtkResampleToImage, in ParaView Resample To Image)"
         )
     for handles in inputs(in_info, 1):
         if isinstance(handles, vtkCompositeDataSet):
-            return (
+            raise ValueError(
                 f"`ControlPoints` must be one point set, got a {handles.GetClassName()}; merge its "
                 "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
             )
-    return ""
+    return data
 
 
 def _is_on(cut, positions):

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid
 from vtk_mls.files import nifti, provenance
 from vtk_mls.filters import extents, gradients, parallel, property_tables, times, void_arrays
-from vtk_mls.filters.deforming import DeformingFilter
+from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent
 from vtk_mls.vtk import arrays
@@ -85,7 +85,7 @@ class MLSDisplacementField(DeformingFilter):
         return super().RequestUpdateExtent(request, inInfo, outInfo)
 
     def RequestData(self, request, inInfo, outInfo):
-        dataset = vtkDataSet.GetData(inInfo[0])
+        dataset = input_dataset(inInfo)
         output = vtkImageData.GetData(outInfo)
         deformation = self._requested_deformation(inInfo)
         if isinstance(dataset, vtkImageData):
