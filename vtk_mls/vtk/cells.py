@@ -41,14 +41,13 @@ _KINDS = {
 }
 
 
-def corners(cells):
-    """Points of the cells of a vtkCellArray one after the other, and where those of each begin.
+def connectivity_of(cells):
+    """Connectivity and offsets of a vtkCellArray or None.
 
     Returns
     -------
     connectivity : (m,) integers
     offsets : (n + 1,) integers
-        The last is where the last cell ends.
     """
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, np.int64), np.zeros(1, np.int64)
@@ -58,7 +57,7 @@ def corners(cells):
 
 
 def cell_array(connectivity, offsets):
-    """The vtkCellArray of what `corners` gives."""
+    """The vtkCellArray of a connectivity (m,) and offsets (n + 1,)."""
     cells = vtkCellArray()
     cells.SetData(arrays.ids(offsets), arrays.ids(connectivity))
     return cells
@@ -72,9 +71,9 @@ def polydata_cells(mesh):
 def is_empty(mesh):
     """Which cells of a vtkDataSet have no points: (n,) bool."""
     if isinstance(mesh, vtkPolyData):
-        sizes = [np.diff(corners(cells)[1]) for _, cells in polydata_cells(mesh)]
+        sizes = [np.diff(connectivity_of(cells)[1]) for _, cells in polydata_cells(mesh)]
     elif isinstance(mesh, vtkUnstructuredGrid):
-        sizes = [np.diff(corners(mesh.GetCells())[1])]
+        sizes = [np.diff(connectivity_of(mesh.GetCells())[1])]
     else:
         return np.zeros(mesh.GetNumberOfCells(), bool)
     return np.concatenate(sizes) == 0
@@ -95,10 +94,10 @@ def without_empty(mesh):
     rows = np.flatnonzero(~empty)
     if isinstance(mesh, vtkPolyData):
         for name in _KINDS:
-            connectivity, offsets = corners(getattr(mesh, f"Get{name}")())
+            connectivity, offsets = connectivity_of(getattr(mesh, f"Get{name}")())
             getattr(filled, f"Set{name}")(cell_array(connectivity, np.unique(offsets)))
     elif len(rows) > 0:
-        connectivity, offsets = corners(mesh.GetCells())
+        connectivity, offsets = connectivity_of(mesh.GetCells())
         _set_cells(
             filled,
             arrays.cell_types(mesh)[rows],
@@ -115,7 +114,7 @@ def append_empty(grid, mesh):
     if len(rows) == 0:
         return
     count = grid.GetNumberOfCells()
-    connectivity, offsets = corners(grid.GetCells())
+    connectivity, offsets = connectivity_of(grid.GetCells())
     types = arrays.cell_types(grid) if count else np.zeros(0, np.uint8)
     everything = np.concatenate([np.arange(count), np.full(len(rows), -1)])
     faces = _faces(grid, everything) if count else None
@@ -169,7 +168,7 @@ def make_boxes_free(grid):
     types = arrays.cell_types(grid).copy()
     if not np.isin(types, list(_BOXES)).any():
         return
-    connectivity, offsets = corners(grid.GetCells())
+    connectivity, offsets = connectivity_of(grid.GetCells())
     connectivity = connectivity.copy()
     for kind, (free, order) in _BOXES.items():
         boxes = np.flatnonzero((types == kind) & (np.diff(offsets) == len(order)))
@@ -213,7 +212,7 @@ def _faces(grid, rows):
         return arrays.ids(found), faces
     if faces.GetNumberOfCells() == 0:
         return None
-    connectivity, offsets = corners(locations)
+    connectivity, offsets = connectivity_of(locations)
     sizes = np.append(np.diff(offsets), 0)
     is_kept = np.isin(np.arange(len(sizes) - 1), rows)
     kept = connectivity[np.repeat(is_kept, sizes[:-1])]
