@@ -15,12 +15,12 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
-from vtk_mls.filters import extents, property_tables, times, warping
+from vtk_mls.filters import extents, gradients, property_tables, times, warping
 from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.memo import Memo
 from vtk_mls.filters.property_methods import with_properties
 from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
-from vtk_mls.filters.resampling import Resampling
+from vtk_mls.filters.resampling import ImageOptions, Resampling
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -168,7 +168,12 @@ class MLSDeform(DeformingFilter):
         deformation = self._requested_deformation(inInfo)
         self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
-        return warping.Warp(self, deformation, mesh, output, splits).tasks()
+        options = warping.MeshOptions(
+            self._direction_arrays(),
+            self.GetGenerateJacobian(),
+            self.GetGenerateJacobianDeterminant(),
+        )
+        return warping.Warp(options, deformation, mesh, output, splits).tasks()
 
     def _deform_image(self, image, inInfo, outInfo):
         """What is to be done for an image."""
@@ -188,9 +193,27 @@ class MLSDeform(DeformingFilter):
         if target.is_empty:
             return []
         sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
-        tasks = Resampling(self, deformation, image, output, sampling).tasks()
+        options = self._image_options(image)
+        tasks = Resampling(options, deformation, image, output, sampling).tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+
+    def _direction_arrays(self):
+        names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()
+        return gradients.DirectionArrays(*names, self.GetNormalizeGradient())
+
+    def _image_options(self, image):
+        gradient_array = self.GetGradientArray()
+        if self.is_among_blocks() and not image.GetPointData().HasArray(gradient_array):
+            gradient_array = ""  # another block may have it
+        return ImageOptions(
+            directions=self._direction_arrays(),
+            gradient_array=gradient_array,
+            label_arrays=self.GetLabelArrays(),
+            flags=self.flags,
+            hides_void=self.GetHideVoid(),
+            is_cached=self.keeps_images,
+        )
 
     def _check_border(self, deformation, grid):
         """Warn if material of this block may have to come from another one, once for all blocks.

@@ -11,8 +11,8 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import gradients, warping
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import is_empty, without_empty
-from vtk_mls.vtk.splitting import make_points_real, set_positions, split
+from vtk_mls.vtk.cells import is_empty, make_points_real, set_positions, without_empty
+from vtk_mls.vtk.splitting import split
 
 _POINT = "_Point"
 
@@ -68,7 +68,7 @@ class DrawnMesh:
         positions = self.positions + displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        of_points, of_cells = (gradients.directions(each, (), ()) for each in data)
+        of_points, of_cells = (gradients.DirectionArrays((), (), False).of(each) for each in data)
         if of_points:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], of_points, parts, unit=True)
