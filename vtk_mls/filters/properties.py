@@ -8,10 +8,13 @@ default, choices and a help text are written once. Nothing here needs VTK.
 from __future__ import annotations
 
 import re
+import textwrap
 from dataclasses import KW_ONLY, dataclass
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.validation import short_repr
+
+_WIDTH = 88  # of docstrings; those of stubs are indented further
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,7 @@ class Choice(Property):
 
     @property
     def values(self):
-        return "one of " + ", ".join(f'"{each}"' for each in self.choices)
+        return "one of " + ", ".join(f'"{choice}"' for choice in self.choices)
 
     def methods(self):
         attribute = self.attribute
@@ -245,8 +248,8 @@ class Items(Property):
 
     def assign(self, algorithm, value):
         getattr(algorithm, f"Clear{self.name}")()
-        for each in value:
-            getattr(algorithm, f"Add{self.singular}")(each)
+        for item in value:
+            getattr(algorithm, f"Add{self.singular}")(item)
 
     def _with_adder(self, add):
         """The methods."""
@@ -426,3 +429,41 @@ def replace(algorithm, values, index, value, new):
     if values[index] != value:
         values[index] = value
         algorithm.Modified()
+
+
+def with_properties(table):
+    """A decorator that gives a class of algorithms the methods of a table of properties.
+
+    Methods that the class itself defines, and those of properties of its bases, stay.
+
+    Parameters
+    ----------
+    table : sequence of Property
+        All that the class has, those of its bases included.
+    """
+
+    def decorate(cls):
+        inherited = getattr(cls, "PROPERTIES", ())
+        for row in table:
+            for name, method in row.methods().items() if row not in inherited else ():
+                if name not in vars(cls):
+                    setattr(cls, name, _bound_to(cls, name, method, row))
+        cls.PROPERTIES = tuple(table)
+        return cls
+
+    return decorate
+
+
+def _bound_to(cls, name, method, row):
+    """A method as if it were defined in the class; without a docstring it gets all of the help."""
+    method.__name__, method.__qualname__ = name, f"{cls.__qualname__}.{name}"
+    method.__module__ = cls.__module__
+    method.__doc__ = method.__doc__.format(row) if method.__doc__ else _full_help(row)
+    return method
+
+
+def _full_help(row):
+    """Help for programmers."""
+    paragraphs = (row.help, row.more, row.expected)
+    fill = textwrap.TextWrapper(_WIDTH, break_on_hyphens=False).fill
+    return "\n\n".join(fill(" ".join(text.split())) for text in paragraphs if text)

@@ -9,9 +9,8 @@ import numpy as np
 
 from vtk_mls.base import buffer_pool, interpolation
 from vtk_mls.files import provenance
-from vtk_mls.filters import gradients, void_arrays
+from vtk_mls.filters import gradients, pipeline, void_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.extents import of_cells
 from vtk_mls.vtk import arrays
 
 
@@ -69,7 +68,11 @@ class Resampling:
             partial(self._resample, source, result, sampling)
             for source, result, sampling in (
                 (self.image.GetPointData(), self.output.GetPointData(), self.sampling),
-                (self.image.GetCellData(), self.output.GetCellData(), of_cells(self.sampling)),
+                (
+                    self.image.GetCellData(),
+                    self.output.GetCellData(),
+                    pipeline.cell_sampling(self.sampling),
+                ),
             )
             if source.GetNumberOfArrays() > 0
         ]

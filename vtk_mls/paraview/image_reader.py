@@ -34,7 +34,7 @@ class MLSImageReader(Algorithm):
 
     def RequestInformation(self, request, inInfo, outInfo):
         with suppress(ValueError):  # RequestData says it
-            ImageGeometry.of_image(self._image()).announce(outInfo.GetInformationObject(0))
+            ImageGeometry.of_image(self._image()).set_information(outInfo.GetInformationObject(0))
         return 1
 
     def RequestData(self, request, inInfo, outInfo):

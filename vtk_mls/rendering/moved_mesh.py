@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkPolyData
 
-from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.memo import Memo
+from vtk_mls.filters.algorithm import Algorithm, CachedValue
 from vtk_mls.filters.warping import stamps
 from vtk_mls.rendering.coarse_forward import MOST_EXACT, CoarseForward
 from vtk_mls.rendering.drawn_mesh import DrawnMesh, state_of
@@ -22,7 +21,7 @@ class MovedMesh(Algorithm):
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
         self.OutputType = "vtkPolyData"
         self._shown = None, True
-        self._drawn, self._coarse, self._moved = Memo(), Memo(), Memo()
+        self._drawn, self._coarse, self._moved = CachedValue(), CachedValue(), CachedValue()
 
     def show(self, deformation, exact):
         """Move the mesh from now on by a Deformation; an error leaves it where it is."""
