@@ -1,8 +1,7 @@
-"""Properties of filters: what each is called, what it can be, and the methods that come from it.
+"""Properties of filters: names, values and the methods generated from them.
 
-A table of them stands in `property_tables` for each filter. From it come the methods of the filter,
-the panel and the proxies of ParaView, options of the command line and docs/properties.md: a name, a
-default, choices and a help text are written once. Nothing here needs VTK.
+`property_tables` has a table for each filter, the only source of its methods, of ParaView's panel
+and proxies, of options of the command line and of docs/properties.md. VTK is not needed here.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ _WIDTH = 88  # of docstrings; those of stubs are indented further
 
 @dataclass(frozen=True)
 class Property:
-    """What users and programs are told of a property.
+    """A property of a filter: its name, default and help.
 
     Attributes
     ----------
@@ -55,7 +54,7 @@ class Property:
 
     @property
     def attribute(self):
-        """Where an algorithm keeps the value; without the underscore an option of the command."""
+        """Name of the attribute of the algorithm that holds the value."""
         return f"_{self.option}"
 
     @property
@@ -75,12 +74,12 @@ class Property:
 
     @property
     def values(self):
-        """What it can be, in a few words."""
+        """Allowed values, in a few words."""
         raise NotImplementedError
 
     @property
     def expected(self):
-        """What it can be, and what it is by itself: a sentence."""
+        """Allowed values and the default: a sentence."""
         value = f"{self.values}, {self.unit}" if self.unit else self.values
         default = f'"{self.default}"' if isinstance(self.default, str) else self.default
         return f"{value[0].upper()}{value[1:]}; default: {'none' if default == () else default}."
@@ -125,7 +124,7 @@ class Number(Property):
 
 @dataclass(frozen=True)
 class Slider(Number):
-    """A number with a usual range, for a slider; what is possible is said in the help."""
+    """A number with a usual range, for a slider; the help gives the allowed range."""
 
     _: KW_ONLY
     low: float
@@ -134,7 +133,7 @@ class Slider(Number):
 
 @dataclass(frozen=True)
 class Vector(Property):
-    """Some numbers, given one by one or as a sequence: integers if the default has integers."""
+    """Several numbers, as arguments or as a sequence: integers if the default has integers."""
 
     _: KW_ONLY
     labels: tuple = ("x", "y", "z")
@@ -205,8 +204,8 @@ class Flag(Property):
     def methods(self):
         attribute = self.attribute
 
-        def set_value(self, wanted):
-            self._set(attribute, bool(wanted))
+        def set_value(self, value):
+            self._set(attribute, bool(value))
 
         return self._pair(set_value)
 
@@ -293,7 +292,7 @@ class ArrayNames(Items):
 
 
 class Cuts(Items):
-    """Values of `vtk_mls` that say where to cut."""
+    """Cuts: values of `vtk_mls`."""
 
     @property
     def values(self):
@@ -312,7 +311,7 @@ class Rows(Property):
     """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
 
     columns = ()  # of an element
-    new = None  # what an element is that has not been set
+    new = None  # value of an element that has not been set
 
     @property
     def initial(self):
