@@ -89,8 +89,8 @@ def decorated(mesh):
 
 def split(mesh, cuts):
     """The divided mesh, and from each point to a place on its side."""
-    output, foot, side = splitting.split(mesh, cuts)
-    return output, foot + 1e-5 * np.max(HIGH - LOW) * side
+    output, to_cut, side = splitting.split(mesh, cuts)
+    return output, to_cut + 1e-5 * np.max(HIGH - LOW) * side
 
 
 def linear(x):

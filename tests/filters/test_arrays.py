@@ -153,7 +153,7 @@ def test_a_lattice_survives_image_and_information(image):
     lattice = ImageGeometry.of_image(image)
     other, info = make_image(), vtkInformation()
     lattice.apply_to(other)
-    lattice.announce(info)
+    lattice.set_information(info)
     assert ImageGeometry.of_image(other) == ImageGeometry.of_information(info) == lattice
     grid = ImageGeometry.of_grid(lattice.grid).grid
     np.testing.assert_array_equal(grid.points(), lattice.grid.points())

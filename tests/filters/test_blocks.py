@@ -157,9 +157,11 @@ def test_amr_is_refused(make, make_filter, messages):
     assert not filter_.GetExecutive().Update()
     messages.assert_one(f"`Input` must be an image or a mesh, got AMR data .{data.GetClassName()}.")
     assert filter_.GetOutput().GetNumberOfPoints() == 0
-    filter_.Modified()
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("resample it to one image first")
+    for change in (lambda: None, lambda: None, filter_.Modified):  # an error until it is mended
+        change()
+        assert not filter_.GetExecutive().Update()
+        messages.assert_one("resample it to one image first")
+        assert filter_.GetOutput().GetNumberOfPoints() == 0
     filter_.SetInputDataObject(0, make_image())
     assert update(filter_).GetNumberOfPoints() > 0
 
@@ -220,10 +222,11 @@ def test_what_is_missing_is_named(messages):
 def test_control_points_in_blocks_are_refused(kind, messages):
     handles = composite(kind, [with_displacement(vtkPolyData), update(vtkSphereSource())])
     filter_ = deforming(cells(VTK_TETRA), handles)
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one(
-        "`ControlPoints` must be one point set, got a vtk.*; merge its blocks first"
-    )
+    for _ in range(3):
+        assert not filter_.GetExecutive().Update()
+        messages.assert_one(
+            "`ControlPoints` must be one point set, got a vtk.*; merge its blocks first"
+        )
     filter_.SetInputDataObject(1, with_displacement(vtkPolyData))
     assert update(filter_).IsA("vtkUnstructuredGrid")
 

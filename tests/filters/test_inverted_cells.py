@@ -45,7 +45,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.orientation import _Lattice, count_inverted
+from vtk_mls.vtk.orientation import _find_faces_in_stream, _Lattice, count_inverted
 
 SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
 SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]
@@ -378,3 +378,11 @@ def test_only_when_it_is_asked_for():
     output = update(deforming(cells(VTK_HEXAHEDRON), GenerateJacobian=True))
     for name in ("InvertedCells", "UncheckedCells"):
         assert not output.GetFieldData().HasArray(name)
+
+
+def test_a_stream_of_faces_may_have_none():
+    """Before VTK 9.4 a polyhedron without faces is a count of 0 in the stream."""
+    owner, first, size, _ = _find_faces_in_stream(
+        arrays.ids(np.array([0])), arrays.ids(np.array([0])), np.array([0])
+    )
+    assert len(owner) == len(first) == len(size) == 0

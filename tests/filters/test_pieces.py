@@ -41,7 +41,7 @@ class Cropped(VTKPythonAlgorithmBase):
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
-        ImageGeometry.of_image(make_image(**self.place)).announce(info)
+        ImageGeometry.of_image(make_image(**self.place)).set_information(info)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         return 1
 

@@ -1,4 +1,4 @@
-"""What must hold of every case, whatever it is made of."""
+"""Properties that hold in every random case."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 from images import check_image_file
-from scenes import CONSTANT, Scene, told
+from scenes import CONSTANT, Scene, properties_text
 from series import TIMES, Series, series
 from tables import check_table
 from tolerance import check_tolerance
@@ -31,8 +31,8 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
-# How far G(v) may be from x where v was called found, next to the size of what is deformed: what
-# the search leaves, and what the device's float32 blurs.
+# Largest error of G(v) = x at inverses that were found, relative to the size of the data: the
+# tolerance of the search and rounding of the device's float32.
 _MISS = {"polynomial": 3e-3, "affine": 1e-3}, 1e-4
 
 
@@ -41,7 +41,7 @@ _SEAM = "what crosses a border between them is lost"
 
 
 def check(seed, device):
-    """Run a case; AssertionError says what does not hold of it."""
+    """Run a case; an AssertionError describes a failure."""
     check_table(np.random.default_rng([seed, 1]))
     check_image_file(np.random.default_rng([seed, 2]))
     rng = np.random.default_rng(seed)
@@ -78,9 +78,8 @@ def _check_value(scene, device):
         with np.errstate(all="ignore"):
             x = x.astype(np.float32)
     given = [array.copy() for array in (rest, deformed, x)]
-    what = (
-        f"{len(rest)} control points, {told(options)}, {len(x)} places in a world of {scene.size:g}"
-    )
+    case = f"{len(rest)} control points, {properties_text(options)}, {len(x)} points"
+    case = f"{case} in a world of {scene.size:g}"
     try:
         d = Deformation(rest, deformed, **options, device=device)
         truth = Deformation(rest, deformed, **options, device="reference")
@@ -91,24 +90,24 @@ def _check_value(scene, device):
     for before, after in zip(given, (rest, deformed, x)):
         np.testing.assert_array_equal(before, after)
     finite = np.isfinite(x).all(axis=1)
-    assert not field.found[~finite].any(), f"what is not finite was found: {what}"
-    assert np.isfinite(field.displacement[finite]).all(), f"a finite place went nowhere: {what}"
+    assert not field.found[~finite].any(), f"what is not finite was found: {case}"
+    assert np.isfinite(field.displacement[finite]).all(), f"a finite place went nowhere: {case}"
     if len(x):
-        _check_equal_points(d, x, field, what)
+        _check_equal_points(d, x, field, case)
     rows = np.flatnonzero(field.found)[:400]
-    _check_found(truth, x[rows], x[rows] + field.displacement[rows].astype(float), what)
+    _check_found(truth, x[rows], x[rows] + field.displacement[rows].astype(float), case)
 
 
-def _check_equal_points(d, x, field, what):
+def _check_equal_points(d, x, field, case):
     """Some of the points again, in another order and several times, go where they went."""
     order = np.random.default_rng(len(x)).integers(0, len(x), min(len(x), 40))
     again = d.forward_field(x[order])
     same = np.array_equal(again.displacement, field.displacement[order], equal_nan=True)
-    assert same, f"equal points go to different places: {what}"
-    assert np.array_equal(again.found, field.found[order]), f"found or not: {what}"
+    assert same, f"equal points go to different places: {case}"
+    assert np.array_equal(again.found, field.found[order]), f"found or not: {case}"
 
 
-def _check_found(truth, x, v, what):
+def _check_found(truth, x, v, case):
     with np.errstate(all="ignore"):
         miss = np.abs(truth.backward(v) - x).max(axis=1, initial=0)
     scale = max(region.control_points.scale for region in truth.regions)
@@ -122,7 +121,7 @@ def _check_found(truth, x, v, what):
             origins, _ = reference.origins_from(truth, v[wrong], x[wrong])
         wrong[wrong] = ~(np.abs(origins - x[wrong]).max(axis=1) <= bound[wrong])
     assert not wrong.any(), (
-        f"{wrong.sum()} of {len(x)} are called found {(miss / size)[wrong].max():.2g} away: {what}"
+        f"{wrong.sum()} of {len(x)} are called found {(miss / size)[wrong].max():.2g} away: {case}"
     )
 
 
@@ -143,23 +142,23 @@ def _check_filter(scene, device):
         # the specification would take minutes along many polygons
         if device != "reference" and rng.random() < 0.3:
             surfaces = scene.surfaces() if rng.random() < 0.7 else None
-        what = f"{make.__name__} of {data.GetClassName()} in a world of {scene.size:g}"
-        what = f"{what}, handles {handles[0]}, {len(cuts)} cuts, {told(settings)}"
+        case = f"{make.__name__} of {data.GetClassName()} in a world of {scene.size:g}"
+        case = f"{case}, handles {handles[0]}, {len(cuts)} cuts, {properties_text(settings)}"
         given = data, handles, settings, cuts, surfaces
         before = _state(data), _state(surfaces)
         reused = _outcome(_set(filter_, *given))
         fresh = _outcome(_set(make(), *given))
-        assert _same(before, (_state(data), _state(surfaces))), f"the input has changed: {what}"
-        assert _same(reused, fresh), f"a reused filter is not as a fresh one: {what}"
+        assert _same(before, (_state(data), _state(surfaces))), f"the input has changed: {case}"
+        assert _same(reused, fresh), f"a reused filter is not as a fresh one: {case}"
         if (
             make is MLSDeform
             and reused[0]
             and isinstance(data, vtkPointSet)
             and data.GetNumberOfPoints()
         ):
-            _check_mesh(data, filter_.GetOutput(), what)
+            _check_mesh(data, filter_.GetOutput(), case)
         if make is MLSDeform and reused[0] and isinstance(data, vtkImageData):
-            _check_constant(data, filter_, what)
+            _check_constant(data, filter_, case)
 
 
 def _check_series(scene, device):
@@ -179,16 +178,14 @@ def _check_series(scene, device):
     surfaces = given(scene.surfaces) if device != "reference" and rng.random() < 0.3 else None
     make = MLSDisplacementField if rng.random() < 0.3 else MLSDeform
     filter_, inputs = make(), (data, handles, surfaces)
-    what = f"{make.__name__}, steps {[getattr(source, 'steps', None) for source in inputs]}"
-    what = f"{what} in a world of {scene.size:g}, {told(settings)}"
+    case = f"{make.__name__}, steps {[getattr(source, 'steps', None) for source in inputs]}"
+    case = f"{case} in a world of {scene.size:g}, {properties_text(settings)}"
     _connect(filter_, inputs, settings)
     for time in rng.choice(TIMES, 4).tolist():
         fresh = make()
         _connect(fresh, inputs, settings)
         found, expected = _outcome(filter_, time), _outcome(fresh, time)
-        if isinstance(data, vtkCompositeDataSet):  # blocks that failed are not tried again
-            found, expected = found[-1], expected[-1]
-        assert _same(found, expected), f"at {time} a reused filter is not as a fresh one: {what}"
+        assert _same(found, expected), f"at {time} a reused filter is not as a fresh one: {case}"
 
 
 def _connect(filter_, inputs, settings):
@@ -233,7 +230,7 @@ def _set_handles(filter_, origin, rest, deformed, weights):
 
 
 def _outcome(filter_, time=None):
-    """Whether an update, at a time if one is given, succeeded, what was said, and the output."""
+    """Whether an update (at a time) succeeded, its errors, and the state of the output."""
     usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
     try:
@@ -244,7 +241,7 @@ def _outcome(filter_, time=None):
     said = window.GetOutput()
     lines = {line for line in said.splitlines() if line.strip() and _SEAM not in line}
     said = "\n".join(sorted(lines))
-    # what VTK makes of blocks that fail is left to it, but for the sentence
+    # an update with failed blocks succeeds, but reports an error
     in_blocks = isinstance(filter_.GetInputDataObject(0, 0), vtkCompositeDataSet)
     if not done or (in_blocks and any(line.startswith("ERROR") for line in lines)):
         lines = {line for line in lines if not line.startswith("Warning: ")}
@@ -256,7 +253,7 @@ def _outcome(filter_, time=None):
             assert line.startswith(f"{warning}`background`"), f"VTK said: {said[:500]!r}"
             _check_sentence(line[len(warning) :])
     errors = sorted(line for line in said.splitlines() if line.startswith("ERROR"))
-    return done, errors, _state(filter_.GetOutput())  # what is up to date does not warn again
+    return done, errors, _state(filter_.GetOutput())  # up to date: no new warning
 
 
 def _check_sentence(text):
@@ -265,26 +262,26 @@ def _check_sentence(text):
     assert "\n" not in text, f"more than a line: {text[:300]!r}"
 
 
-def _check_mesh(data, output, what):
-    """Nothing of a mesh is lost, and what was found is finite."""
-    lost = arrays.to_numpy(output.GetPointData().GetArray("NoInverse")) > 0
+def _check_mesh(data, output, case):
+    """No point and no cell is lost, and points with an inverse are finite."""
+    has_no_inverse = arrays.to_numpy(output.GetPointData().GetArray("NoInverse")) > 0
     x = arrays.to_numpy(output.GetPoints().GetData())
-    assert np.isfinite(x[~lost]).all(), f"a found place is not finite: {what}"
+    assert np.isfinite(x[~has_no_inverse]).all(), f"a found place is not finite: {case}"
     is_curved = isinstance(data, vtkUnstructuredGrid) and (arrays.cell_types(data) > 20).any()
     if not is_curved:  # of curved cells that are divided only the corners remain
-        assert output.GetNumberOfPoints() >= data.GetNumberOfPoints(), f"points are lost: {what}"
-    assert output.GetNumberOfCells() >= data.GetNumberOfCells(), f"cells are lost: {what}"
-    assert is_empty(output).sum() == is_empty(data).sum(), f"empty cells are lost: {what}"
+        assert output.GetNumberOfPoints() >= data.GetNumberOfPoints(), f"points are lost: {case}"
+    assert output.GetNumberOfCells() >= data.GetNumberOfCells(), f"cells are lost: {case}"
+    assert is_empty(output).sum() == is_empty(data).sum(), f"empty cells are lost: {case}"
     if isinstance(output, vtkUnstructuredGrid) and output.GetNumberOfCells():
         boxes = np.isin(arrays.cell_types(output), (VTK_PIXEL, VTK_VOXEL))
-        assert not boxes.any(), f"boxes along the axes have moved: {what}"
+        assert not boxes.any(), f"boxes along the axes have moved: {case}"
     if isinstance(output, (vtkPolyData, vtkUnstructuredGrid)):
         for cells in _cell_arrays(output):
             ids = arrays.to_numpy(cells.GetConnectivityArray())
-            assert ids.size == 0 or 0 <= ids.min() <= ids.max() < len(x), f"bad corners: {what}"
+            assert ids.size == 0 or 0 <= ids.min() <= ids.max() < len(x), f"bad corners: {case}"
 
 
-def _check_constant(image, filter_, what):
+def _check_constant(image, filter_, case):
     """A constant array has its value and the background, no other."""
     array = image.GetPointData().GetArray(CONSTANT)
     if array is None or filter_.GetOutput().GetNumberOfPoints() == 0:
@@ -293,7 +290,7 @@ def _check_constant(image, filter_, what):
     found = arrays.to_numpy(filter_.GetOutput().GetPointData().GetArray(CONSTANT))
     background = interpolation.cast(filter_.GetBackground(), given.dtype)
     wrong = (found != given[0]) & (found != background)
-    assert not wrong.any(), f"{given.dtype} {given[0]} became {found[wrong][0]}: {what}"
+    assert not wrong.any(), f"{given.dtype} {given[0]} became {found[wrong][0]}: {case}"
 
 
 def _cell_arrays(mesh):

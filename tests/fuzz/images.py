@@ -22,28 +22,28 @@ def check_image_file(rng):
         return
     with tempfile.TemporaryDirectory() as folder:
         write = _write_nifti if rng.random() < 0.5 else _write_nrrd
-        path, values, what = write(rng, Path(folder))
+        path, values, case = write(rng, Path(folder))
         image = io.read_dataset(path)
-        _check_place(image, path, what)
+        _check_place(image, path, case)
         found = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(values.shape)
-        np.testing.assert_array_equal(found, values, err_msg=what)
+        np.testing.assert_array_equal(found, values, err_msg=case)
         again = path.with_name(f"again{''.join(path.suffixes)}")
         io.write_dataset(image, again)
-        _check_place(image, again, what)
+        _check_place(image, again, case)
 
 
-def _check_place(image, path, what):
+def _check_place(image, path, case):
     import SimpleITK as sitk
 
     peer = sitk.ReadImage(str(path))
     size = peer.GetSize()[:3]
-    assert size == image.GetDimensions(), f"{size} is read as {image.GetDimensions()}: {what}"
+    assert size == image.GetDimensions(), f"{size} is read as {image.GetDimensions()}: {case}"
     grid = ImageGeometry.of_image(image).grid
     last = [n - 1 for n in peer.GetSize()]
     ends = [peer.TransformIndexToPhysicalPoint(i)[:3] for i in ([0] * len(last), last)]
     extent = np.abs(np.subtract(*ends)).max() + np.abs(ends).max()
     error = np.abs(grid.points()[[0, -1]] - ends).max()
-    assert error <= 1e-5 * extent, f"off by {error:g} of {extent:g}: {what}"
+    assert error <= 1e-5 * extent, f"off by {error:g} of {extent:g}: {case}"
 
 
 def _write_nifti(rng, folder):

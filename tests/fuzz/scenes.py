@@ -124,8 +124,8 @@ class Scene:
                 return self.amr()
             blocks = vtkMultiBlockDataSet()
             for number in range(rng.integers(0, 4)):
-                some = None if rng.random() < 0.2 else self.dataset(False)
-                blocks.SetBlock(number, some)
+                block = None if rng.random() < 0.2 else self.dataset(False)
+                blocks.SetBlock(number, block)
             return blocks
         data = makers[rng.integers(len(makers))]()
         if isinstance(data, vtkPointSet) and data.GetNumberOfPoints() and rng.random() < 0.15:
@@ -318,6 +318,6 @@ class Scene:
         return found
 
 
-def told(properties):
+def properties_text(properties):
     """Properties on one line."""
     return ", ".join(f"{name} {short_repr(value)}" for name, value in sorted(properties.items()))

@@ -28,12 +28,12 @@ def check_tolerance(rng, device):
     )
     error = (coarse.displacement - exact.displacement) @ np.linalg.inv(grid.index_to_world).T
     error = np.linalg.norm(error, axis=-1)
-    what = f"{options} on {grid.dimensions}"
-    assert np.nanmax(error) <= tolerance, f"off by {np.nanmax(error) / tolerance}: {what}"
+    case = f"{options} on {grid.dimensions}"
+    assert np.nanmax(error) <= tolerance, f"off by {np.nanmax(error) / tolerance}: {case}"
     np.testing.assert_array_equal(np.isnan(error), np.isnan(exact.displacement).any(axis=-1))
     if is_cut:
         changed = (coarse.void_distance < 0) != (exact.void_distance < 0)
-        assert not changed.any(), f"{changed.sum()} points changed to void or back: {what}"
+        assert not changed.any(), f"{changed.sum()} points changed to void or back: {case}"
 
 
 def _grid(rng):
@@ -47,8 +47,8 @@ def _handles(rng, grid, count):
     index = rng.uniform(-5, size + 5, (count, 3))
     style = rng.integers(0, 6)
     if style == 1:
-        beside = index[1::2]
-        beside[:] = index[::2][: len(beside)] + rng.normal(0, 0.3, beside.shape)
+        neighbors = index[1::2]
+        neighbors[:] = index[::2][: len(neighbors)] + rng.normal(0, 0.3, neighbors.shape)
     elif style == 2:
         index[:, 2] = size[2] / 2
     elif style == 3:

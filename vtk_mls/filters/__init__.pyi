@@ -296,7 +296,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetOutputOrigin(self) -> tuple[float, ...]: ...
-    def SetHideVoid(self, wanted: bool) -> None:
+    def SetHideVoid(self, value: bool) -> None:
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
         clip or contour by VoidDistance at 0, which gives a smooth face.
 
@@ -304,7 +304,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetHideVoid(self) -> bool: ...
-    def SetSplitCells(self, wanted: bool) -> None:
+    def SetSplitCells(self, value: bool) -> None:
         """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells
         that are torn are kept, marked in the cell array Void, and hidden.
 
@@ -321,7 +321,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetVoidValues(self) -> str: ...
-    def SetGenerateOverlap(self, wanted: bool) -> None:
+    def SetGenerateOverlap(self, value: bool) -> None:
         """Whether to make the point array Overlap of an image, which is 1 where material from both
         sides of a cut has come to the same place and only one can be shown, and the field array
         OverlappingPoints with the number of such points.
@@ -353,7 +353,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearGradientVectorArrays(self) -> None: ...
     def GetGradientVectorArrays(self) -> tuple[str, ...]: ...
-    def SetNormalizeGradient(self, wanted: bool) -> None:
+    def SetNormalizeGradient(self, value: bool) -> None:
         """Whether gradients get length 1.
 
         True or False; default: False.
@@ -369,7 +369,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearPushForwardArrays(self) -> None: ...
     def GetPushForwardArrays(self) -> tuple[str, ...]: ...
-    def SetGenerateJacobian(self, wanted: bool) -> None:
+    def SetGenerateJacobian(self, value: bool) -> None:
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
         derivative of G_j in the direction i, where G(v) is the point that the material now at v
         came from. It takes gradients of the input to those of the output.
@@ -380,7 +380,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, wanted: bool) -> None:
+    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
         """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
         folded, and the field array FoldedVoxels with the number of such points.
 
@@ -555,7 +555,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def SetNumberOfWeights(self, count: int) -> None: ...
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetInverse(self, wanted: bool) -> None:
+    def SetInverse(self, value: bool) -> None:
         """Whether to make the displacement to where the material goes, which moves points, instead
         of the one to where it came from, which resamples images.
 
@@ -570,7 +570,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetSampleDimensions(self) -> tuple[int, ...]: ...
-    def SetGenerateOverlap(self, wanted: bool) -> None:
+    def SetGenerateOverlap(self, value: bool) -> None:
         """Whether to make the point array Overlap of an image, which is 1 where material from both
         sides of a cut has come to the same place and only one can be shown, and the field array
         OverlappingPoints with the number of such points.
@@ -582,7 +582,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateOverlap(self) -> bool: ...
-    def SetGenerateJacobian(self, wanted: bool) -> None:
+    def SetGenerateJacobian(self, value: bool) -> None:
         """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
         derivative of G_j in the direction i, where G(v) is the point that the material now at v
         came from. It takes gradients of the input to those of the output.
@@ -593,7 +593,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, wanted: bool) -> None:
+    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
         """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
         folded, and the field array FoldedVoxels with the number of such points.
 

@@ -1,4 +1,4 @@
-"""What VTK's own algorithms do and those in Python do not: fail, stop, and try again."""
+"""Base of the filters: errors, aborts, progress and composite inputs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ from vtkmodules.vtkCommonExecutionModel import (
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import whole
-from vtk_mls.filters import times
-from vtk_mls.filters.requests import ask_for_all, ask_within_the_whole
+from vtk_mls.filters import pipeline
 
-# The requests that filters answer, by methods of VTKPythonAlgorithmBase.
-_ANSWERS = {
+# Methods of VTKPythonAlgorithmBase by request.
+_METHODS = {
     vtkDemandDrivenPipeline.REQUEST_DATA_OBJECT(): "RequestDataObject",
     vtkDemandDrivenPipeline.REQUEST_INFORMATION(): "RequestInformation",
     vtkStreamingDemandDrivenPipeline.REQUEST_TIME_DEPENDENT_INFORMATION(): "RequestInformation",
@@ -34,36 +33,49 @@ _ANSWERS = {
 }
 
 
+class CachedValue:
+    """The last value of a function, valid while the state that it depends on stays equal."""
+
+    def __init__(self):
+        self._entry = None
+
+    def of(self, state, make):
+        """The value for `state`; `make()` is called for another state than the last."""
+        if self._entry is None or self._entry[0] != state:
+            self._entry = state, make()
+        return self._entry[1]
+
+
 class Algorithm(VTKPythonAlgorithmBase):
     """Base of the filters.
 
-    An execution that raises ValueError, TypeError, MemoryError or DeviceError ends as a failed one
-    of VTK's own does: one ErrorEvent (or, without an observer, one message in the output window)
-    with the exception's sentence, and 0 from `GetExecutive().Update()`. Beyond that the output is
-    empty, also if upstream failed to make data, and counts as not generated, so that every later
-    Update tries again. After an abort it is the same without an error.
+    An execution that raises ValueError, TypeError, MemoryError or DeviceError fails as VTK's own
+    filters do: it invokes one ErrorEvent (or, without an observer, prints one message in the output
+    window) with the text of the exception, and `GetExecutive().Update()` returns 0. In addition the
+    output is empty, also if an upstream filter failed, and is marked as not generated, so that
+    every later Update tries again. After an abort it is the same without an error.
 
-    For a composite input VTK runs the filter on one block after the other. RequestInformation is
-    then asked about blocks only. Blocks that fail are empty; the first of them reports its error
-    for all. VTK does not hear of it: Update is 1 then, and it does not try again before something
-    changes. A script that must know observes ErrorEvent.
+    VTK runs the filter on each block of a composite input. RequestInformation is called for blocks
+    only. Blocks that fail are empty, the first one reports its error for all, and every later
+    Update tries again. Update still returns 1; scripts can observe ErrorEvent.
     """
 
     PROPERTIES = ()  # by `with_properties`
-    _muffled = None
-    _has_reported = False  # since VTK began with the blocks of a composite input
-    _time = None  # that was requested when it last ran
+    _silencer = None  # tag of the observer of the executive's errors
+    _has_reported = False  # an error, since VTK began with the blocks of a composite input
+    _has_discarded = False  # an output, since then
+    _time = None  # requested when it last ran
     _warnings_of_blocks = frozenset()  # since then
     _blocks_since = None  # GetPipelineMTime when an input was found to be composite
 
     def __init__(self, **keywords):
         super().__init__(**keywords)
-        for each in self.PROPERTIES:
-            setattr(self, each.attribute, each.initial)
-        self.AddObserver("EndEvent", _tell_times)
+        for row in self.PROPERTIES:
+            setattr(self, row.attribute, row.initial)
+        self.AddObserver("EndEvent", _finish)
 
     def ProcessRequest(self, request, inInfo, outInfo):
-        name = _ANSWERS.get(request.GetRequest())
+        name = _METHODS.get(request.GetRequest())
         if name is None:
             return 1
         # points may be NaN or far away
@@ -71,21 +83,22 @@ class Algorithm(VTKPythonAlgorithmBase):
             return self._answer(name, request, inInfo, outInfo)
 
     def _answer(self, name, request, inInfo, outInfo):
-        answer = getattr(self, name)
+        method = getattr(self, name)
         if name == "RequestInformation":
-            times.announce(*self._information())
+            pipeline.publish_times(*self._information())
             if _has_composite(inInfo):
                 self._blocks_since = self.GetExecutive().GetPipelineMTime()
                 return 1
         if name == "RequestUpdateExtent":
-            self._empty_what_is_out_of_date(outInfo)
+            self._empty_outdated_outputs(outInfo)
             if _has_composite(inInfo):
-                self._has_reported, self._warnings_of_blocks = False, set()
+                self._has_reported = self._has_discarded = False
+                self._warnings_of_blocks = set()
         if name != "RequestData":
-            return answer(request, inInfo, outInfo)
-        self._unmuffle()
+            return method(request, inInfo, outInfo)
+        self._restore_executive_errors()
         try:
-            return answer(request, inInfo, outInfo)
+            return method(request, inInfo, outInfo)
         except Aborted:
             self._discard(outInfo)
             return 1
@@ -103,9 +116,9 @@ class Algorithm(VTKPythonAlgorithmBase):
         """The vtkInformation of all inputs and of all outputs, as two lists."""
         executive = self.GetExecutive()
         inputs = [
-            executive.GetInputInformation(port, number)
+            executive.GetInputInformation(port, index)
             for port in range(self.GetNumberOfInputPorts())
-            for number in range(self.GetNumberOfInputConnections(port))
+            for index in range(self.GetNumberOfInputConnections(port))
         ]
         ports = range(self.GetNumberOfOutputPorts())
         return inputs, [executive.GetOutputInformation(port) for port in ports]
@@ -116,53 +129,59 @@ class Algorithm(VTKPythonAlgorithmBase):
             setattr(self, name, value)
             self.Modified()
 
-    def _update_input(self, port, number=0, time=None, ask=None):
-        """An input, brought up to date at a time.
+    def _update_input(self, port, index=0, time=None, request=pipeline.request_all):
+        """An input, updated at a time.
 
-        `ask` says of which part: `ask_for_all` if it is not given, or a function like this.
+        For RequestInformation and RequestUpdateExtent, if requests depend on data. While VTK goes
+        through blocks, all inputs are up to date and a block replaces the producer's output: the
+        producer must not run.
 
-        For RequestInformation and RequestUpdateExtent, where what is asked for depends on data.
-        While VTK goes through blocks, everything is up to date, and a block stands in for the
-        producer's output: the producer must not run.
+        Parameters
+        ----------
+        port, index : int
+            Of the connection.
+        time : float, optional
+        request : callable
+            Requests a part in a vtkInformation.
         """
         if self.is_among_blocks():
-            return self.GetInputDataObject(port, number)
-        connection = self.GetInputConnection(port, number)
-        producer, index = connection.GetProducer(), connection.GetIndex()
+            return self.GetInputDataObject(port, index)
+        connection = self.GetInputConnection(port, index)
+        producer, output_port = connection.GetProducer(), connection.GetIndex()
         requests = vtkInformationVector()
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
-        wanted = vtkInformation()
-        (ask or ask_for_all)(wanted)
+        info = vtkInformation()
+        request(info)
         if time is not None:
-            wanted.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
-        requests.SetInformationObject(index, wanted)
-        shown = vtkObject.GetGlobalWarningDisplay()
-        if isinstance(producer, Algorithm):  # it will say the same when data are asked for
+            info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
+        requests.SetInformationObject(output_port, info)
+        displays_warnings = vtkObject.GetGlobalWarningDisplay()
+        if isinstance(producer, Algorithm):  # it reports the same error when data are requested
             vtkObject.SetGlobalWarningDisplay(0)
-        done = producer.Update(index, requests)
-        vtkObject.SetGlobalWarningDisplay(shown)
-        if not done:
+        is_updated = producer.Update(output_port, requests)
+        vtkObject.SetGlobalWarningDisplay(displays_warnings)
+        if not is_updated:
             raise ValueError(f"{producer.GetClassName()} on input port {port} has failed")
-        return producer.GetOutputDataObject(index)
+        return producer.GetOutputDataObject(output_port)
 
     def is_among_blocks(self):
-        """Whether VTK runs this on blocks of a composite input just now."""
+        """Whether VTK is running the filter on blocks of a composite input."""
         if self._blocks_since != self.GetExecutive().GetPipelineMTime():
             return False
         return not any(
-            isinstance(self.GetInputDataObject(port, number), vtkCompositeDataSet)
+            isinstance(self.GetInputDataObject(port, index), vtkCompositeDataSet)
             for port in range(self.GetNumberOfInputPorts())
-            for number in range(self.GetNumberOfInputConnections(port))
+            for index in range(self.GetNumberOfInputConnections(port))
         )
 
     def _run(self, tasks):
-        """Call functions of a Progress, which is reported to VTK."""
+        """Call functions of a Progress, and report it to VTK."""
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
 
         def report(fraction):
             if self.GetProgressText():
                 self.SetProgressText(None)
-            if fraction < 1:  # VTK itself says that the whole is done
+            if fraction < 1:  # VTK itself reports the end
                 self.UpdateProgress(fraction)
             return check_abort()
 
@@ -170,11 +189,11 @@ class Algorithm(VTKPythonAlgorithmBase):
             run_all(tasks, progress)
 
     def _show(self, sentence):
-        """Show beside the progress bar what is done just now."""
+        """Show a sentence beside the progress bar."""
         self.SetProgressText(sentence)
-        # as far as before; VTK shifts and scales what it is told of one of several blocks
-        told = (self.GetProgress() - self.GetProgressShift()) / self.GetProgressScale()
-        self.UpdateProgress(told % 1)
+        # the same progress as before, which VTK shifts and scales for one of several blocks
+        fraction = (self.GetProgress() - self.GetProgressShift()) / self.GetProgressScale()
+        self.UpdateProgress(fraction % 1)
 
     def _warn(self, sentence):
         if self.is_among_blocks():
@@ -187,30 +206,31 @@ class Algorithm(VTKPythonAlgorithmBase):
         else:
             vtkOutputWindow.GetInstance().DisplayWarningText(f"Warning: {text}\n")
 
-    def _empty_what_is_out_of_date(self, out_info):
-        for info in _each(out_info):
+    def _empty_outdated_outputs(self, out_info):
+        for info in _items(out_info):
             output = info.Get(vtkDataObject.DATA_OBJECT())
             has_changed = self.GetExecutive().GetPipelineMTime() > output.GetUpdateTime()
-            if has_changed or times.is_outdated(info, self._time):
+            if has_changed or pipeline.is_outdated(info, self._time):
                 output.Initialize()
 
     def _fail(self, out_info, sentence):
-        """Report an error; the answer to VTK's executive."""
+        """Report an error; the return value for VTK's executive."""
         self._discard(out_info)
         self._report(sentence)
-        self._muffle()
+        self._silence_executive_errors()
         return 0
 
     def _discard(self, out_info):
-        """Leave the output empty, to be made by the next Update."""
+        """Empty the output, and have the next Update generate it."""
+        self._has_discarded = True
         self._empty(out_info)
-        for info in _each(out_info):
+        for info in _items(out_info):
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
     def _empty(self, out_info):
-        for info in _each(out_info):
+        for info in _items(out_info):
             info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
-            ask_within_the_whole(info)
+            pipeline.reset_invalid_request(info)
 
     def _report(self, sentence):
         if not vtkObject.GetGlobalWarningDisplay():
@@ -224,29 +244,36 @@ class Algorithm(VTKPythonAlgorithmBase):
         else:
             vtkOutputWindow.GetInstance().DisplayErrorText(f"ERROR: {text}\n")
 
-    def _muffle(self):
-        """Keep the executive from adding that its algorithm failed and how the request looked."""
+    def _silence_executive_errors(self):
+        """Hide the executive's own error, which repeats that the algorithm failed."""
         if vtkObject.GetGlobalWarningDisplay():
-            self._muffled = self.GetExecutive().AddObserver("ErrorEvent", _swallow)
+            self._silencer = self.GetExecutive().AddObserver("ErrorEvent", _ignore_error)
 
-    def _unmuffle(self):
-        if self._muffled is not None:
-            self.GetExecutive().RemoveObserver(self._muffled)
-            self._muffled = None
+    def _restore_executive_errors(self):
+        if self._silencer is not None:
+            self.GetExecutive().RemoveObserver(self._silencer)
+            self._silencer = None
 
 
-def _tell_times(algorithm, event):
-    """Say of which time the output is; after blocks VTK has passed on the first input's times."""
-    information = algorithm._information()
-    times.announce(*information)
-    times.stamp(*information)
-    algorithm._time = times.requested(information[1][0])
+def _finish(algorithm, event):
+    """Set the times of the output, which VTK takes from the first input after it ran on blocks.
+
+    An output with failed blocks is marked as not generated.
+    """
+    inputs, outputs = algorithm._information()
+    pipeline.publish_times(inputs, outputs)
+    pipeline.stamp_times(inputs, outputs)
+    algorithm._time = pipeline.requested_time(outputs[0])
+    has_blocks = isinstance(outputs[0].Get(vtkDataObject.DATA_OBJECT()), vtkCompositeDataSet)
+    if has_blocks and algorithm._has_discarded:
+        for info in outputs:
+            info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
 
 @calldata_type(VTK_STRING)
-def _swallow(executive, event, text):
-    """Take an error of an executive for the one that its algorithm has reported."""
-    executive.GetAlgorithm()._unmuffle()
+def _ignore_error(executive, event, text):
+    """Ignore the executive's error after its algorithm has reported one."""
+    executive.GetAlgorithm()._restore_executive_errors()
 
 
 def run_all(tasks, progress):
@@ -260,13 +287,13 @@ def inputs(in_info, port):
     """The data objects on an input port."""
     information = in_info[port]
     count = information.GetNumberOfInformationObjects()
-    return [vtkDataObject.GetData(information, number) for number in range(count)]
+    return [vtkDataObject.GetData(information, index) for index in range(count)]
 
 
-def _each(information):
-    """The information objects of a vector of them."""
+def _items(information):
+    """The information objects of a vtkInformationVector."""
     count = information.GetNumberOfInformationObjects()
-    return [information.GetInformationObject(number) for number in range(count)]
+    return [information.GetInformationObject(index) for index in range(count)]
 
 
 def _has_composite(in_info):

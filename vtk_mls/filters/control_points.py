@@ -11,7 +11,7 @@ from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.own_control_points import OwnControlPoints, numbers_of
-from vtk_mls.filters.property_methods import with_properties
+from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 

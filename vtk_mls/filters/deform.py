@@ -10,16 +10,16 @@ from vtkmodules.vtkCommonDataModel import (
     vtkDataObjectTypes,
     vtkDataSet,
     vtkImageData,
+    vtkUniformGridAMR,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
-from vtk_mls.filters import extents, property_tables, times, warping
-from vtk_mls.filters.deforming import DeformingFilter
-from vtk_mls.filters.memo import Memo
-from vtk_mls.filters.property_methods import with_properties
-from vtk_mls.filters.requests import ask_for_all, ask_for_extent, ask_within_the_whole
-from vtk_mls.filters.resampling import Resampling
+from vtk_mls.filters import gradients, pipeline, property_tables, warping
+from vtk_mls.filters.algorithm import CachedValue
+from vtk_mls.filters.deforming import DeformingFilter, input_dataset
+from vtk_mls.filters.properties import with_properties
+from vtk_mls.filters.resampling import ImageOptions, Resampling
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -66,7 +66,7 @@ class MLSDeform(DeformingFilter):
     `splitting`); types that cannot hold the pieces become vtkUnstructuredGrid.
 
     A GPU keeps the arrays of images until they or the image are `Modified()`, or others need the
-    memory. Who writes into an array by numpy must call that, or set `keeps_images` to False. Memory
+    memory. After writing into an array by numpy call that, or set `keeps_images` to False. Memory
     is that of input and output. Pieces of the output are computed independently, so that MPI
     processes share the work, and pieces of an image are, put together, the whole to the bit. Only
     the extent of the input image that a piece needs is requested; to know it, control points and
@@ -90,20 +90,20 @@ class MLSDeform(DeformingFilter):
         self._splits = warping.Splits()
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
-        self._fitted = Memo()
+        self._fitted = CachedValue()
 
     def RequestDataObject(self, request, inInfo, outInfo):
         data = vtkDataObject.GetData(inInfo[0])
-        if not isinstance(data, vtkDataSet):
-            return 1  # composite: VTK asks again for each block
-        if isinstance(data, vtkImageData):
-            wanted = "vtkImageData"
+        if data is None:
+            return 1
+        if isinstance(data, (vtkImageData, vtkUniformGridAMR)):  # AMR data are an error later
+            name = "vtkImageData"
         else:
-            wanted = warping.output_type(data, self.GetSplitCells() and self._has_cuts())
+            name = warping.output_type(data, self.GetSplitCells() and self._has_cuts())
         output = vtkDataObject.GetData(outInfo)
-        if output is None or output.GetClassName() != wanted:
-            is_same = data.GetClassName() == wanted
-            output = data.NewInstance() if is_same else vtkDataObjectTypes.NewDataObject(wanted)
+        if output is None or output.GetClassName() != name:
+            is_same = data.GetClassName() == name
+            output = data.NewInstance() if is_same else vtkDataObjectTypes.NewDataObject(name)
             outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), output)
         return 1
 
@@ -116,9 +116,9 @@ class MLSDeform(DeformingFilter):
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
             geometry = self.output_geometry(geometry, lambda: self.updated_deformation(info))
-        geometry.announce(info)
+        geometry.set_information(info)
         if self.GetOutputGrid() == "fitted":
-            times.announce_changing_extent(info)
+            pipeline.publish_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
@@ -126,39 +126,39 @@ class MLSDeform(DeformingFilter):
         if not self.is_among_blocks():
             self._boxes, self._has_warned = [], False
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
-            self._ask_for_image(inInfo, outInfo)
+            self._request_image(inInfo, outInfo)
         else:  # a mesh is deformed piece by piece, as it comes
-            ask_within_the_whole(inInfo[0].GetInformationObject(0))
+            pipeline.reset_invalid_request(inInfo[0].GetInformationObject(0))
         return 1
 
-    def _ask_for_image(self, inInfo, outInfo):
-        """Ask for all of the input image, or for what a part of the output needs."""
-        info, asked = inInfo[0].GetInformationObject(0), outInfo.GetInformationObject(0)
-        ask_for_all(info)
+    def _request_image(self, inInfo, outInfo):
+        """Request the whole input image, or the extent that a part of the output needs."""
+        info, out_info = inInfo[0].GetInformationObject(0), outInfo.GetInformationObject(0)
+        pipeline.request_all(info)
         source = ImageGeometry.of_information(info)
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
-            whole = self.output_geometry(source, lambda: self.updated_deformation(asked))
-            target = self._requested_part(whole, asked)
+            whole = self.output_geometry(source, lambda: self.updated_deformation(out_info))
+            target = self._requested_part(whole, out_info)
             if target == whole or source.is_empty:
                 return
-            ask_for_extent(info, extents.first_cell(source))
+            pipeline.request_extent(info, pipeline.first_cell(source))
             if not target.is_empty:
-                more = extents.GRADIENT_REACH if self.GetGradientArray() else 0
-                deformation = self.updated_deformation(asked)
+                margin = pipeline.GRADIENT_REACH if self.GetGradientArray() else 0
+                deformation = self.updated_deformation(out_info)
                 sampling = self._sampling(source.grid, target.grid_within(whole))
-                extent = extents.needed_extent(deformation, source, sampling, more)
-                ask_for_extent(info, extent)
+                extent = pipeline.needed_extent(deformation, source, sampling, margin)
+                pipeline.request_extent(info, extent)
 
     def RequestData(self, request, inInfo, outInfo):
-        data = vtkDataSet.GetData(inInfo[0])
+        data = input_dataset(inInfo)
         self._check(data)
         deform = self._deform_image if isinstance(data, vtkImageData) else self._deform_mesh
         self._run(deform(data, inInfo, outInfo))
         return 1
 
     def _deform_mesh(self, mesh, inInfo, outInfo):
-        """What is to be done for a mesh."""
+        """Functions of a Progress that deform a mesh."""
         output = vtkDataSet.GetData(outInfo)
         arrays.check_lengths(mesh)
         if mesh.GetNumberOfPoints() == 0:
@@ -167,12 +167,17 @@ class MLSDeform(DeformingFilter):
         deformation = self._requested_deformation(inInfo)
         self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
-        return warping.Warp(self, deformation, mesh, output, splits).tasks()
+        options = warping.MeshOptions(
+            self._direction_arrays(),
+            self.GetGenerateJacobian(),
+            self.GetGenerateJacobianDeterminant(),
+        )
+        return warping.Warp(options, deformation, mesh, output, splits).tasks()
 
     def _deform_image(self, image, inInfo, outInfo):
-        """What is to be done for an image."""
+        """Functions of a Progress that deform an image."""
         output = vtkImageData.GetData(outInfo)
-        output.GetPointData().Initialize()  # VTK leaves the scalars of the block before there
+        output.GetPointData().Initialize()  # VTK leaves the scalars of the previous block
         source = ImageGeometry.of_image(image)
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")
@@ -187,14 +192,32 @@ class MLSDeform(DeformingFilter):
         if target.is_empty:
             return []
         sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
-        tasks = Resampling(self, deformation, image, output, sampling).tasks()
+        options = self._image_options(image)
+        tasks = Resampling(options, deformation, image, output, sampling).tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
-    def _check_border(self, deformation, grid):
-        """Warn if material of this block may have to come from another one, once for all blocks.
+    def _direction_arrays(self):
+        names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()
+        return gradients.DirectionArrays(*names, self.GetNormalizeGradient())
 
-        Blocks in the same place are no neighbors: they are several images of the same material.
+    def _image_options(self, image):
+        gradient_array = self.GetGradientArray()
+        if self.is_among_blocks() and not image.GetPointData().HasArray(gradient_array):
+            gradient_array = ""  # another block may have it
+        return ImageOptions(
+            directions=self._direction_arrays(),
+            gradient_array=gradient_array,
+            label_arrays=self.GetLabelArrays(),
+            flags=self.flags,
+            hides_void=self.GetHideVoid(),
+            is_cached=self.keeps_images,
+        )
+
+    def _check_border(self, deformation, grid):
+        """Warn once if the block may need material of another one.
+
+        Blocks at the same position are several images of the same material, no neighbors.
         """
         corners, moved = grid.corners(), deformation.deformed - deformation.rest
         reach = np.linalg.norm(moved, axis=1).max()
@@ -210,21 +233,21 @@ class MLSDeform(DeformingFilter):
         self._boxes.append((low, high))
 
     def _sampling(self, source, target):
-        """How images are sampled on the grid `source` for the points of another."""
+        """The `Sampling` from the grid `source` to the grid `target`."""
         values = self.GetInterpolation(), self.GetBackground(), self.GetVoidValues()
         return Sampling(source, target, *values)
 
     def _whole_input(self, source, info):
-        """All of the image of which the input is a part."""
+        """ImageGeometry of the whole image that the input is a part of."""
         keys = vtkStreamingDemandDrivenPipeline
         whole = source.part(info.Get(keys.WHOLE_EXTENT()) or source.extent)
         if not whole.holds(source.extent):
             return source
-        wanted = info.Get(keys.UPDATE_EXTENT())
-        if wanted and whole.holds(wanted) and not source.holds(wanted):
+        requested = info.Get(keys.UPDATE_EXTENT())
+        if requested and whole.holds(requested) and not source.holds(requested):
             raise ValueError(
                 "`Input` must be able to give any part of the image, "
-                f"got the extent {source.extent} for {wanted}"
+                f"got the extent {source.extent} for {requested}"
             )
         return whole
 
@@ -233,39 +256,39 @@ class MLSDeform(DeformingFilter):
 
         `make_deformation()` is called where the output grid depends on the deformation.
         """
-        wanted = property_tables.OUTPUT_GRID.checked(self)
-        if wanted == "input":
+        choice = property_tables.OUTPUT_GRID.checked(self)
+        if choice == "input":
             return source
-        if wanted == "fitted":
+        if choice == "fitted":
             deformation = make_deformation()
 
             def make():
                 return ImageGeometry.of_grid(deformation.fitted_grid(source.grid))
 
             return self._fitted.of((deformation, source), make)
-        given = self.GetOutputDimensions(), self.GetOutputOrigin(), self.GetOutputSpacing()
+        axes = self.GetOutputDimensions(), self.GetOutputOrigin(), self.GetOutputSpacing()
         try:
-            grid = Grid(*given, np.reshape(source.direction, (3, 3)))
+            grid = Grid(*axes, np.reshape(source.direction, (3, 3)))
         except (TypeError, ValueError) as error:
             raise ValueError(f"the given output grid is not one: {error}") from error
         return ImageGeometry.of_grid(grid)
 
     def _check(self, dataset):
-        """Raise what is wrong with properties that the deformation has not."""
+        """Raise errors of the properties that are no options of the deformation."""
         for choice in (property_tables.INTERPOLATION, property_tables.VOID_VALUES_CHOICE):
             choice.checked(self)
         if self.is_among_blocks():  # another block may have the arrays
             return
         data = dataset.GetPointData(), dataset.GetCellData()
-        for wanted, names in (
+        for argument, names in (
             ("LabelArrays", self.GetLabelArrays()),
             ("GradientVectorArrays", self.GetGradientVectorArrays()),
             ("PushForwardArrays", self.GetPushForwardArrays()),
         ):
             for name in names:
                 if not any(attributes.HasArray(name) for attributes in data):
-                    there = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
+                    found = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
                     raise ValueError(
-                        f"`{wanted}` names `{name}`, which the input has not; it has "
-                        f"{', '.join(f'`{each}`' for each in there) or 'no arrays'}"
+                        f"`{argument}` names `{name}`, which the input has not; it has "
+                        f"{', '.join(f'`{array}`' for array in found) or 'no arrays'}"
                     )

@@ -1,4 +1,4 @@
-"""What the filters share that ask something of a deformation."""
+"""Base of the filters that evaluate a deformation."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vt
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Deformation
-from vtk_mls.filters import cut_inputs, gradients, parallel, property_tables, times, void_arrays
-from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.memo import Memo
+from vtk_mls.filters import cut_inputs, gradients, parallel, pipeline, property_tables, void_arrays
+from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.own_control_points import OwnControlPoints
-from vtk_mls.filters.property_methods import with_properties
-from vtk_mls.filters.requests import ask_for_all, requested_extent
+from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -53,36 +51,25 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         super().__init__(
             nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
-        self._refusal = ""  # why the input cannot be taken, though VTK would take it apart
-        self._collected = None  # what ports 1 and 2 were when processes shared them, and the data
-        self._kept_cuts = Memo()
-        self._kept_deformation = Memo()
+        self._collected = None  # state of ports 1 and 2 when processes shared them, and the data
+        self._cuts_cache = CachedValue()
+        self._deformation_cache = CachedValue()
 
     def FillInputPortInformation(self, port, info):
-        kind = (self.InputType, "vtkPointSet", "vtkPolyData")[port]
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), kind)
+        required = vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE()
+        # The second types are refused by RequestData: by itself VTK would take them apart.
+        types = (
+            (self.InputType, "vtkUniformGridAMR"),
+            ("vtkPointSet", "vtkCompositeDataSet"),
+            ("vtkPolyData",),
+        )
+        for name in types[port]:
+            info.Append(required, name)
         if port > 0:
             info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
         if port == 2:
             info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
         return 1
-
-    def _answer(self, name, request, inInfo, outInfo):
-        answer = super()._answer(name, request, inInfo, outInfo)
-        if name in ("RequestInformation", "RequestUpdateExtent") and not self.is_among_blocks():
-            self._refusal = _refusal(inInfo)
-            if self._refusal and name == "RequestInformation":
-                self._refuse(outInfo)
-                return 0
-        return answer
-
-    def _refuse(self, out_info):
-        """Fail before VTK takes the input apart."""
-        self._discard(out_info)
-        for number in range(out_info.GetNumberOfInformationObjects()):
-            ask_for_all(out_info.GetInformationObject(number))  # for the next Update to begin
-        self._report(self._refusal)
-        self._muffle()
 
     def SetInputData(self, *port_and_data):
         """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
@@ -97,7 +84,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         self.RemoveAllInputConnections(2)
 
     def _has_cuts(self):
-        """Whether there is something to cut along."""
+        """Whether there are cuts."""
         has_own = self.GetCutType() != "none" or self.GetCuts()
         return has_own or self.GetNumberOfInputConnections(2) > 0
 
@@ -106,14 +93,14 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             self._collect(outInfo.GetInformationObject(0))
         for information in inInfo[1:]:
             for number in range(information.GetNumberOfInformationObjects()):
-                ask_for_all(information.GetInformationObject(number))
+                pipeline.request_all(information.GetInformationObject(number))
         return 1
 
     def _requested_part(self, target, info):
-        """The part of the output that downstream asks for, if it knows where the output is."""
-        announced = ImageGeometry.of_information(info)
-        if announced.part(()) == target.part(()):
-            extent = requested_extent(info)
+        """The part of the output requested by downstream, if it has the geometry of the output."""
+        published = ImageGeometry.of_information(info)
+        if published.part(()) == target.part(()):
+            extent = pipeline.requested_extent(info)
             part = target.part(extent)
             if part.is_empty or target.holds(extent):
                 return part
@@ -122,8 +109,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     def _collect(self, info=None):
         """Data on ports 1 and 2, from all processes.
 
-        All must call this at the same times: when the pipeline asks for information or for an
-        extent. They talk to each other only after a change upstream, of which all know.
+        All processes must call this at the same times, in RequestInformation and in
+        RequestUpdateExtent. They communicate only after a change upstream, which all see.
         """
         counts = {port: self.GetNumberOfInputConnections(port) for port in (1, 2)}
         connections = [(port, number) for port in counts for number in range(counts[port])]
@@ -134,8 +121,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             return
 
         def update():
-            data = {each: self._update_input(*each, state[-1]) for each in connections}
-            return [as_polydata(each) if port == 1 else each for (port, _), each in data.items()]
+            return [
+                as_polydata(data) if port == 1 else data
+                for port, index in connections
+                for data in [self._update_input(port, index, state[-1])]
+            ]
 
         try:
             data = dict(zip(connections, parallel.polydata_on_all(update)))
@@ -144,42 +134,41 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         self._collected = state, data
 
     def _upstream(self, connections, info):
-        """Connections, when something upstream of each has changed, and the time that is asked."""
-        changed = [self.GetInputExecutive(*each).GetPipelineMTime() for each in connections]
-        return connections, changed, times.requested(info)
+        """Connections, the pipeline's modification time of each, and the requested time."""
+        changes = [self.GetInputExecutive(*pair).GetPipelineMTime() for pair in connections]
+        return connections, changes, pipeline.requested_time(info)
 
     def _control_data(self, make_inputs):
-        """Lists of what is on ports 1 and 2, here or on all processes."""
+        """Lists of the data on ports 1 and 2, of this process or of all."""
         if not parallel.is_parallel() or self._collected is None:
             return [make_inputs(port) for port in (1, 2)]
         data = self._collected[1]
         if isinstance(data, ValueError):
             raise data
-        return [[each for (port, _), each in data.items() if port == wanted] for wanted in (1, 2)]
+        pairs = data.items()
+        return [[item for (port, _), item in pairs if port == number] for number in (1, 2)]
 
     def updated_deformation(self, info=None):
         """The Deformation of the properties, and of control points and cuts, which are updated.
 
-        The filter itself does not run. With `info`, of an output, they are those at its time.
+        The filter itself does not run. `info` of an output gives the time.
         """
         if parallel.is_parallel():
             self._collect(info)
 
         def updated(port):
             count = self.GetNumberOfInputConnections(port)
-            time = times.requested(info)
+            time = pipeline.requested_time(info)
             return [self._update_input(port, number, time) for number in range(count)]
 
         return self._deformation(*self._control_data(updated))
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        if self._refusal:
-            raise ValueError(self._refusal)
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
     def _deformation(self, control_points, surfaces):
-        """The deformation by what is on ports 1 and 2; the same object until something changes."""
+        """The deformation by data of ports 1 and 2; the same object until something changes."""
         names = self._control_point_arrays(*control_points) if control_points else ()
         cuts = self._all_cuts(surfaces)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
@@ -205,20 +194,20 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 **settings,
             )
 
-        return self._kept_deformation.of(state, make)
+        return self._deformation_cache.of(state, make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
         own = self._own_cut()
 
         def make():
-            found = [cut for each in surfaces for cut in cut_inputs.surfaces(each)]
-            return *cut_inputs.own_cuts(*own), *self.GetCuts(), *found
+            cuts = [cut for polydata in surfaces for cut in cut_inputs.surfaces(polydata)]
+            return *cut_inputs.own_cuts(*own), *self.GetCuts(), *cuts
 
-        return self._kept_cuts.of((own, self.GetCuts(), _stamps(surfaces)), make)
+        return self._cuts_cache.of((own, self.GetCuts(), _stamps(surfaces)), make)
 
     def _own_cut(self):
-        """What describes the cut of CutType."""
+        """Arguments of `cut_inputs.own_cuts` by the properties."""
         kind = property_tables.CUT_TYPE.checked(self)
         return kind, self.GetCutOrigin(), self.GetCutNormal(), self.GetCutInward()
 
@@ -231,22 +220,23 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return displacement, weight
 
     def _own_control_points(self):
-        """p, q and weights by properties; without any, a control point that stays."""
+        """p, q and weights by properties; without any, one control point at rest."""
         rest, deformed, weights = self._listed_control_points()
         if np.abs(rest).max(initial=0) > np.finfo(np.float32).max:
             raise ValueError(
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        held, resting = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
+        is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
         for cut in cut_inputs.own_cuts(*self._own_cut()):
             on_cut = _is_on(cut, rest)
-            held |= resting & on_cut
+            is_ignored |= is_still & on_cut
             if self.GetCutFrame() == "rest":
-                rest = np.where(on_cut[:, None], _beside(cut.plane, rest, deformed), rest)
-        if held.all():
+                rest = np.where(on_cut[:, None], _shifted_off(cut.plane, rest, deformed), rest)
+        if is_ignored.all():
             return _ANCHOR, _ANCHOR, None
-        return rest[~held], deformed[~held], None if weights is None else weights[~held]
+        mask = ~is_ignored
+        return rest[mask], deformed[mask], None if weights is None else weights[mask]
 
     def _check_reach(self, deformation, corners):
         """Raise if float32, in the control points' frame, cannot tell the data's points apart.
@@ -265,12 +255,12 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             )
 
     def _blended(self, rest, deformed):
-        """q, or where it is on its way from p."""
+        """Positions between p and q by Blend."""
         blend = options.BLEND.checked(self.GetBlend(), "Blend")
         return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _overlap_tasks(self, deformation, output, grid):
-        """What to do for the array of the overlap."""
+        """Functions of a Progress that add the array of the overlap."""
 
         def add(progress):
             void_arrays.add_overlap(output, deformation.overlap_field(grid, progress))
@@ -278,7 +268,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return [add] if deformation.cuts and self.GetGenerateOverlap() else []
 
     def _jacobian_tasks(self, deformation, output, grid):
-        """What to do for the arrays of the Jacobian; the output has "Void" then, if any."""
+        """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
 
         def add(progress):
             void = False
@@ -299,11 +289,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return [add] if self._makes_jacobian() else []
 
     def _makes_jacobian(self):
-        """Whether an array of the Jacobian is wanted."""
+        """Whether an array of the Jacobian is generated."""
         return self.GetGenerateJacobian() or self.GetGenerateJacobianDeterminant()
 
     def _array_name(self, index, polydata):
-        """Name that SetInputArrayToProcess gave, or of the attribute that it asked for."""
+        """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
         info = self.GetInputArrayInformation(index)
         if info.Has(vtkDataObject.FIELD_NAME()):
             return info.Get(vtkDataObject.FIELD_NAME())
@@ -314,46 +304,46 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return None
 
 
-def _refusal(in_info):
-    """A sentence about inputs that no filter can take though VTK would hand them on in parts."""
-    data = inputs(in_info, 0)
-    if data and isinstance(data[0], vtkUniformGridAMR):
-        return (
-            f"`Input` must be an image or a mesh, got AMR data ({data[0].GetClassName()}), whose "
+def input_dataset(in_info):
+    """The vtkDataSet on port 0 in RequestData; raises if a port has data in parts."""
+    data = vtkDataObject.GetData(in_info[0])
+    if isinstance(data, vtkUniformGridAMR):
+        raise ValueError(
+            f"`Input` must be an image or a mesh, got AMR data ({data.GetClassName()}), whose "
             "levels would not fit each other any more; resample it to one image first "
             "(vtkResampleToImage, in ParaView Resample To Image)"
         )
     for handles in inputs(in_info, 1):
         if isinstance(handles, vtkCompositeDataSet):
-            return (
+            raise ValueError(
                 f"`ControlPoints` must be one point set, got a {handles.GetClassName()}; merge its "
                 "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
             )
-    return ""
+    return data
 
 
 def _is_on(cut, positions):
     """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
-    with np.errstate(invalid="ignore", over="ignore"):  # what is wrong with them is said later
+    with np.errstate(invalid="ignore", over="ignore"):  # errors are reported later
         return cut.void_distance(positions, positions) <= _rounding(positions)
 
 
-def _beside(plane, rest, deformed):
-    """Positions (n, 3) on a plane, as little off it as tells the side that they are dragged to."""
+def _shifted_off(plane, rest, deformed):
+    """Positions (n, 3) on a plane, moved slightly to the side that they are dragged to."""
     with np.errstate(invalid="ignore", over="ignore"):
         side = np.where(plane.height(deformed) < 0, -1, 1)
         return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
 
 
 def _rounding(positions):
-    """What is no distance between positions (n, 3), world units."""
+    """Distance below which positions (n, 3) are equal, world units."""
     return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)
 
 
 def _stamps(data):
-    """What tells data objects apart, without keeping them.
+    """Keys of data objects, without references to them.
 
-    VTK 9.6 has the attributes of a filter outlive it where ParaView held it last, and crashes when
-    it drops them if that is the end of data objects.
+    In VTK 9.6 the attributes of a filter held by ParaView outlive it, and VTK crashes if data
+    objects end with them.
     """
-    return [(each.__this__, each.GetMTime()) for each in data]
+    return [(item.__this__, item.GetMTime()) for item in data]

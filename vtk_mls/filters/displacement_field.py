@@ -11,14 +11,13 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid
 from vtk_mls.files import nifti, provenance
-from vtk_mls.filters import extents, gradients, parallel, property_tables, times, void_arrays
-from vtk_mls.filters.deforming import DeformingFilter
-from vtk_mls.filters.property_methods import with_properties
-from vtk_mls.filters.requests import ask_for_all, ask_for_extent
+from vtk_mls.filters import gradients, parallel, pipeline, property_tables, void_arrays
+from vtk_mls.filters.deforming import DeformingFilter, input_dataset
+from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-# Points whose forward images are looked for at once.
+# Number of points whose forward images are searched at once.
 _CHUNK = 1 << 20
 
 
@@ -52,40 +51,40 @@ class MLSDisplacementField(DeformingFilter):
 
     def __init__(self):
         super().__init__()
-        self._known_boxes = None  # what port 0 was when processes shared their boxes, and these
+        self._shared_boxes = None  # state of port 0 when processes shared their boxes, and these
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
         info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
         vtkDataObject.SetPointDataActiveScalarInfo(info, VTK_FLOAT, 3)
         if isinstance(vtkDataSet.GetData(inInfo[0]), vtkImageData):
-            ImageGeometry.of_information(inInfo[0].GetInformationObject(0)).announce(info)
+            ImageGeometry.of_information(inInfo[0].GetInformationObject(0)).set_information(info)
             return 1
         try:
             if self._is_shared():
                 self._share_boxes(info)
-            time = times.requested(info)
+            time = pipeline.requested_time(info)
             boxes = self._boxes(lambda: self._update_input(0, time=time))
-            self._sampled_lattice(boxes).announce(info)
+            self._sampled_lattice(boxes).set_information(info)
         except (TypeError, ValueError):
-            ImageGeometry((0, -1, 0, -1, 0, -1)).announce(info)  # RequestData reports why
-        times.announce_changing_extent(info)
+            ImageGeometry((0, -1, 0, -1, 0, -1)).set_information(info)  # RequestData reports why
+        pipeline.publish_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         info, dataset = inInfo[0].GetInformationObject(0), vtkDataSet.GetData(inInfo[0])
         if isinstance(dataset, vtkImageData):
             geometry = ImageGeometry.of_information(info)
-            ask_for_extent(info, extents.first_cell(geometry))
+            pipeline.request_extent(info, pipeline.first_cell(geometry))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
-            parallel.ask_for_share(info)
+            parallel.request_share(info)
         else:
-            ask_for_all(info)
+            pipeline.request_all(info)
         return super().RequestUpdateExtent(request, inInfo, outInfo)
 
     def RequestData(self, request, inInfo, outInfo):
-        dataset = vtkDataSet.GetData(inInfo[0])
+        dataset = input_dataset(inInfo)
         output = vtkImageData.GetData(outInfo)
         deformation = self._requested_deformation(inInfo)
         if isinstance(dataset, vtkImageData):
@@ -138,8 +137,8 @@ class MLSDisplacementField(DeformingFilter):
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, provenance.FORWARD_DISPLACEMENT, displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
-        lost = np.array([np.count_nonzero(~found)], np.int64)
-        arrays.add(output.GetFieldData(), "FailedInverses", lost)
+        failures = np.array([np.count_nonzero(~found)], np.int64)
+        arrays.add(output.GetFieldData(), "FailedInverses", failures)
         if with_jacobian:
             gradients.add_jacobian(
                 output,
@@ -152,23 +151,23 @@ class MLSDisplacementField(DeformingFilter):
     def _share_boxes(self, info=None):
         """Tell all processes the bounds of the input's pieces; to be called like `_collect`."""
         state = self._upstream([(0, 0)], info)
-        if self._known_boxes is not None and self._known_boxes[0] == state:
+        if self._shared_boxes is not None and self._shared_boxes[0] == state:
             return
 
         def box():
-            return _box(self._update_input(0, time=state[-1], ask=parallel.ask_for_share))
+            return _box(self._update_input(0, time=state[-1], request=parallel.request_share))
 
         try:
             boxes = parallel.made_on_all(box)
         except ValueError as error:
             boxes = error
-        self._known_boxes = state, boxes
+        self._shared_boxes = state, boxes
 
     def _boxes(self, make_dataset):
         """Bounds of the input, or of its pieces on all processes; None where there is no point."""
         if not self._is_shared():
             return [_box(make_dataset())]
-        boxes = self._known_boxes[1]
+        boxes = self._shared_boxes[1]
         if isinstance(boxes, ValueError):
             raise boxes
         return boxes
@@ -187,8 +186,8 @@ class MLSDisplacementField(DeformingFilter):
             raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
         low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
         size = high - low
-        wanted = property_tables.SAMPLE_DIMENSIONS.checked(self)
-        dimensions = np.where(size > 0, wanted, 1)
+        sample_dimensions = property_tables.SAMPLE_DIMENSIONS.checked(self)
+        dimensions = np.where(size > 0, sample_dimensions, 1)
         steps = np.maximum(dimensions - 1, 1)
         spacing = np.where(size > 0, size / steps, 1.0)
         origin = np.where(dimensions > 1, low, low + size / 2)

@@ -1,6 +1,8 @@
-"""The arrays that tell how a deformation turns and stretches."""
+"""Arrays of gradients, of directions and of the Jacobian."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +19,8 @@ def scalars(image, name):
     data = image.GetPointData()
     array = data.GetArray(name)
     if array is None or array.GetNumberOfComponents() != 1:
-        there = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
-        names = [f"`{a.GetName()}`" for a in there if a and a.GetNumberOfComponents() == 1]
+        candidates = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
+        names = [f"`{a.GetName()}`" for a in candidates if a and a.GetNumberOfComponents() == 1]
         raise ValueError(
             f"`GradientArray` must name a point array with one component, got `{name}`; the "
             f"input has {', '.join(names) or 'none'}"
@@ -26,42 +28,58 @@ def scalars(image, name):
     return arrays.to_numpy(array).reshape(image.GetDimensions()[::-1])
 
 
-def directions(attributes, gradients, tangents):
-    """Which arrays of point or cell data turn with the material, and how.
+@dataclass(frozen=True)
+class DirectionArrays:
+    """Which arrays are directions that turn with the material.
 
-    Parameters
+    Attributes
     ----------
-    attributes : vtkDataSetAttributes
     gradients, tangents : names of arrays
-
-    Returns
-    -------
-    dict of name: "gradient", "tangent" or (the active normals) "normal"
-
-    Raises
-    ------
-    ValueError
-        If one of the names does not hold three floats.
+        Transformed covariantly and contravariantly.
+    is_unit : bool
+        Whether gradients get length 1, as normals always do.
     """
-    found = {}
-    for wanted, names, how in (
-        ("GradientVectorArrays", gradients, "gradient"),
-        ("PushForwardArrays", tangents, "tangent"),
-    ):
-        for name in names:
-            array = attributes.GetArray(name)
-            if array is None:
-                continue
-            if not _is_vectors(array):
-                raise ValueError(
-                    f"`{wanted}` names `{name}`, which must have 3 components of type float or "
-                    f"double, got {array.GetNumberOfComponents()} of {array.GetDataTypeAsString()}"
-                )
-            found[name] = how
-    normals = attributes.GetNormals()
-    if normals is not None and _is_vectors(normals):
-        found[normals.GetName()] = "normal"
-    return found
+
+    gradients: tuple
+    tangents: tuple
+    is_unit: bool
+
+    def of(self, attributes):
+        """Directions in point or cell data.
+
+        Parameters
+        ----------
+        attributes : vtkDataSetAttributes
+
+        Returns
+        -------
+        dict of name: "gradient", "tangent" or (the active normals) "normal"
+
+        Raises
+        ------
+        ValueError
+            If one of the names does not hold three floats.
+        """
+        result = {}
+        for argument, names, direction in (
+            ("GradientVectorArrays", self.gradients, "gradient"),
+            ("PushForwardArrays", self.tangents, "tangent"),
+        ):
+            for name in names:
+                array = attributes.GetArray(name)
+                if array is None:
+                    continue
+                if not _is_vectors(array):
+                    raise ValueError(
+                        f"`{argument}` names `{name}`, which must have 3 components of type float "
+                        f"or double, got {array.GetNumberOfComponents()} of "
+                        f"{array.GetDataTypeAsString()}"
+                    )
+                result[name] = direction
+        normals = attributes.GetNormals()
+        if normals is not None and _is_vectors(normals):
+            result[normals.GetName()] = "normal"
+        return result
 
 
 def add_gradient(output, values):
@@ -70,7 +88,7 @@ def add_gradient(output, values):
 
 
 def add_jacobian(output, jacobian, void, matrix, determinant):
-    """Add what is wanted of the Jacobian to an image.
+    """Add arrays of the Jacobian to an image.
 
     Parameters
     ----------
@@ -80,7 +98,7 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
     void : (nz, ny, nx) bool
         Points that do not count as folded.
     matrix, determinant : bool
-        Whether "Jacobian", or "JacobianDeterminant" and "FoldedVoxels" are wanted.
+        Whether "Jacobian", or "JacobianDeterminant" and "FoldedVoxels" are added.
     """
     if matrix:
         rows = jacobian.swapaxes(-1, -2).reshape(-1, 9)

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
 
-from vtk_mls.filters.requests import ask_for_all
+from vtk_mls.filters import pipeline
 
 
 def is_parallel():
@@ -85,11 +85,11 @@ def polydata_on_all(make):
     return [_joined(parts) for parts in zip(*shares)]
 
 
-def ask_for_share(info):
+def request_share(info):
     """Request this process's piece of an input."""
     controller = vtkMultiProcessController.GetGlobalController()
     keys = vtkStreamingDemandDrivenPipeline
-    ask_for_all(info)
+    pipeline.request_all(info)
     info.Set(keys.UPDATE_PIECE_NUMBER(), controller.GetLocalProcessId())
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses())
 

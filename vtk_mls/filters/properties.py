@@ -1,22 +1,24 @@
-"""Properties of filters: what each is called, what it can be, and the methods that come from it.
+"""Properties of filters: names, values and the methods generated from them.
 
-A table of them stands in `property_tables` for each filter. From it come the methods of the filter,
-the panel and the proxies of ParaView, options of the command line and docs/properties.md: a name, a
-default, choices and a help text are written once. Nothing here needs VTK.
+`property_tables` has a table for each filter, the only source of its methods, of ParaView's panel
+and proxies, of options of the command line and of docs/properties.md. VTK is not needed here.
 """
 
 from __future__ import annotations
 
 import re
+import textwrap
 from dataclasses import KW_ONLY, dataclass
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.validation import short_repr
 
+_WIDTH = 88  # of docstrings; those of stubs are indented further
+
 
 @dataclass(frozen=True)
 class Property:
-    """What users and programs are told of a property.
+    """A property of a filter: its name, default and help.
 
     Attributes
     ----------
@@ -52,7 +54,7 @@ class Property:
 
     @property
     def attribute(self):
-        """Where an algorithm keeps the value; without the underscore an option of the command."""
+        """Name of the attribute of the algorithm that holds the value."""
         return f"_{self.option}"
 
     @property
@@ -72,12 +74,12 @@ class Property:
 
     @property
     def values(self):
-        """What it can be, in a few words."""
+        """Allowed values, in a few words."""
         raise NotImplementedError
 
     @property
     def expected(self):
-        """What it can be, and what it is by itself: a sentence."""
+        """Allowed values and the default: a sentence."""
         value = f"{self.values}, {self.unit}" if self.unit else self.values
         default = f'"{self.default}"' if isinstance(self.default, str) else self.default
         return f"{value[0].upper()}{value[1:]}; default: {'none' if default == () else default}."
@@ -122,7 +124,7 @@ class Number(Property):
 
 @dataclass(frozen=True)
 class Slider(Number):
-    """A number with a usual range, for a slider; what is possible is said in the help."""
+    """A number with a usual range, for a slider; the help gives the allowed range."""
 
     _: KW_ONLY
     low: float
@@ -131,7 +133,7 @@ class Slider(Number):
 
 @dataclass(frozen=True)
 class Vector(Property):
-    """Some numbers, given one by one or as a sequence: integers if the default has integers."""
+    """Several numbers, as arguments or as a sequence: integers if the default has integers."""
 
     _: KW_ONLY
     labels: tuple = ("x", "y", "z")
@@ -173,7 +175,7 @@ class Choice(Property):
 
     @property
     def values(self):
-        return "one of " + ", ".join(f'"{each}"' for each in self.choices)
+        return "one of " + ", ".join(f'"{choice}"' for choice in self.choices)
 
     def methods(self):
         attribute = self.attribute
@@ -202,8 +204,8 @@ class Flag(Property):
     def methods(self):
         attribute = self.attribute
 
-        def set_value(self, wanted):
-            self._set(attribute, bool(wanted))
+        def set_value(self, value):
+            self._set(attribute, bool(value))
 
         return self._pair(set_value)
 
@@ -245,8 +247,8 @@ class Items(Property):
 
     def assign(self, algorithm, value):
         getattr(algorithm, f"Clear{self.name}")()
-        for each in value:
-            getattr(algorithm, f"Add{self.singular}")(each)
+        for item in value:
+            getattr(algorithm, f"Add{self.singular}")(item)
 
     def _with_adder(self, add):
         """The methods."""
@@ -290,7 +292,7 @@ class ArrayNames(Items):
 
 
 class Cuts(Items):
-    """Values of `vtk_mls` that say where to cut."""
+    """Cuts: values of `vtk_mls`."""
 
     @property
     def values(self):
@@ -309,7 +311,7 @@ class Rows(Property):
     """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
 
     columns = ()  # of an element
-    new = None  # what an element is that has not been set
+    new = None  # value of an element that has not been set
 
     @property
     def initial(self):
@@ -426,3 +428,41 @@ def replace(algorithm, values, index, value, new):
     if values[index] != value:
         values[index] = value
         algorithm.Modified()
+
+
+def with_properties(table):
+    """A decorator that gives a class of algorithms the methods of a table of properties.
+
+    Methods that the class itself defines, and those of properties of its bases, stay.
+
+    Parameters
+    ----------
+    table : sequence of Property
+        All that the class has, those of its bases included.
+    """
+
+    def decorate(cls):
+        inherited = getattr(cls, "PROPERTIES", ())
+        for row in table:
+            for name, method in row.methods().items() if row not in inherited else ():
+                if name not in vars(cls):
+                    setattr(cls, name, _bound_to(cls, name, method, row))
+        cls.PROPERTIES = tuple(table)
+        return cls
+
+    return decorate
+
+
+def _bound_to(cls, name, method, row):
+    """A method as if it were defined in the class; without a docstring it gets all of the help."""
+    method.__name__, method.__qualname__ = name, f"{cls.__qualname__}.{name}"
+    method.__module__ = cls.__module__
+    method.__doc__ = method.__doc__.format(row) if method.__doc__ else _full_help(row)
+    return method
+
+
+def _full_help(row):
+    """Help for programmers."""
+    paragraphs = (row.help, row.more, row.expected)
+    fill = textwrap.TextWrapper(_WIDTH, break_on_hyphens=False).fill
+    return "\n\n".join(fill(" ".join(text.split())) for text in paragraphs if text)

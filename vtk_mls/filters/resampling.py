@@ -2,51 +2,79 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from vtk_mls.base import buffer_pool, interpolation
 from vtk_mls.files import provenance
-from vtk_mls.filters import gradients, void_arrays
+from vtk_mls.filters import gradients, pipeline, void_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.extents import of_cells
 from vtk_mls.vtk import arrays
 
 
+@dataclass(frozen=True)
+class ImageOptions:
+    """How the arrays of an image are resampled, and which are added.
+
+    Attributes
+    ----------
+    directions : gradients.DirectionArrays
+    gradient_array : str
+        Point scalars whose gradient is added; "" for none.
+    label_arrays : names of arrays, sampled nearest
+    flags : set of str
+        `__this__` of arrays of 0 and 1.
+    hides_void : bool
+    is_cached : bool
+        Whether a GPU keeps the arrays for later updates.
+    """
+
+    directions: gradients.DirectionArrays
+    gradient_array: str
+    label_arrays: tuple
+    flags: frozenset
+    hides_void: bool
+    is_cached: bool
+
+
 class Resampling:
-    """What is done to one image, or to one part of it.
+    """The resampling of one image, or of a part of it.
 
     Parameters
     ----------
-    wanted : MLSDeform
-        Says how arrays are sampled and which are to be made.
+    options : ImageOptions
     deformation : Deformation
     image, output : vtkImageData
-        The output lies where its points are wanted; it is filled.
+        `output` has the geometry of the target; it is filled.
     sampling : Sampling
         From the grid of the image to that of the output.
     """
 
-    def __init__(self, wanted, deformation, image, output, sampling):
-        self.wanted, self.deformation = wanted, deformation
+    def __init__(self, options, deformation, image, output, sampling):
+        self.options, self.deformation = options, deformation
         self.image, self.output = image, output
         self.sampling, self.target = sampling, sampling.target
         # at the points of the target, once they are mapped
         self._void_distance = self._gradient = None
-        self._scalars = self._scalars_of_gradient()
-        self.labels = {*wanted.GetLabelArrays(), *provenance.kept(image, provenance.LABEL_ARRAYS)}
+        name = options.gradient_array
+        self._scalars = gradients.scalars(image, name) if name else None  # (nz, ny, nx)
+        self.labels = {*options.label_arrays, *provenance.kept(image, provenance.LABEL_ARRAYS)}
 
     def tasks(self):
         """Functions of a Progress, in their order."""
         tasks = [
-            partial(self._resample, old, new, sampling)
-            for old, new, sampling in (
+            partial(self._resample, source, result, sampling)
+            for source, result, sampling in (
                 (self.image.GetPointData(), self.output.GetPointData(), self.sampling),
-                (self.image.GetCellData(), self.output.GetCellData(), of_cells(self.sampling)),
+                (
+                    self.image.GetCellData(),
+                    self.output.GetCellData(),
+                    pipeline.cell_sampling(self.sampling),
+                ),
             )
-            if old.GetNumberOfArrays() > 0
+            if source.GetNumberOfArrays() > 0
         ]
         if self.deformation.cuts:
             tasks.append(self._mark_void)
@@ -54,76 +82,91 @@ class Resampling:
             tasks.append(self._add_gradient)
         return tasks
 
-    def _scalars_of_gradient(self):
-        """The values (nz, ny, nx) whose gradient is wanted; None if none is."""
-        name = self.wanted.GetGradientArray()
-        # another block may have it
-        has_it = self.image.GetPointData().HasArray(name) or not self.wanted.is_among_blocks()
-        return gradients.scalars(self.image, name) if name and has_it else None
+    def _resample(self, source, result, sampling, progress):
+        """Resample vtkDataSetAttributes; arrays with the same background in one pass."""
+        values = arrays.image_values(source, sampling.source)
+        results = [None] * len(values)
+        directions = self.options.directions.of(source)
 
-    def _resample(self, old, new, sampling, progress):
-        """Deform the arrays `old` into `new`, those with the same background in one pass."""
-        values = arrays.image_values(old, sampling.source)
-        results, passes, tasks, dtypes = [None] * len(values), {}, [], {}
+        def transform(index, direction, progress):
+            results[index] = self._transformed(values[index], direction, sampling, progress)
 
-        with_gradient = sampling is self.sampling and self._scalars is not None
+        def fill(indices, details, progress):
+            chosen = [values[index] for index in indices]
+            is_points = sampling is self.sampling
+            for index, array in zip(indices, self._resampled(chosen, details, is_points, progress)):
+                results[index] = array
 
-        def fill(background, members, progress):
-            chosen = [values[number] for number, _ in members]
-            methods = [method for _, method in members]
-            versions = [self._version(old.GetAbstractArray(number)) for number, _ in members]
-            how = replace(sampling, interpolation=methods, background=background, versions=versions)
-            void_distance = self._new_void_distance(sampling)
-            if with_gradient and np.array_equal(background, sampling.background, equal_nan=True):
-                done, self._gradient = self.deformation.resample_with_gradient(
-                    chosen,
-                    self._scalars,
-                    replace(how, interpolation=[*methods, sampling.interpolation]),
-                    self.wanted.GetNormalizeGradient(),
-                    progress,
-                    void_distance,
-                )
+        tasks, others = [], []
+        for index in range(len(values)):
+            array = source.GetAbstractArray(index)
+            direction = directions.get(array.GetName())
+            if direction:
+                tasks.append(partial(transform, index, direction))
             else:
-                done = self.deformation.resample(chosen, how, progress, void_distance)
-            for (number, _), result in zip(members, done):
-                results[number] = result
-
-        def transform(number, how, progress):
-            vectors = values[number]
-            if how == "tangent":
-                result = self.deformation.resample_vectors(vectors, sampling, progress)
-            else:
-                unit = how == "normal" or self.wanted.GetNormalizeGradient()
-                result = self.deformation.resample_gradients(vectors, sampling, unit, progress)
-            results[number] = result.astype(vectors.dtype)
-
-        directions = gradients.directions(
-            old, self.wanted.GetGradientVectorArrays(), self.wanted.GetPushForwardArrays()
-        )
-        for number in range(len(values)):
-            array = old.GetAbstractArray(number)
-            if array.GetName() in directions:
-                tasks.append(partial(transform, number, directions[array.GetName()]))
-            else:
-                method, background = self._method(array)
-                if background is None:
-                    background, dtype = sampling.background, values[number].dtype
-                    dtypes[f"array `{array.GetName()}`"] = dtype
-                    if not interpolation.is_in_range(background, dtype):
-                        background = interpolation.cast(background, dtype).item()
-                passes.setdefault(background, []).append((number, method))
-        sampling.warn_of_background(dtypes)
-        if with_gradient:
-            passes.setdefault(sampling.background, [])
-        tasks += [partial(fill, background, members) for background, members in passes.items()]
+                others.append((index, array, values[index].dtype))
+        passes = self._passes(others, sampling)
+        tasks += [partial(fill, indices, details) for indices, details in passes]
         run_all(tasks, progress)
-        arrays.set_image_values(new, results, old)
+        arrays.set_image_values(result, results, source)
+
+    def _passes(self, indexed_arrays, sampling):
+        """Indices of arrays with the same background, and the `Sampling` of each of these groups.
+
+        Parameters
+        ----------
+        indexed_arrays : list of (index, vtkAbstractArray, dtype)
+        sampling : Sampling
+        """
+        groups, dtypes = {}, {}
+        for index, array, dtype in indexed_arrays:
+            method, background = self._method(array)
+            if background is None:
+                background = sampling.background
+                dtypes[f"array `{array.GetName()}`"] = dtype
+                if not interpolation.is_in_range(background, dtype):
+                    background = interpolation.cast(background, dtype).item()
+            groups.setdefault(background, []).append((index, method, self._version(array)))
+        sampling.warn_of_background(dtypes)
+        if sampling is self.sampling and self._scalars is not None:
+            groups.setdefault(sampling.background, [])
+        for background, members in groups.items():
+            indices, methods, versions = ([row[column] for row in members] for column in range(3))
+            settings = {"interpolation": methods, "background": background, "versions": versions}
+            yield indices, replace(sampling, **settings)
+
+    def _resampled(self, values, sampling, is_points, progress):
+        """Values (nz, ny, nx[, components]) at the target; with the gradient in the same pass."""
+        void_distance = self._new_void_distance() if is_points else None
+        background = self.sampling.background
+        has_background = np.array_equal(sampling.background, background, equal_nan=True)
+        if not (is_points and self._scalars is not None and has_background):
+            return self.deformation.resample(values, sampling, progress, void_distance)
+        methods = [*sampling.interpolation, self.sampling.interpolation]
+        results, self._gradient = self.deformation.resample_with_gradient(
+            values,
+            self._scalars,
+            replace(sampling, interpolation=methods),
+            self.options.directions.is_unit,
+            progress,
+            void_distance,
+        )
+        return results
+
+    def _transformed(self, vectors, direction, sampling, progress):
+        """Vectors (nz, ny, nx, 3) at the target, transformed with the map."""
+        if direction == "tangent":
+            result = self.deformation.resample_vectors(vectors, sampling, progress)
+        else:
+            unit = direction == "normal" or self.options.directions.is_unit
+            result = self.deformation.resample_gradients(vectors, sampling, unit, progress)
+        return result.astype(vectors.dtype)
 
     def _version(self, array):
-        """What tells the contents of an image's array from all others, or None."""
-        if not self.wanted.keeps_images:
+        """A key for the contents of an array, or None."""
+        if not self.options.is_cached:
             return None
-        # of the image, too: who writes into an array need not say so to the array itself
+        # with the image's time, as writers may call Modified of the image only
         return array.__this__, array.GetMTime(), self.image.GetMTime()
 
     def _method(self, array):
@@ -132,20 +175,19 @@ class Resampling:
             return "nearest", -1
         if array.GetName() == arrays.GHOSTS:
             return "nearest", 0.0
-        if array.__this__ in self.wanted.flags:
+        if array.__this__ in self.options.flags:
             return "nearest", float(abs(self.sampling.background) > 0)
         if array.GetName() in self.labels:
             return "nearest", None
         return self.sampling.interpolation, None
 
     def _mark_void(self, progress):
-        """Make what tells of the void: at points, then in cells."""
+        """Add the arrays of the void: for points, then for cells."""
         run_all([self._mark_points, self._mark_cells], progress)
 
-    def _new_void_distance(self, sampling):
-        """An array for void distances at the points of the target, if there is none yet."""
-        is_wanted = sampling is self.sampling and self.deformation.cuts
-        if not is_wanted or self._void_distance is not None:
+    def _new_void_distance(self):
+        """An array for void distances at the points of the target, or None if unused or made."""
+        if not self.deformation.cuts or self._void_distance is not None:
             return None
         self._void_distance = buffer_pool.empty(self.target.shape, np.float32)
         return self._void_distance
@@ -155,7 +197,7 @@ class Resampling:
             self._void_distance = self.deformation.void_distance_field(self.target, progress)
         data = self.output.GetPointData()
         void_arrays.add_void(data, self._void_distance)
-        if self.wanted.GetHideVoid():
+        if self.options.hides_void:
             void_arrays.hide(data, arrays.to_numpy(data.GetArray("Void")))
 
     def _mark_cells(self, progress):
@@ -163,7 +205,7 @@ class Resampling:
         void_distance, self._void_distance = self._void_distance, None
         void = self.deformation.void_of_cells(self.target, void_distance, progress)
         arrays.add(data, "Void", void.at_centre.ravel())
-        if self.wanted.GetHideVoid() and void_arrays.CAN_HIDE_CELLS:
+        if self.options.hides_void and void_arrays.CAN_HIDE_CELLS:
             void_arrays.hide(data, void.at_centre | void.touched)
 
     def _add_gradient(self, progress):

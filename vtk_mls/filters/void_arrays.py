@@ -1,4 +1,4 @@
-"""The arrays that tell of the void which cuts open."""
+"""Arrays of the void that cuts open."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def add_overlap(output, overlaps):
 
 
 def hide(attributes, hidden):
-    """Mark points or cells as hidden, beside what their ghost array says already."""
+    """Mark points or cells as hidden, and keep the flags of their ghost array."""
     is_points = attributes.IsA("vtkPointData")
     flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
     ghosts = buffer_pool.empty(hidden.size, np.uint8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -21,9 +22,16 @@ from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import FACES, is_empty, make_boxes_free, without_empty
+from vtk_mls.vtk.cells import (
+    FACES,
+    is_empty,
+    make_boxes_free,
+    make_points_real,
+    set_positions,
+    without_empty,
+)
 from vtk_mls.vtk.orientation import count_inverted
-from vtk_mls.vtk.splitting import crossed, make_points_real, set_positions, split
+from vtk_mls.vtk.splitting import crossed, split
 
 # Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
 # the control points or of the distance from them: more than the device's float32 blurs.
@@ -69,33 +77,48 @@ def output_type(mesh, splits):
 
 
 class Splits:
-    """Divided meshes, kept for as long as the mesh (but for field data) and the cuts are the same.
+    """Cached results of `splitting.split`, valid while the mesh (without field data) and cuts stay.
 
-    Control points are dragged far more often than cuts are laid.
+    Control points are dragged far more often than cuts are moved.
     """
 
     def __init__(self):
-        self._kept = {}
+        self._cache = {}
 
     def of(self, mesh, cuts, progress):
-        """What `splitting.split` says."""
-        self._kept = {key: kept for key, kept in self._kept.items() if kept[0].Get() is not None}
+        """The result of `splitting.split`."""
+        self._cache = {k: entry for k, entry in self._cache.items() if entry[0].Get() is not None}
         state = stamps(mesh), cuts
-        kept = self._kept.get(mesh.__this__)
-        if kept is None or kept[1] != state:
-            alive = vtkWeakReference()
-            alive.Set(mesh)
-            kept = self._kept[mesh.__this__] = alive, state, split(mesh, cuts, progress)
-        return kept[2]
+        entry = self._cache.get(mesh.__this__)
+        if entry is None or entry[1] != state:
+            reference = vtkWeakReference()
+            reference.Set(mesh)
+            entry = self._cache[mesh.__this__] = reference, state, split(mesh, cuts, progress)
+        return entry[2]
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """How the arrays of a mesh are transformed, and which are added.
+
+    Attributes
+    ----------
+    directions : gradients.DirectionArrays
+    has_jacobian, has_determinant : bool
+        Whether "Jacobian", or "JacobianDeterminant" and the number of inverted cells are added.
+    """
+
+    directions: gradients.DirectionArrays
+    has_jacobian: bool
+    has_determinant: bool
 
 
 class Warp:
-    """What is done to one mesh.
+    """The deformation of one mesh.
 
     Parameters
     ----------
-    wanted : MLSDeform
-        Says which arrays are covariant or contravariant, and which are to be made.
+    options : MeshOptions
     deformation : Deformation
     mesh : vtkPointSet or vtkRectilinearGrid
     output : vtkPointSet
@@ -103,8 +126,8 @@ class Warp:
     splits : Splits, or None to keep cells whole
     """
 
-    def __init__(self, wanted, deformation, mesh, output, splits):
-        self.wanted, self.deformation, self.mesh, self.output = wanted, deformation, mesh, output
+    def __init__(self, options, deformation, mesh, output, splits):
+        self.options, self.deformation, self.mesh, self.output = options, deformation, mesh, output
         self.splits = splits if mesh.GetNumberOfCells() > 0 else None
         self.keeps_whole = deformation.cuts and splits is None
         self.offset = None
@@ -117,14 +140,14 @@ class Warp:
         return [self._warp]
 
     def _split(self, progress):
-        divided, foot, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
+        divided, to_cut, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
         x = arrays.to_numpy(divided.GetPoints().GetData())
-        self.offset = offset_from_cuts(self.deformation, x, foot, side)
+        self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
     def _warp(self, progress):
-        """All that is done to the output once it has its cells."""
+        """Move the points of the output and add its arrays; the cells are there."""
         arrays.name_normals(self.output)
         make_points_real(self.output)
         if isinstance(self.output, vtkUnstructuredGrid):
@@ -132,17 +155,13 @@ class Warp:
         self.ghosts = self.output.GetCellData().GetArray(arrays.GHOSTS)  # without torn cells
         self.before = arrays.to_numpy(self.output.GetPoints().GetData())
         tasks = [self._move]
-        if self.wanted.GetGenerateJacobian() or self.wanted.GetGenerateJacobianDeterminant():
+        if self.options.has_jacobian or self.options.has_determinant:
             tasks.append(self._add_jacobian)
         for attributes, positions in (
             (self.output.GetPointData(), self._of_points),
             (self.output.GetCellData(), self._of_centres),
         ):
-            directions = gradients.directions(
-                attributes,
-                self.wanted.GetGradientVectorArrays(),
-                self.wanted.GetPushForwardArrays(),
-            )
+            directions = self.options.directions.of(attributes)
             if directions:
                 tasks.append(partial(self._transform, attributes, positions, directions))
         run_all(tasks, progress)
@@ -170,15 +189,15 @@ class Warp:
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
         points = self.output.GetPointData()
-        if self.wanted.GetGenerateJacobian():
+        if self.options.has_jacobian:
             arrays.add(points, "Jacobian", jacobian.swapaxes(1, 2).reshape(-1, 9))
-        if self.wanted.GetGenerateJacobianDeterminant():
+        if self.options.has_determinant:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self._count_inverted(jacobian)
 
     def _count_inverted(self, jacobian):
-        """Count the cells that are inside out, and those of which that is not known."""
+        """Count the cells that are inside out, and those that cannot be checked."""
         ghosts = None if self.ghosts is None else arrays.to_numpy(self.ghosts)
         positions = self.before, self._points()
         inverted, unchecked = count_inverted(self.output, *positions, jacobian, ghosts)
@@ -190,10 +209,10 @@ class Warp:
         at = jacobians(self.deformation, *positions(), progress)
         if attributes is self.output.GetCellData():
             at = with_identity(at, is_empty(self.output))
-        transform(attributes, directions, at, self.wanted.GetNormalizeGradient())
+        transform(attributes, directions, at, self.options.directions.is_unit)
 
     def _off_cuts(self, points):
-        """`points`, those on a cut a little to the side on which their cells are."""
+        """`points`, those on a cut moved a little towards their cells."""
         return points if self.offset is None else points + self.offset
 
     def _points(self):
@@ -219,15 +238,16 @@ class Warp:
         arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
 
 
-def offset_from_cuts(deformation, positions, foot, side):
-    """From `positions` (n, 3), as `splitting.split` says of them, to where the map is evaluated.
+def offset_from_cuts(deformation, positions, to_cut, side):
+    """Offsets from `positions` (n, 3) to the points at which the map is evaluated.
 
-    Points on a cut get there, and on a little, to the side on which their cells are.
+    Points on a cut move onto it and a little further, towards their cells; `to_cut` and `side` are
+    those of `splitting.split`.
     """
     regions = [region.control_points for region in deformation.regions]
     distance = np.abs(positions - regions[0].center)
-    size = np.maximum(max(each.scale for each in regions), distance.max(axis=1))
-    return foot + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
+    size = np.maximum(max(region.scale for region in regions), distance.max(axis=1))
+    return to_cut + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
 
 
 def transform(attributes, directions, parts, unit):
@@ -237,7 +257,7 @@ def transform(attributes, directions, parts, unit):
     ----------
     attributes : vtkDataSetAttributes
     directions : dict
-        As `gradients.directions` says.
+        As `gradients.DirectionArrays.of` returns them.
     parts : iterable
         Slices, and Jacobians (m, 3, 3) there, as of `jacobians`.
     unit : bool
@@ -292,9 +312,9 @@ def centres(mesh):
     found = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
     if filled is mesh:
         return found
-    everything = np.full((mesh.GetNumberOfCells(), 3), np.nan)
-    everything[~is_empty(mesh)] = found
-    return everything
+    result = np.full((mesh.GetNumberOfCells(), 3), np.nan)
+    result[~is_empty(mesh)] = found
+    return result
 
 
 def with_identity(parts, rows):
@@ -314,8 +334,8 @@ def jacobians(deformation, points, origins, progress):
         part = slice(start, min(start + _CHUNK, len(points)))
         finite = np.isfinite(points[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
-        known = None if origins is None else origins[part][finite]
-        jacobian[finite] = deformation.jacobian(points[part][finite], chunk, known)
+        finite_origins = None if origins is None else origins[part][finite]
+        jacobian[finite] = deformation.jacobian(points[part][finite], chunk, finite_origins)
         yield part, jacobian
 
 

@@ -36,7 +36,7 @@ class MLSImageReader(Algorithm):
 
     def RequestInformation(self, request, inInfo, outInfo):
         with suppress(ValueError):  # RequestData reports it
-            ImageGeometry.of_image(self._image()).announce(outInfo.GetInformationObject(0))
+            ImageGeometry.of_image(self._image()).set_information(outInfo.GetInformationObject(0))
         return 1
 
     def RequestData(self, request, inInfo, outInfo):

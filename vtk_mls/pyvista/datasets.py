@@ -1,4 +1,4 @@
-"""`mesh.mls`: what the filters do, as methods of PyVista's datasets."""
+"""`mesh.mls`: the filters as methods of PyVista's datasets."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Deforming:
             Naming the argument.
         """
         filter_ = MLSDeform()
-        filter_.keeps_images = False  # numpy writes into arrays without telling VTK
+        filter_.keeps_images = False  # numpy changes arrays without VTK's knowledge
         filter_.flags = metadata.flags(self._dataset)
-        found = self._made_by(filter_, (rest, deformed, weights), cuts, options)
-        metadata.copy(self._dataset, found)
-        return found
+        result = self._run(filter_, (rest, deformed, weights), cuts, options)
+        metadata.copy(self._dataset, result)
+        return result
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
     def field(self, rest, deformed=None, weights=None, cuts=(), **options):
@@ -82,25 +82,21 @@ class Deforming:
         TypeError, ValueError
             Naming the argument.
         """
-        found = self._made_by(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
-        metadata.copy_types(self._dataset, found)
-        return found
+        result = self._run(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
+        metadata.copy_types(self._dataset, result)
+        return result
 
-    def _made_by(self, algorithm, control_points, cuts, options):
-        """What a filter makes of the dataset."""
+    def _run(self, algorithm, control_points, cuts, options):
+        """The output of a filter for the dataset."""
         algorithm.SetInputData(0, self._dataset)
         algorithm.SetInputData(1, arguments.control_points(*control_points))
-        for cut in arguments.each_cut(cuts):
+        for cut in arguments.as_cuts(cuts):
             if isinstance(cut, vtkPolyData):
                 algorithm.AddInputDataObject(2, cut)
             else:
                 algorithm.AddCut(cut)
         arguments.apply(algorithm, options)
-        try:
-            update(algorithm)
-        except ValueError as error:
-            sentence = arguments.in_words_of_options(str(error), algorithm)
-            raise ValueError(sentence) from None
+        update(algorithm, names=arguments.argument_names(algorithm))
         return pyvista.wrap(algorithm.GetOutput())
 
 

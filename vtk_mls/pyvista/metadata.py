@@ -1,7 +1,7 @@
-"""What PyVista knows of a dataset beside VTK: which arrays are bool or complex, and which active.
+"""PyVista's metadata of datasets: bool, complex and active arrays.
 
-VTK has them as uint8 and as pairs of floats. PyVista's own filters hand this on, by
-`copy_meta_from`.
+VTK holds bool and complex arrays as uint8 and pairs of floats. PyVista's own filters copy the
+metadata by `copy_meta_from`.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ def flags(data):
 
 
 def copy(data, result):
-    """Give what was made of a DataSet or MultiBlock its active arrays and types of arrays."""
+    """Copy active arrays and types of arrays of a DataSet or MultiBlock to a result."""
     for dataset, made in _pairs(data, result):
         made.copy_meta_from(dataset, deep=True)
     copy_types(data, result)
 
 
 def copy_types(data, result):
-    """Make arrays bool or complex that are so in `data`, and that VTK holds in the same way."""
+    """Make arrays bool or complex if they are in `data` and have the same VTK type."""
     for dataset, made in _pairs(data, result):
         for kind in (_BOOL, _COMPLEX):
             for key, names in getattr(dataset, kind).items():
-                known = {name for name in names if _is_alike(dataset, made, key, name)}
-                getattr(made, kind)[key] = known
+                copied = {name for name in names if _has_same_type(dataset, made, key, name)}
+                getattr(made, kind)[key] = copied
 
 
 def _pairs(data, result):
@@ -49,7 +49,7 @@ def _pairs(data, result):
         yield data, result
 
 
-def _is_alike(dataset, made, key, name):
+def _has_same_type(dataset, made, key, name):
     """Whether an array has the type that it has in another dataset."""
     old, new = _array(dataset, key, name), _array(made, key, name)
     if old is None or new is None:

@@ -1,4 +1,4 @@
-"""Properties of filters as options of methods, and control points and cuts as their arguments."""
+"""Properties of filters as keyword arguments of methods; control points and cuts as arguments."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vtk_mls.model import arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
-# What arguments say otherwise: control points and cuts.
+# Properties that are positional arguments: control points and cuts.
 _ARGUMENTS = {
-    each.name
-    for each in (
+    row.name
+    for row in (
         *property_tables.OWN_CONTROL_POINTS,
         property_tables.CUT_TYPE,
         property_tables.CUT_ORIGIN,
@@ -31,20 +31,20 @@ _WIDTH = 92
 
 
 def takes(table):
-    """Give a method with `**options` the properties of a table as its options.
+    """A decorator that documents the `**options` of a method by a table of properties.
 
-    They come into its signature and its docstring, which says where by `{options}`.
+    They are added to its signature and, in place of `{options}`, to its docstring.
     """
-    properties = [each for each in table if each.name not in _ARGUMENTS]
+    properties = [row for row in table if row.name not in _ARGUMENTS]
 
     def decorate(method):
         signature = inspect.signature(method)
-        named = [each for each in signature.parameters.values() if each.kind != each.VAR_KEYWORD]
-        named += [
-            inspect.Parameter(each.option, inspect.Parameter.KEYWORD_ONLY, default=each.default)
-            for each in properties
+        parameters = [p for p in signature.parameters.values() if p.kind != p.VAR_KEYWORD]
+        parameters += [
+            inspect.Parameter(row.option, inspect.Parameter.KEYWORD_ONLY, default=row.default)
+            for row in properties
         ]
-        method.__signature__ = signature.replace(parameters=named)
+        method.__signature__ = signature.replace(parameters=parameters)
         text = "\n".join(map(_documented, properties))
         method.__doc__ = inspect.cleandoc(method.__doc__).replace("{options}", text)
         return method
@@ -54,24 +54,23 @@ def takes(table):
 
 def apply(algorithm, options):
     """Set properties of a filter by options; an error names the option."""
-    properties = {each.option: each for each in algorithm.PROPERTIES if each.name not in _ARGUMENTS}
+    properties = {row.option: row for row in algorithm.PROPERTIES if row.name not in _ARGUMENTS}
     for name, value in options.items():
         if name not in properties:
             raise TypeError(f"`{name}` is no option; there are {', '.join(properties)}")
-        each = properties[name]
-        if isinstance(each, Items) and isinstance(value, str):
+        row = properties[name]
+        if isinstance(row, Items) and isinstance(value, str):
             value = (value,)
         try:
-            each.assign(algorithm, value)
+            row.assign(algorithm, value)
         except TypeError as error:
-            raise TypeError(f"`{name}` must be {each.values}, got {short_repr(value)}") from error
+            raise TypeError(f"`{name}` must be {row.values}, got {short_repr(value)}") from error
 
 
-def in_words_of_options(sentence, algorithm):
-    """A filter's error with the names that the caller has used."""
-    for each in algorithm.PROPERTIES:
-        sentence = sentence.replace(f"`{each.name}`", f"`{each.option}`")
-    return sentence.replace("`ControlPoints`", "`rest`").replace("`Input`", "the dataset")
+def argument_names(algorithm):
+    """The caller's names of the properties and inputs of a filter, for its errors."""
+    names = {row.name: f"`{row.option}`" for row in algorithm.PROPERTIES}
+    return {**names, "ControlPoints": "`rest`", "Input": "the dataset"}
 
 
 def control_points(rest, deformed=None, weights=None):
@@ -115,8 +114,8 @@ def control_points(rest, deformed=None, weights=None):
     return polydata
 
 
-def each_cut(cuts):
-    """Cuts, and surfaces as polydata, of one or several."""
+def as_cuts(cuts):
+    """One cut, or several, as a sequence."""
     return cuts if isinstance(cuts, (list, tuple)) else (cuts,)
 
 
@@ -128,6 +127,6 @@ def _positions(name, value):
     return arguments.control_points(name, value)
 
 
-def _documented(each):
-    text = f"{' '.join(each.help.split())} {' '.join(each.more.split())}".strip()
-    return indent(f"{each.option}\n{indent(fill(f'{text} {each.expected}', _WIDTH), '    ')}", "")
+def _documented(row):
+    text = " ".join(f"{row.help} {row.more} {row.expected}".split())
+    return f"{row.option}\n{indent(fill(text, _WIDTH), '    ')}"

@@ -13,9 +13,12 @@ from vtk_mls.pyvista import options as arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, fill_polydata
 
-# What an edit changes, as properties of filters; and all that a picture depends on.
-_EDITED = *property_tables.MAP, *property_tables.CUT_OPTIONS
-_SHOWN = *_EDITED, *property_tables.INTERACTIVE_COMPUTING
+# Properties of filters that are options of the editor.
+_OPTIONS = (
+    *property_tables.MAP,
+    *property_tables.CUT_OPTIONS,
+    *property_tables.INTERACTIVE_COMPUTING,
+)
 
 
 class Editing:
@@ -29,7 +32,7 @@ class Editing:
     def __init__(self, plotter):
         self._plotter, self._edit = plotter, None
 
-    @arguments.takes(_SHOWN)
+    @arguments.takes(_OPTIONS)
     def edit(self, datasets, rest=None, deformed=None, weights=None, cuts=(), **options):
         """Deform datasets by the mouse, in this plotter's window.
 
@@ -119,14 +122,14 @@ class Edit:
     def deformed(self):
         """The dataset, or the list of them, deformed by the filter."""
         if isinstance(self._datasets, (list, tuple)):
-            return [self._asked(each, "deform") for each in self._datasets]
-        return self._asked(self._datasets, "deform")
+            return [self._run(dataset, "deform") for dataset in self._datasets]
+        return self._run(self._datasets, "deform")
 
     @property
     def field(self):
         """The displacement field as an ImageData, over the first dataset."""
         is_one = not isinstance(self._datasets, (list, tuple))
-        return self._asked(self._datasets if is_one else self._datasets[0], "field")
+        return self._run(self._datasets if is_one else self._datasets[0], "field")
 
     def save(self, folder):
         """Save handles, deformed data, displacement field, picture and a script, as the key S does.
@@ -152,28 +155,28 @@ class Edit:
             self._is_open = False
             self.editor.detach()
 
-    def _asked(self, dataset, question):
-        """What `mesh.mls` answers with what is edited."""
+    def _run(self, dataset, method):
+        """The result of a method of `mesh.mls` with the edited state."""
         state = self.state
-        options = {each.option: getattr(state, each.option) for each in _SHOWN}
-        ask = getattr(pyvista.wrap(dataset).mls, question)
-        return ask(self.handles, cuts=state.cuts, **options)
+        options = {row.option: getattr(state, row.option) for row in _OPTIONS}
+        return getattr(pyvista.wrap(dataset).mls, method)(self.handles, cuts=state.cuts, **options)
 
 
 def _state(control_points, cuts, options):
     """A State of arguments and options."""
     from vtk_mls.editor import State
 
-    unknown = options.keys() - {each.option for each in _SHOWN}
+    names = [row.option for row in _OPTIONS]
+    unknown = options.keys() - set(names)
     if unknown:
-        known = ", ".join(each.option for each in _SHOWN)
-        raise TypeError(f"`{min(unknown)}` is no option of the editor; there are {known}")
+        listed = ", ".join(names)
+        raise TypeError(f"`{min(unknown)}` is no option of the editor; there are {listed}")
     shapes = []
-    for cut in arguments.each_cut(cuts):
+    for cut in arguments.as_cuts(cuts):
         shapes += cut_inputs.surfaces(cut) if isinstance(cut, vtkPolyData) else [cut]
-    if all(each is None for each in control_points):
+    if all(argument is None for argument in control_points):
         state = State([(0, 0, 0)], [(1, 0, 0)], cuts=shapes, **options)
-        state.deformation()  # an editor would show what is wrong only after the first drag
+        state.deformation()  # raises errors now instead of at the first drag
         return state.with_handles_at(np.zeros((0, 3)))
     polydata = arguments.control_points(*control_points)
     weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None

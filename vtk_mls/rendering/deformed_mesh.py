@@ -7,8 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation
-from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.memo import Memo
+from vtk_mls.filters.algorithm import Algorithm, CachedValue
 from vtk_mls.filters.warping import stamps
 from vtk_mls.rendering.coarse_forward import MAX_EXACT_POINTS, CoarseForward
 from vtk_mls.rendering.rest_surface import RestSurface, state_of
@@ -121,7 +120,11 @@ class MeshDeformer(Algorithm):
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
         self.OutputType = "vtkPolyData"
         self._deformation, self._is_exact = None, True
-        self._rest_surface, self._coarse_map, self._output = Memo(), Memo(), Memo()
+        self._rest_surface, self._coarse_map, self._output = (
+            CachedValue(),
+            CachedValue(),
+            CachedValue(),
+        )
 
     def deform(self, deformation, exact):
         """Set the Deformation, and update the output; unchanged after an error."""

@@ -11,8 +11,8 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import gradients, warping
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import is_empty, without_empty
-from vtk_mls.vtk.splitting import make_points_real, set_positions, split
+from vtk_mls.vtk.cells import is_empty, make_points_real, set_positions, without_empty
+from vtk_mls.vtk.splitting import split
 
 _POINT = "_Point"  # name of an array of point ids
 
@@ -68,15 +68,16 @@ class RestSurface:
         positions = self.positions + displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        of_points, is_cell_data = (gradients.directions(part, (), ()) for part in data)
-        if of_points:
+        none = gradients.DirectionArrays((), (), False)
+        point_arrays, cell_arrays = (none.of(attributes) for attributes in data)
+        if point_arrays:
             parts = jacobians(deformation, positions, self.positions, material)
-            warping.transform(data[0], of_points, parts, unit=True)
-        if is_cell_data:
+            warping.transform(data[0], point_arrays, parts, unit=True)
+        if cell_arrays:
             moved, rest = (warping.centres(surface) for surface in (output, self.surface))
             parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
-            warping.transform(data[1], is_cell_data, parts, unit=True)
+            warping.transform(data[1], cell_arrays, parts, unit=True)
         return output
 
     def with_points(self, points, normals):

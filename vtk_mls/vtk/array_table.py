@@ -1,14 +1,14 @@
-"""The arrays that the filters write beside those of their inputs: the page of properties has them.
+"""Arrays that the filters add, for the page of properties.
 
-Nothing here needs VTK.
+This module does not need VTK.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-POINTS, CELLS, FIELD = "point", "cell", "field"  # the data that an array belongs to
-# What writes it.
+POINTS, CELLS, FIELD = "point", "cell", "field"  # attribute data of an array
+# Writers.
 IMAGE, MESH = "MLSDeform of an image", "MLSDeform of a mesh"
 MAP = "MLSDisplacementField"
 CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
@@ -24,13 +24,13 @@ class Array:
     of : str
         POINTS, CELLS or FIELD.
     writers : tuple of str
-        Of those above.
+        Some of the constants above.
     values : str
         Type and number of the values, with unit or frame.
     help : str
-        What it holds.
+        Meaning of the values.
     when : str
-        What it is made with; always if empty.
+        Condition; "" for always.
     """
 
     name: str

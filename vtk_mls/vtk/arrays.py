@@ -23,14 +23,14 @@ from vtk_mls.base.grid import Grid
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
 _EMPTY = (0, -1, 0, -1, 0, -1)
-# Geometries whose grids are asked for at each update.
-_KEPT = 32
+# Number of geometries whose grids are cached.
+_CACHE_SIZE = 32
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class ImageGeometry:
-    """Where the points of a vtkImageData are, in VTK's own terms.
+    """Extent and placement of a vtkImageData.
 
     Attributes
     ----------
@@ -57,12 +57,12 @@ class ImageGeometry:
 
     @classmethod
     def of_information(cls, info):
-        """Whole extent and placement that pipeline information announces; empty without them."""
+        """Whole extent and placement in pipeline information; empty without them."""
         extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT()) or _EMPTY
         keys = (vtkDataObject.ORIGIN(), vtkDataObject.SPACING(), vtkDataObject.DIRECTION())
-        given = (info.Get(key) if info.Has(key) else None for key in keys)
+        values = (info.Get(key) if info.Has(key) else None for key in keys)
         defaults = (cls.origin, cls.spacing, cls.direction)
-        return cls(extent, *(value or default for value, default in zip(given, defaults)))
+        return cls(extent, *(value or default for value, default in zip(values, defaults)))
 
     @classmethod
     def of_grid(cls, grid):
@@ -71,8 +71,8 @@ class ImageGeometry:
         direction = tuple(grid.direction.ravel().tolist())
         return cls(extent, tuple(grid.origin.tolist()), tuple(grid.spacing.tolist()), direction)
 
-    def announce(self, info):
-        """Set pipeline information."""
+    def set_information(self, info):
+        """Set the whole extent and the placement in pipeline information."""
         info.Set(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT(), self.extent, 6)
         info.Set(vtkDataObject.ORIGIN(), self.origin, 3)
         info.Set(vtkDataObject.SPACING(), self.spacing, 3)
@@ -86,7 +86,7 @@ class ImageGeometry:
         image.SetDirectionMatrix(self.direction)
 
     def part(self, extent):
-        """This, cut to another extent."""
+        """The same geometry with another extent."""
         return ImageGeometry(tuple(extent), self.origin, self.spacing, self.direction)
 
     def holds(self, extent):
@@ -109,7 +109,7 @@ class ImageGeometry:
         return _grid_of(self)
 
 
-@functools.lru_cache(_KEPT)
+@functools.lru_cache(_CACHE_SIZE)
 def _grid_of(geometry):
     first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
     direction = np.reshape(geometry.direction, (3, 3))
@@ -120,7 +120,7 @@ def _grid_of(geometry):
     return Grid(last - first + 1, origin, base.spacing, base.direction)
 
 
-@functools.lru_cache(_KEPT)
+@functools.lru_cache(_CACHE_SIZE)
 def _part_of(whole, extent):
     first, last, start = (np.array(ends) for ends in (extent[::2], extent[1::2], whole.extent[::2]))
     return whole.grid.part(first - start, last - first + 1)
@@ -227,8 +227,8 @@ def texts(attributes, name):
     if not isinstance(array, vtkStringArray):
         return []
     values = [array.GetValue(i) for i in range(array.GetNumberOfValues())]
-    # bytes are what is not UTF-8
-    return [each if isinstance(each, str) else each.decode("latin-1") for each in values]
+    # values that are not UTF-8 are bytes
+    return [value if isinstance(value, str) else value.decode("latin-1") for value in values]
 
 
 def replace(attributes, name, values):
@@ -364,7 +364,7 @@ def is_numeric(array):
 
 
 def control_points(polydata, displacement, weight=None):
-    """What control-point polydata says.
+    """Control points of a point set.
 
     Parameters
     ----------
@@ -402,9 +402,9 @@ def _control_point_values(polydata, name, components):
     data = polydata.GetPointData()
     array = data.GetArray(name)
     if array is None:
-        there = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
+        found = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
         raise ValueError(
-            f"`ControlPoints` has no numeric point array `{name}`; it has {there or 'none'}"
+            f"`ControlPoints` has no numeric point array `{name}`; it has {found or 'none'}"
         )
     if array.GetNumberOfComponents() != components:
         raise ValueError(
@@ -424,7 +424,7 @@ def _arrays(attributes):
 
 
 def _dtype(array):
-    """The dtype of a vtkDataArray that is not of bits; whether char has a sign is VTK's matter."""
+    """The dtype of a vtkDataArray that is not of bits; VTK decides whether char is signed."""
     if array.GetDataType() in (VTK_FLOAT, VTK_DOUBLE):
         kind = "f"
     else:
@@ -440,6 +440,6 @@ def _picked(array, index):
     result = array.NewInstance()
     result.SetNumberOfComponents(array.GetNumberOfComponents())
     result.SetNumberOfTuples(len(index))
-    for to in np.flatnonzero(index >= 0).tolist():
-        result.SetTuple(to, int(index[to]), array)
+    for row in np.flatnonzero(index >= 0).tolist():
+        result.SetTuple(row, int(index[row]), array)
     return result

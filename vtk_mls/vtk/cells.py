@@ -1,9 +1,9 @@
-"""The cells of vtkPolyData and vtkUnstructuredGrid as numpy arrays, and back."""
+"""Points and cells of meshes as numpy arrays, and back."""
 
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_EMPTY_CELL,
     VTK_HEXAHEDRON,
@@ -19,15 +19,22 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
     vtkUnstructuredGrid,
 )
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+from vtkmodules.vtkFiltersCore import vtkAppendFilter
 
 from vtk_mls.vtk import arrays
+
+try:
+    from vtkmodules.vtkFiltersCore import vtkExtractCells
+except ImportError:  # in the releases of VTK 9.2
+    from vtkmodules.vtkFiltersExtraction import vtkExtractCells
 
 FACES = (  # of polyhedra, without the copies that the older methods make since VTK 9.4
     (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
     if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
     else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
 )
-# How many corners a box along the axes has, the type that any box has, and its order of corners.
+# For each type of box along the axes, the type of any box and its order of corners.
 _BOXES = {
     VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)),
     VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
@@ -39,26 +46,24 @@ _KINDS = {
     "Polys": VTK_POLYGON,
     "Strips": VTK_TRIANGLE_STRIP,
 }
+_CELL_IDS = "vtkOriginalCellIds"  # of vtkExtractCells
 
 
-def corners(cells):
-    """Points of the cells of a vtkCellArray one after the other, and where those of each begin.
+def connectivity_of(cells):
+    """Connectivity and offsets of a vtkCellArray or None.
 
     Returns
     -------
     connectivity : (m,) integers
     offsets : (n + 1,) integers
-        The last is where the last cell ends.
     """
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, np.int64), np.zeros(1, np.int64)
-    held = cells.GetConnectivityArray(), cells.GetOffsetsArray()
-    connectivity, offsets = (arrays.to_numpy(array) for array in held)
-    return connectivity, offsets
+    return arrays.to_numpy(cells.GetConnectivityArray()), arrays.to_numpy(cells.GetOffsetsArray())
 
 
 def cell_array(connectivity, offsets):
-    """The vtkCellArray of what `corners` gives."""
+    """The vtkCellArray of a connectivity (m,) and offsets (n + 1,)."""
     cells = vtkCellArray()
     cells.SetData(arrays.ids(offsets), arrays.ids(connectivity))
     return cells
@@ -69,21 +74,67 @@ def polydata_cells(mesh):
     return [(kind, getattr(mesh, f"Get{name}")()) for name, kind in _KINDS.items()]
 
 
+def positions_of(mesh):
+    """The points (n, 3) of a vtkPointSet."""
+    return arrays.to_numpy(mesh.GetPoints().GetData())
+
+
+def set_positions(mesh, positions, vtk_type):
+    """Set the points (n, 3) of a vtkPointSet, as VTK_FLOAT, or VTK_DOUBLE for any other type."""
+    points = vtkPoints()
+    is_single = vtk_type == VTK_FLOAT
+    vtk_type, dtype = (VTK_FLOAT, np.float32) if is_single else (VTK_DOUBLE, np.float64)
+    points.SetDataType(vtk_type)
+    points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
+    mesh.SetPoints(points)
+
+
+def make_points_real(mesh):
+    """Convert the points of a vtkPointSet to float64 if they are integers."""
+    if mesh.GetPoints().GetDataType() not in (VTK_FLOAT, VTK_DOUBLE):
+        set_positions(mesh, positions_of(mesh), VTK_DOUBLE)
+
+
+def extract_cells(grid, mask):
+    """The cells of a vtkUnstructuredGrid where `mask` (n,) is true, with their points."""
+    extract = vtkExtractCells()
+    extract.SetInputData(grid)
+    ids = np.flatnonzero(mask)
+    extract.SetCellIds(ids, len(ids))
+    adds_ids = not hasattr(extract, "SetPassThroughCellIds")  # in the releases of VTK 9.2
+    if not adds_ids:
+        extract.SetPassThroughCellIds(False)
+    extract.Update()
+    if adds_ids and not grid.GetCellData().HasArray(_CELL_IDS):
+        extract.GetOutput().GetCellData().RemoveArray(_CELL_IDS)
+    return extract.GetOutput()
+
+
+def append_meshes(meshes):
+    """Meshes as one vtkUnstructuredGrid with float64 points and the arrays that all have."""
+    append = vtkAppendFilter()
+    append.SetOutputPointsPrecision(vtkAlgorithm.DOUBLE_PRECISION)
+    for mesh in meshes:
+        append.AddInputData(mesh)
+    append.Update()
+    return append.GetOutput()
+
+
 def is_empty(mesh):
     """Which cells of a vtkDataSet have no points: (n,) bool."""
     if isinstance(mesh, vtkPolyData):
-        sizes = [np.diff(corners(cells)[1]) for _, cells in polydata_cells(mesh)]
+        sizes = [np.diff(connectivity_of(cells)[1]) for _, cells in polydata_cells(mesh)]
     elif isinstance(mesh, vtkUnstructuredGrid):
-        sizes = [np.diff(corners(mesh.GetCells())[1])]
+        sizes = [np.diff(connectivity_of(mesh.GetCells())[1])]
     else:
         return np.zeros(mesh.GetNumberOfCells(), bool)
     return np.concatenate(sizes) == 0
 
 
 def without_empty(mesh):
-    """A copy of a mesh without cells that have no points; the mesh itself if it has none of these.
+    """A copy of a mesh without its cells that have no points; the mesh itself if all have some.
 
-    VTK's filters read memory that is not theirs for such cells.
+    VTK's filters read memory out of bounds for such cells.
     """
     empty = is_empty(mesh)
     if not empty.any():
@@ -95,10 +146,10 @@ def without_empty(mesh):
     rows = np.flatnonzero(~empty)
     if isinstance(mesh, vtkPolyData):
         for name in _KINDS:
-            connectivity, offsets = corners(getattr(mesh, f"Get{name}")())
+            connectivity, offsets = connectivity_of(getattr(mesh, f"Get{name}")())
             getattr(filled, f"Set{name}")(cell_array(connectivity, np.unique(offsets)))
     elif len(rows) > 0:
-        connectivity, offsets = corners(mesh.GetCells())
+        connectivity, offsets = connectivity_of(mesh.GetCells())
         _set_cells(
             filled,
             arrays.cell_types(mesh)[rows],
@@ -115,10 +166,10 @@ def append_empty(grid, mesh):
     if len(rows) == 0:
         return
     count = grid.GetNumberOfCells()
-    connectivity, offsets = corners(grid.GetCells())
+    connectivity, offsets = connectivity_of(grid.GetCells())
     types = arrays.cell_types(grid) if count else np.zeros(0, np.uint8)
-    everything = np.concatenate([np.arange(count), np.full(len(rows), -1)])
-    faces = _faces(grid, everything) if count else None
+    all_rows = np.concatenate([np.arange(count), np.full(len(rows), -1)])
+    faces = _faces(grid, all_rows) if count else None
     _set_cells(
         grid,
         np.concatenate([types, _types(mesh)[rows]]),
@@ -126,10 +177,10 @@ def append_empty(grid, mesh):
         faces,
     )
     data = grid.GetCellData()
-    numbers = range(data.GetNumberOfArrays())
-    held = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in numbers]
+    indices = range(data.GetNumberOfArrays())
+    arrays_and_roles = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in indices]
     data.Initialize()
-    for array, role in held:
+    for array, role in arrays_and_roles:
         longer = _with_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
         position = data.AddArray(longer)
         if role >= 0:
@@ -160,16 +211,16 @@ def _with_tuples(array, source, rows):
 
 
 def make_boxes_free(grid):
-    """Make hexahedra and quads of the voxels and pixels of a vtkUnstructuredGrid.
+    """Convert the voxels and pixels of a vtkUnstructuredGrid to hexahedra and quads.
 
-    Those have edges along the axes by definition, which they have no more when points move.
+    The edges of voxels and pixels lie along the axes by definition; those of moved points do not.
     """
     if grid.GetNumberOfCells() == 0:
         return
     types = arrays.cell_types(grid).copy()
     if not np.isin(types, list(_BOXES)).any():
         return
-    connectivity, offsets = corners(grid.GetCells())
+    connectivity, offsets = connectivity_of(grid.GetCells())
     connectivity = connectivity.copy()
     for kind, (free, order) in _BOXES.items():
         boxes = np.flatnonzero((types == kind) & (np.diff(offsets) == len(order)))
@@ -181,7 +232,7 @@ def make_boxes_free(grid):
 
 
 def _types(mesh):
-    """Types of cells; those of vtkPolyData as if they had any size."""
+    """Types of cells; for vtkPolyData the types for cells of any size."""
     if isinstance(mesh, vtkUnstructuredGrid):
         types = arrays.cell_types(mesh)
         return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # which must have faces
@@ -199,7 +250,7 @@ def _set_cells(grid, types, cells, faces):
 
 
 def _faces(grid, rows):
-    """What VTK stores of the faces of polyhedra, for the cells `rows`; -1 is one without faces.
+    """VTK's face arrays for the cells `rows`; -1 stands for a cell without faces.
 
     Returns
     -------
@@ -213,8 +264,8 @@ def _faces(grid, rows):
         return arrays.ids(found), faces
     if faces.GetNumberOfCells() == 0:
         return None
-    connectivity, offsets = corners(locations)
+    connectivity, offsets = connectivity_of(locations)
     sizes = np.append(np.diff(offsets), 0)
-    is_kept = np.isin(np.arange(len(sizes) - 1), rows)
-    kept = connectivity[np.repeat(is_kept, sizes[:-1])]
-    return cell_array(kept, np.concatenate([[0], np.cumsum(sizes[rows])])), faces
+    is_selected = np.isin(np.arange(len(sizes) - 1), rows)
+    selected = connectivity[np.repeat(is_selected, sizes[:-1])]
+    return cell_array(selected, np.concatenate([[0], np.cumsum(sizes[rows])])), faces

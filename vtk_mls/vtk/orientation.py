@@ -26,12 +26,11 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import FACES, corners, polydata_cells
+from vtk_mls.vtk.cells import FACES, connectivity_of, polydata_cells
 
-_CHUNK = 1 << 14  # hexahedra, or cells with as many points, that are looked at together
-# What float32 blurs, in units of its rounding of the distance from the middle of the mesh: lengths
-# below it have no direction.
-_BLUR = 8
+_CHUNK = 1 << 14  # hexahedra, or cells with as many points, per pass
+# Lengths below this many roundings of float32 have no direction.
+_ROUNDINGS = 8
 
 _TETRAHEDRON = [(0, 1, 2, 3)]
 _HEXAHEDRON = [(0, 1, 3, 4), (1, 2, 3, 6), (1, 6, 4, 5), (3, 4, 6, 7), (1, 3, 4, 6)]
@@ -84,20 +83,19 @@ _AREAS = {
 
 
 def count_inverted(mesh, before, after, jacobian, ghosts=None):
-    """Number of cells that are inside out, and of those of which that is not known.
+    """Number of cells that are inside out, and of cells that cannot be checked.
 
-    Cells of three dimensions are inside out where the edges at a corner, or those through the
-    middle of a hexahedron, span a volume of another sign than before, or none; so VTK's scaled
-    Jacobian is not above 0 there. Polygons are where their vector area points against the
-    normal that goes with the material: J_G^T n (Eq. 29); triangle strips where one of their
-    triangles does. A cell that had no volume or area before, to rounding, is not known, nor are
-    vertices, lines, curved cells whose corners have kept their order, and cells with a point that
-    is not finite.
+    A solid cell is inside out if the edges at a corner, or the axes of a hexahedron, span a volume
+    of another sign than before, or none: VTK's scaled Jacobian is not above 0 there. A polygon is
+    inside out if its vector area points against the normal that the map carries, J_G^T n (Eq. 29);
+    a triangle strip if one of its triangles is. Vertices, lines, cells without a volume or area
+    before (to rounding), curved cells with a positive volume, and cells with a point that is not
+    finite cannot be checked.
 
     Parameters
     ----------
     mesh : vtkDataSet
-        Its cells count.
+        The deformed mesh.
     before, after : (n, 3) arrays, world coordinates
         Its points.
     jacobian : (n, 3, 3) array
@@ -109,143 +107,155 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     -------
     inverted, unchecked : int
     """
-    judge = _Judge(before, after, jacobian)
-    state = np.full(mesh.GetNumberOfCells(), np.nan)
-    for kind, rows, points in _groups(mesh):
+    margins = _Margins(before, after, jacobian)
+    result = np.full(mesh.GetNumberOfCells(), np.nan)
+    for cell_type, rows, points in _groups(mesh):
         step = max(8 * _CHUNK // points.size, 1)
         for start in range(0, len(rows), step):
             part = slice(start, min(start + step, len(rows)))
-            state[rows[part]] = judge.margin(kind, points[part])
+            result[rows[part]] = margins.of_cells(cell_type, points[part])
     if isinstance(mesh, vtkUnstructuredGrid):
-        for rows, sides in _polyhedra(mesh):
-            state[rows] = judge.margin_of_polyhedra(sides)
+        for rows, faces in _polyhedra(mesh):
+            result[rows] = margins.of_polyhedra(faces)
     if ghosts is not None:
         flags = vtkDataSetAttributes.DUPLICATECELL | vtkDataSetAttributes.HIDDENCELL
-        state = state[(ghosts & flags) == 0]
-    return np.count_nonzero(state <= 0), np.count_nonzero(np.isnan(state))
+        result = result[(ghosts & flags) == 0]
+    return np.count_nonzero(result <= 0), np.count_nonzero(np.isnan(result))
 
 
-class _Judge:
-    """Compares points before and after, and says of cells whether they are inside out.
+class _Margins:
+    """Margins of cells: above 0 if a cell kept its orientation, NaN if that is unknown.
 
-    A margin is above 0 for cells that are not, not above 0 for those that are, NaN if unknown.
-    What it is made of are measures: sizes before and after, and how far those before are blurred.
+    A margin comes from measures: tuples of the sizes before and after, and the rounding error of
+    the size before.
     """
 
     def __init__(self, before, after, jacobian):
-        self._before, self._after, self._jacobian = before, after, jacobian
-        self._blur = _blur(before, after)
+        self._rows, self._jacobian = (before, after), jacobian
+        self._columns = [np.ascontiguousarray(x.T, np.float64) for x in self._rows]
+        self._rounding = _rounding(*self._columns, np.finfo(after.dtype).eps)
 
-    def margin(self, kind, points):
-        """Of cells of a type whose points are (n, k)."""
-        if kind in _SPANS:
-            return self._of_spans(kind, points)
-        if kind in TETRAHEDRA:  # curved, of which nobody knows where they bend
-            spanned = self._spanned(points, TETRAHEDRA[kind])
-            margin = _least([tuple(np.sum(column, axis=0) for column in zip(*spanned))])
+    def of_cells(self, cell_type, points):
+        """Margins of cells of one type with the points (n, k)."""
+        if cell_type in _SPANS:
+            return self._of_spans(cell_type, points)
+        if cell_type in TETRAHEDRA:  # curved: only a negative total volume is certain
+            measures, _ = self._spanned(points, TETRAHEDRA[cell_type])
+            margin = _least([tuple(np.sum(column, axis=0) for column in zip(*measures))])
             return np.where(margin <= 0, margin, np.nan)
-        if kind == VTK_TRIANGLE_STRIP:
-            three = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
-            margins, finite = _margins(self._areas(three.reshape(-1, 3)))
-            return _least_of(margins.reshape(three.shape[:2]).T, finite.reshape(three.shape[:2]).T)
-        order = _AREAS.get(kind, range(points.shape[1]))
+        if cell_type == VTK_TRIANGLE_STRIP:
+            triangles = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
+            margins, finite = _margins(self._areas(triangles.reshape(-1, 3)))
+            shape = triangles.shape[:2]
+            return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
+        order = _AREAS.get(cell_type, range(points.shape[1]))
         return _least([self._areas(points[:, order])])
 
-    def margin_of_polyhedra(self, sides):
-        """Of the polyhedra that `_Sides` describe."""
-        owner, four = sides.edges()
-        measures = [(owner, *self._spanned(four, _TETRAHEDRON))]
-        owner, three = sides.fans()
+    def of_polyhedra(self, faces):
+        """Margins of the polyhedra of a `_Faces`."""
+        owner, edges = faces.edges_of_simple_corners()
+        measures = [(owner, self._spanned(edges, _TETRAHEDRON)[0][0])]
+        owner, corners = faces.other_corners()
         if len(owner) > 0:
-            measures.append((owner, self._towards_middle(sides, owner, three)))
-        least = np.full(sides.count, np.inf)
-        is_finite = np.ones(sides.count, bool)
+            measures.append((owner, self._towards_middle(faces, owner, corners)))
+        least = np.full(faces.count, np.inf)
+        is_finite = np.ones(faces.count, bool)
         for owner, measure in measures:
             margin, finite = _margins(measure)
-            known = ~np.isnan(margin)
-            np.minimum.at(least, owner[known], margin[known])
+            has_margin = ~np.isnan(margin)
+            np.minimum.at(least, owner[has_margin], margin[has_margin])
             is_finite[owner[~finite]] = False
         return np.where(is_finite & np.isfinite(least), least, np.nan)
 
-    def _of_spans(self, kind, points):
-        measures = self._spanned(points, _SPANS[kind])
-        if kind == VTK_VOXEL:
-            points = points[:, _VOXEL_ORDER]
-        if kind in (VTK_HEXAHEDRON, VTK_VOXEL):
-            measures.append(self._at_middle(points))
+    def _of_spans(self, cell_type, points):
+        measures, positions = self._spanned(points, _SPANS[cell_type])
+        if cell_type in (VTK_HEXAHEDRON, VTK_VOXEL):
+            order = _VOXEL_ORDER if cell_type == VTK_VOXEL else slice(None)
+            measures.append(self._at_middle(points, [x[:, order] for x in positions]))
         return _least(measures)
 
     def _spanned(self, points, spans):
-        """Measures of what the edges from a corner to three others span, for each of `spans`."""
-        before, after = _columns(self._before, points), _columns(self._after, points)
-        blur = self._blur[points].max(axis=1)
+        """Volumes spanned by the edges from one point of cells to three others.
+
+        Parameters
+        ----------
+        points : (n, k) integers
+        spans : list of (corner, end, end, end)
+
+        Returns
+        -------
+        measures : list, one for each of `spans`
+        positions : list of (3, k, n) float64
+            Positions of the points before and after.
+        """
+        points = np.ascontiguousarray(points.T)
+        positions = [np.take(x, points, axis=1) for x in self._columns]
+        rounding = np.take(self._rounding, points).max(axis=0)
         measures = []
         for corner, *ends in spans:
-            rest, moved = ([x[end] - x[corner] for end in ends] for x in (before, after))
-            measures.append((_triple(*rest), _triple(*moved), blur * _change(*rest)))
-        return measures
+            before, after = ([x[:, end] - x[:, corner] for end in ends] for x in positions)
+            error = rounding * _error_factor(*before)
+            measures.append((_triple(*before), _triple(*after), error))
+        return measures, positions
 
-    def _at_middle(self, points):
-        """Measure of what the axes through the middle of hexahedra span."""
-        rest, moved = (
-            [x[high].sum(axis=0) - x[low].sum(axis=0) for low, high in _OPPOSITE]
-            for x in (_columns(self._before, points), _columns(self._after, points))
+    def _at_middle(self, points, positions):
+        """Volume spanned by the axes of hexahedra, positions (3, 8, n), through their middles."""
+        before, after = (
+            [x[:, high].sum(axis=1) - x[:, low].sum(axis=1) for low, high in _OPPOSITE]
+            for x in positions
         )
-        blur = 4 * self._blur[points].max(axis=1)
-        return _triple(*rest), _triple(*moved), blur * _change(*rest)
+        rounding = 4 * np.take(self._rounding, points.T).max(axis=0)
+        return _triple(*before), _triple(*after), rounding * _error_factor(*before)
 
-    def _towards_middle(self, sides, owner, three):
-        """Measure of what edges of faces at a corner (m, 3) span with the middle of their cell."""
-        rest, moved = (
-            [first - corner, then - corner, sides.middles(x)[owner].T - corner]
-            for x in (self._before, self._after)
-            for first, corner, then in [_columns(x, three)]
+    def _towards_middle(self, faces, owner, corners):
+        """Volume spanned by two edges of faces (m, 3) and the line to the middle of their cell."""
+        before, after = (
+            [x[:, first] - x[:, corner], x[:, last] - x[:, corner]]
+            + [faces.middles(x)[:, owner] - x[:, corner]]
+            for x in self._columns
+            for first, corner, last in [corners.T]
         )
-        blur = self._blur[three].max(axis=1)
-        return _triple(*rest), _triple(*moved), blur * _change(*rest)
+        rounding = self._rounding[corners].max(axis=1)
+        return _triple(*before), _triple(*after), rounding * _error_factor(*before)
 
     def _areas(self, points):
-        """Measure of the vector areas of polygons, along the normals that go with the material."""
-        x = self._before[points].astype(np.float64)
-        normal = _vector_area(x)
-        around = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).sum(axis=1)
+        """Vector areas of polygons, along the normals that the map carries: J_G^T n (Eq. 29)."""
+        before, after = (x[points].astype(np.float64) for x in self._rows)
+        normal, area = _vector_area(before), _vector_area(after)
+        perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
         carried = np.einsum("nij,ni->nj", self._jacobian[points].mean(axis=1), normal)
-        area = _vector_area(self._after[points].astype(np.float64))
-        blur = self._blur[points].max(axis=1) * around
-        return np.linalg.norm(normal, axis=1), np.einsum("nj,nj->n", area, carried), blur
+        error = self._rounding[points].max(axis=1) * perimeter
+        return np.linalg.norm(normal, axis=1), np.einsum("nj,nj->n", area, carried), error
 
 
 def _least(measures):
-    """The least of the margins that each cell has by some measures."""
+    """The least margin of each cell by some measures."""
     return _least_of(*zip(*map(_margins, measures)))
 
 
 def _least_of(margins, finite):
-    """The same of margins (k, n), and whether they are of finite points (k, n)."""
+    """The least of margins (k, n); NaN for cells whose points are not all `finite` (k, n)."""
     return np.where(np.all(finite, axis=0), np.fmin.reduce(margins), np.nan)
 
 
 def _margins(measure):
-    """Margins, NaN where there was no size before; and whether the cell's points are finite."""
-    before, after, blur = measure
-    margin = np.where(np.abs(before) > blur, after * np.sign(before), np.nan)
+    """Margins, NaN without a size before; and whether the points of the cells are finite."""
+    before, after, error = measure
+    margin = np.where(np.abs(before) > error, after * np.sign(before), np.nan)
     return margin, np.isfinite(after)
 
 
-def _columns(x, points):
-    """Coordinates (k, 3, n) float64 of points (n, k)."""
-    return np.ascontiguousarray(x[points].transpose(1, 2, 0), np.float64)
-
-
-def _blur(before, after):
-    """How far each of the points (n, 3) may be off by rounding: (n,)."""
-    x = np.stack([before, after]).astype(np.float64)
-    finite = np.isfinite(x[0]).all(axis=1)
-    middle = np.median(x[0][finite], axis=0) if finite.any() else np.zeros(3)
-    distance = np.abs(x - middle).max(axis=(0, 2))
+def _rounding(before, after, eps):
+    """Rounding error of each of the points (3, n), stored with the precision `eps`: (n,)."""
+    finite = np.isfinite(before).all(axis=0)
+    middle = np.median(before[:, finite], axis=1) if finite.any() else np.zeros(3)
+    distance = np.zeros(len(finite))
+    largest = np.zeros(len(finite))
+    for x in (*zip(before, middle), *zip(after, middle)):
+        np.maximum(distance, np.abs(x[0] - x[1]), out=distance)
+        np.maximum(largest, np.abs(x[0]), out=largest)
     usual = np.median(distance[finite]) if finite.any() else 0.0
-    stored = np.abs(x).max(axis=(0, 2)) * np.finfo(after.dtype).eps
-    return _BLUR * (np.finfo(np.float32).eps * (distance + usual) + stored)
+    return _ROUNDINGS * (np.finfo(np.float32).eps * (distance + usual) + largest * eps)
 
 
 def _triple(a, b, c):
@@ -257,8 +267,8 @@ def _triple(a, b, c):
     )
 
 
-def _change(*edges):
-    """What the triple product of (3, n) vectors changes by at most when an end moves by 1."""
+def _error_factor(*edges):
+    """Largest change of the triple product of (3, n) vectors when one end moves by 1."""
     a, b, c = (np.sqrt(np.einsum("in,in->n", edge, edge)) for edge in edges)
     return a * b + b * c + c * a
 
@@ -270,47 +280,48 @@ def _vector_area(x):
 
 
 def _groups(mesh):
-    """Type, numbers (n,) and points (n, k) of cells with the same type and number of points."""
+    """Type, indices (n,) and points (n, k) of cells with the same type and number of points."""
     if isinstance(mesh, vtkUnstructuredGrid):
         if mesh.GetNumberOfCells():
-            yield from _by_size(arrays.cell_types(mesh), *corners(mesh.GetCells()), 0)
+            yield from _by_size(arrays.cell_types(mesh), *connectivity_of(mesh.GetCells()), 0)
     elif isinstance(mesh, vtkPolyData):
         first = 0
-        for kind, cells in polydata_cells(mesh):
-            connectivity, offsets = corners(cells)
-            kinds = np.full(len(offsets) - 1, kind)
-            yield from _by_size(kinds, connectivity, offsets, first)
-            first += len(kinds)
+        for cell_type, cells in polydata_cells(mesh):
+            connectivity, offsets = connectivity_of(cells)
+            types = np.full(len(offsets) - 1, cell_type)
+            yield from _by_size(types, connectivity, offsets, first)
+            first += len(types)
     elif isinstance(mesh, vtkExplicitStructuredGrid):
-        connectivity, offsets = corners(mesh.GetCells())
-        yield from _by_size(np.full(len(offsets) - 1, VTK_HEXAHEDRON), connectivity, offsets, 0)
+        connectivity, offsets = connectivity_of(mesh.GetCells())
+        types = np.full(len(offsets) - 1, VTK_HEXAHEDRON)
+        yield from _by_size(types, connectivity, offsets, 0)
     elif isinstance(mesh, vtkStructuredGrid):
         lattice = _Lattice(mesh.GetExtent())
-        if lattice.kind:
-            yield lattice.kind, np.arange(mesh.GetNumberOfCells()), lattice
+        if lattice.cell_type:
+            yield lattice.cell_type, np.arange(mesh.GetNumberOfCells()), lattice
 
 
 def _by_size(types, connectivity, offsets, first):
     sizes = np.diff(offsets)
-    for kind in np.unique(types).tolist():
-        for size in np.unique(sizes[types == kind]).tolist():
-            rows = np.flatnonzero((types == kind) & (sizes == size))
-            if _is_whole(kind, size):
-                yield kind, first + rows, _Rows(connectivity, offsets[rows], size)
+    for cell_type in np.unique(types).tolist():
+        for size in np.unique(sizes[types == cell_type]).tolist():
+            rows = np.flatnonzero((types == cell_type) & (sizes == size))
+            if _is_complete(cell_type, size):
+                yield cell_type, first + rows, _Rows(connectivity, offsets[rows], size)
 
 
-def _is_whole(kind, size):
-    """Whether a cell of this size has the points of its type."""
-    if kind in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
+def _is_complete(cell_type, size):
+    """Whether a cell with `size` points has all points that its type needs."""
+    if cell_type in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
         return size > 2
-    if kind in _AREAS:
-        return size == len(_AREAS[kind])
-    tables = _SPANS.get(kind) or TETRAHEDRA.get(kind)
+    if cell_type in _AREAS:
+        return size == len(_AREAS[cell_type])
+    tables = _SPANS.get(cell_type) or TETRAHEDRA.get(cell_type)
     return tables is not None and size > max(map(max, tables))
 
 
 class _Rows:
-    """Points (n, k) of cells, of which a slice is made when it is asked for."""
+    """Points (n, k) of cells; slices are made on access."""
 
     def __init__(self, connectivity, first, size):
         self._connectivity, self._first, self.size = connectivity, first, size
@@ -320,15 +331,15 @@ class _Rows:
 
 
 class _Lattice:
-    """Points (n, k) of the cells of a vtkStructuredGrid, made when a slice of it is asked for."""
+    """Points (n, k) of the cells of a vtkStructuredGrid; slices are made on access."""
 
     def __init__(self, extent):
         self._dimensions = np.subtract(extent[1::2], extent[::2]) + 1
         axes = np.flatnonzero(self._dimensions > 1)
         steps = np.cumprod([1, *self._dimensions[:2]])[axes]
         self._cells = np.maximum(self._dimensions - 1, 1)
-        self.kind = {2: VTK_QUAD, 3: VTK_HEXAHEDRON}.get(len(axes))
-        if self.kind:
+        self.cell_type = {2: VTK_QUAD, 3: VTK_HEXAHEDRON}.get(len(axes))
+        if self.cell_type:
             square = np.array([0, steps[0], steps[0] + steps[1], steps[1]])
             self._corners = np.concatenate([square + up for up in (0, *steps[2:])])
             self.size = len(self._corners)
@@ -340,49 +351,48 @@ class _Lattice:
         return first[:, None] + self._corners
 
 
-class _Sides:
-    """The corners of the faces of some polyhedra, each with the one before and the one after."""
+class _Faces:
+    """The corners of the faces of `count` polyhedra, each with the corners before and after it.
+
+    Face i belongs to the polyhedron owner[i] and has size[i] points of `connectivity` from
+    first[i] on.
+    """
 
     def __init__(self, count, owner, first, size, connectivity):
         self.count, self._owner = count, np.repeat(owner, size)
         start = np.repeat(np.cumsum(size) - size, size)
         first, size = np.repeat(first, size), np.repeat(size, size)
-        place = np.arange(len(size)) - start
-        self._corner = connectivity[first + place]
-        self._before = connectivity[first + (place - 1) % size]
-        self._after = connectivity[first + (place + 1) % size]
+        position = np.arange(len(size)) - start
+        self._corner = connectivity[first + position]
+        self._before = connectivity[first + (position - 1) % size]
+        self._after = connectivity[first + (position + 1) % size]
 
-    def edges(self):
-        """Cell (m,), and corner and ends of edges (m, 4), of corners with just three edges."""
-        rows, counts = self._distinct_edges()
-        first = np.cumsum(counts) - counts
+    def edges_of_simple_corners(self):
+        """Cell (m,), and corner and ends of edges (m, 4), of corners with three edges."""
+        rows, first, counts = self._distinct_edges()
         first = first[counts == 3]
         ends = rows[2][first[:, None] + np.arange(3)]
         return rows[0][first], np.column_stack([rows[1][first], ends])
 
-    def fans(self):
-        """Cell (m,), and corner of a face with its neighbors (m, 3), of the other corners."""
-        rows, counts = self._distinct_edges()
-        first = np.cumsum(counts) - counts
+    def other_corners(self):
+        """Cell (m,), and corner of a face between its neighbors (m, 3), of the other corners."""
+        rows, first, counts = self._distinct_edges()
         others = first[counts != 3]
         span = self._corner.max(initial=0) + 1
         is_other = np.isin(
             self._owner * span + self._corner, rows[0][others] * span + rows[1][others]
         )
-        three = np.column_stack([self._before, self._corner, self._after])
-        return self._owner[is_other], three[is_other]
+        corners = np.column_stack([self._before, self._corner, self._after])
+        return self._owner[is_other], corners[is_other]
 
     def middles(self, x):
-        """Means of the corners of faces, of each cell (count, 3)."""
+        """Means (3, count) of the corners of the faces of each cell, for positions x (3, n)."""
         weights = np.maximum(np.bincount(self._owner, minlength=self.count), 1)
-        sums = [
-            np.bincount(self._owner, x[self._corner, axis].astype(np.float64), self.count)
-            for axis in range(3)
-        ]
-        return np.stack(sums, axis=1) / weights[:, None]
+        sums = [np.bincount(self._owner, axis[self._corner], self.count) for axis in x]
+        return np.stack(sums) / weights
 
     def _distinct_edges(self):
-        """Cell, corner and end of each edge (3, m), sorted, and how many are at each corner."""
+        """Cell, corner and end of each edge (3, m), sorted; first edge and count at each corner."""
         rows = np.stack(
             [
                 np.tile(self._owner, 2),
@@ -393,45 +403,45 @@ class _Sides:
         rows = rows[:, np.lexsort(rows[::-1])]
         is_new = np.append(True, (np.diff(rows) != 0).any(axis=0))[: rows.shape[1]]
         rows = rows[:, is_new]
-        starts = np.append(True, (np.diff(rows[:2]) != 0).any(axis=0))[: rows.shape[1]]
-        return rows, np.diff(np.append(np.flatnonzero(starts), rows.shape[1]))
+        is_first = np.append(True, (np.diff(rows[:2]) != 0).any(axis=0))[: rows.shape[1]]
+        first = np.flatnonzero(is_first)
+        return rows, first, np.diff(np.append(first, rows.shape[1]))
 
 
 def _polyhedra(grid):
-    """Numbers (n,) of some polyhedra, and their `_Sides`, one lot after the other."""
-    if grid.GetNumberOfCells() == 0:
+    """Indices (n,) of polyhedra and their `_Faces`, in chunks."""
+    faces, locations = (get(grid) for get in FACES)
+    if grid.GetNumberOfCells() == 0 or faces is None or locations is None:
         return
     polyhedra = np.flatnonzero(arrays.cell_types(grid) == VTK_POLYHEDRON)
-    faces, locations = (get(grid) for get in FACES)
-    if faces is None or locations is None:
-        return
-    find = _sides if isinstance(locations, vtkCellArray) else _sides_of_stream
+    find = _find_faces if isinstance(locations, vtkCellArray) else _find_faces_in_stream
     for start in range(0, len(polyhedra), _CHUNK):
         rows = polyhedra[start : start + _CHUNK]
-        yield rows, _Sides(len(rows), *find(faces, locations, rows))
+        yield rows, _Faces(len(rows), *find(faces, locations, rows))
 
 
-def _sides(faces, locations, rows):
-    """The faces of cells: cell, where the corners begin and their number, (m,) each; corners."""
-    numbers, offsets = corners(locations)
-    connectivity, starts = corners(faces)
+def _find_faces(faces, locations, rows):
+    """Owner, first point and size (m,) of the faces of cells, and the connectivity."""
+    indices, offsets = connectivity_of(locations)
+    connectivity, face_offsets = connectivity_of(faces)
     counts = offsets[rows + 1] - offsets[rows]
-    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    face = numbers[np.repeat(offsets[rows], counts) + place]
+    position = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    face = indices[np.repeat(offsets[rows], counts) + position]
     owner = np.repeat(np.arange(len(rows)), counts)
-    return owner, starts[face], starts[face + 1] - starts[face], connectivity
+    return owner, face_offsets[face], face_offsets[face + 1] - face_offsets[face], connectivity
 
 
-def _sides_of_stream(faces, locations, rows):
-    """The same as VTK before 9.4 keeps them: number of faces, then number and corners of each."""
-    stream, place = arrays.to_numpy(faces), arrays.to_numpy(locations)[rows].copy()
-    counts, found = stream[place], []
-    place += 1
-    for number in range(counts.max(initial=0)):
-        owner = np.flatnonzero(counts > number)
-        size = stream[place[owner]]
-        found.append((owner, place[owner] + 1, size))
-        place[owner] += size + 1
-    owner, first, size = (np.concatenate(column) for column in zip(*found))
-    order = np.argsort(owner, kind="stable")
-    return owner[order], first[order], size[order], stream
+def _find_faces_in_stream(faces, locations, rows):
+    """As `_find_faces` before VTK 9.4: number of faces, then size and points of each face."""
+    stream, position = arrays.to_numpy(faces), arrays.to_numpy(locations)[rows].copy()
+    counts = stream[position]
+    found = [np.zeros((3, 0), np.int64)]
+    position += 1
+    for index in range(counts.max(initial=0)):
+        owner = np.flatnonzero(counts > index)
+        size = stream[position[owner]]
+        found.append(np.stack([owner, position[owner] + 1, size]))
+        position[owner] += size + 1
+    found = np.concatenate(found, axis=1)
+    owner, first, size = found[:, np.argsort(found[0], kind="stable")]
+    return owner, first, size, stream

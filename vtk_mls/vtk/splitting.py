@@ -1,75 +1,62 @@
 """Meshes split along cuts, so that each side can move on its own.
 
-Cells that a cut crosses are divided there by VTK's clipping, and points on the cut become two, one
-for each side. A half-plane divides the cells on all of its plane, which keeps the mesh conforming,
-and joins them again beyond its edge. A surface divides the cells that touch its bounding box; how
-it bends within one cell does not count.
+VTK's clipping divides the cells that a cut crosses, and points on the cut become two, one for each
+side. A half-plane divides the cells on its whole plane, which keeps the mesh conforming; beyond its
+edge they are joined again. A surface divides the cells that touch its bounding box; its bends
+within one cell are ignored.
 
-Clipping leaves two meshes that know nothing of each other. To join them again where they are not
-apart, whatever types their cells have, each point gets a key, the same for points that are to be
-one. With the keys as coordinates VTK's merging of points does the rest.
+Clipping gives two separate meshes. To join them away from the cut, whatever types their cells have,
+each point gets a key, the same for points that become one, and VTK merges points with the keys as
+coordinates.
 
-Nothing gets lost: points without cells and poly-vertices stay as they are, and so do cells that
-clipping makes nothing of, as it does of some that are flat.
+Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) are kept
+as they are.
 """
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
-    VTK_CONVEX_POINT_SET,
-    VTK_HEXAGONAL_PRISM,
     VTK_LINE,
     VTK_POLY_LINE,
     VTK_POLY_VERTEX,
     VTK_POLYGON,
-    VTK_POLYHEDRON,
     VTK_QUAD,
-    VTK_TETRA,
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
-    VTK_WEDGE,
-    vtkCellArray,
-    vtkDataObject,
     vtkDataSetAttributes,
     vtkImplicitFunction,
     vtkPointSet,
     vtkPolyData,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkFiltersCore import (
-    vtkAppendFilter,
     vtkImplicitPolyDataDistance,
     vtkPolyDataNormals,
     vtkStaticCleanUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersGeneral import vtkDataSetTriangleFilter, vtkTableBasedClipDataSet
-from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 
 from vtk_mls.base.progress import SILENT
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import append_empty, is_empty, without_empty
-from vtk_mls.vtk.orientation import TETRAHEDRA
+from vtk_mls.vtk.cells import (
+    append_empty,
+    append_meshes,
+    cell_array,
+    connectivity_of,
+    extract_cells,
+    is_empty,
+    positions_of,
+    set_positions,
+    without_empty,
+)
+from vtk_mls.vtk.clipping import HEIGHT, clip_cells
 
-try:
-    from vtkmodules.vtkFiltersCore import vtkExtractCells
-except ImportError:  # where the releases of VTK 9.2 have it
-    from vtkmodules.vtkFiltersExtraction import vtkExtractCells
+_MAX_PAIRWISE_POINTS = 27  # lines, strips, polygons and curved cells of high order have more
+_ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the mesh's extent
 
-_MANY = 27  # more corners have only lines, strips, polygons and curved cells of high order
-_ON_CUT = 1e-6  # how near to a cut a point counts as on it, as a share of the mesh's extent
-
-_POINT, _HEIGHT, _FOOT, _SIDE, _POSITION = "_Point", "_Height", "_Foot", "_Side", "_Position"
-_CELL = "_Cell"
-_NUMBERS = "vtkOriginalCellIds"  # of vtkExtractCells
-
-# Types of which the pieces get the right cell data from VTK's clipping: those with straight edges.
-_STRAIGHT = (*range(VTK_VERTEX, VTK_HEXAGONAL_PRISM + 1), VTK_CONVEX_POINT_SET, VTK_POLYHEDRON)
+_POINT, _TO_CUT, _SIDE, _POSITION = "_Point", "_ToCut", "_Side", "_Position"
 
 
 def split(mesh, cuts, progress=SILENT):
@@ -84,12 +71,12 @@ def split(mesh, cuts, progress=SILENT):
     Returns
     -------
     mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
-        With all arrays of points and cells but the points' global ids; at new points they are
-        interpolated.
-    foot : (n, 3) float64, world units
-        From each point to where it is exactly on its cut; 0 for points on no cut.
+        With all arrays of points and cells except the points' global ids; they are interpolated
+        at new points.
+    to_cut : (n, 3) float64, world units
+        From each point on a cut to the exact cut; 0 for the other points.
     side : (n, 3) float64
-        Normal of the cut, to the side on which the cells of the point are; 0 for points on no cut.
+        Normal of the cut towards the cells of the point; 0 for points on no cut.
 
     Raises
     ------
@@ -99,8 +86,8 @@ def split(mesh, cuts, progress=SILENT):
     named.ShallowCopy(mesh)
     arrays.name_normals(named)
     mesh, grid = named, _unstructured(without_empty(named))
-    extent = _extent(_positions(grid))
-    for name in (_FOOT, _SIDE):
+    extent = _extent(positions_of(grid))
+    for name in (_TO_CUT, _SIDE):
         _set_array(grid, name, np.zeros((grid.GetNumberOfPoints(), 3)))
     whole = grid
     dividing, joining = progress.divided(4, 1)
@@ -109,69 +96,54 @@ def split(mesh, cuts, progress=SILENT):
     for cut, part in zip(cuts, dividing.divided(*[1] * len(cuts))):
         grid = _divided(grid, cut, extent, part)
     joining.report(0)
-    if grid is not whole:  # what is divided has no points without cells any more
-        grid = _appended([grid, _without_cells(whole)])
-    foot, side = (_values(grid, name).copy() for name in (_FOOT, _SIDE))
-    for name in (_POINT, _HEIGHT, _FOOT, _SIDE, _POSITION):
+    if grid is not whole:  # dividing drops points without cells
+        grid = append_meshes([grid, _without_cells(whole)])
+    to_cut, side = (_values(grid, name).copy() for name in (_TO_CUT, _SIDE))
+    for name in (_POINT, HEIGHT, _TO_CUT, _SIDE, _POSITION):
         grid.GetPointData().RemoveArray(name)
     append_empty(grid, mesh)
     has_points = isinstance(mesh, vtkPointSet)
-    kept = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
-    set_positions(grid, _positions(grid), kept)
-    for of in ("GetPointData", "GetCellData"):
-        arrays.set_roles(getattr(grid, of)(), getattr(mesh, of)())
-    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), foot, side
+    point_type = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
+    set_positions(grid, positions_of(grid), point_type)
+    for get in ("GetPointData", "GetCellData"):
+        arrays.set_roles(getattr(grid, get)(), getattr(mesh, get)())
+    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), to_cut, side
 
 
 def crossed(mesh, cuts):
-    """Which cells of a mesh are crossed by a cut, seen between their corners: (n,) bool.
+    """Whether a cut crosses a line between two points of a cell: (n,) bool.
 
-    Of cells with many corners only those count that follow each other; of points none.
+    For cells with many points only lines between consecutive points count; vertices are not
+    crossed.
     """
     filled = ~is_empty(mesh)
     result = np.zeros(len(filled), bool)
     if not filled.any():
         return result
     grid = _unstructured(without_empty(mesh))
-    positions, (corners, starts) = _positions(grid), _corners(grid)
-    sizes, types = np.diff(starts), arrays.cell_types(grid)
-    found = np.zeros(len(sizes), bool)
+    positions, (connectivity, offsets) = positions_of(grid), connectivity_of(grid.GetCells())
+    sizes, types = np.diff(offsets), arrays.cell_types(grid)
+    is_crossed = np.zeros(len(sizes), bool)
+    is_small = sizes <= _MAX_PAIRWISE_POINTS
     for cut in cuts:
         _, low, high = _heights(grid, cut, 0)
         candidates = (low < 0) & (high >= 0) & (types != VTK_POLY_VERTEX)
-        few = candidates & (sizes <= _MANY)
-        for size in np.unique(sizes[few]):
-            some = np.flatnonzero(few & (sizes == size))
-            x = positions[corners[starts[some][:, None] + np.arange(size)]]
+        for size in np.unique(sizes[candidates & is_small]):
+            rows = np.flatnonzero(candidates & (sizes == size))
+            x = positions[connectivity[offsets[rows][:, None] + np.arange(size)]]
             for a, b in zip(*np.triu_indices(size, 1)):
-                found[some] |= cut.void_distance(x[:, a], x[:, b]) < 0
-        for cell in np.flatnonzero(candidates & ~few):
-            x = positions[corners[starts[cell] : starts[cell + 1]]]
-            found[cell] |= (cut.void_distance(x[:-1], x[1:]) < 0).any()
-    result[filled] = found
+                is_crossed[rows] |= cut.void_distance(x[:, a], x[:, b]) < 0
+        for cell in np.flatnonzero(candidates & ~is_small):
+            x = positions[connectivity[offsets[cell] : offsets[cell + 1]]]
+            is_crossed[cell] |= (cut.void_distance(x[:-1], x[1:]) < 0).any()
+    result[filled] = is_crossed
     return result
-
-
-def set_positions(dataset, positions, vtk_type):
-    """Set the points of a vtkPointSet to (n, 3) numbers: VTK_FLOAT, or VTK_DOUBLE if it is not."""
-    points = vtkPoints()
-    is_single = vtk_type == VTK_FLOAT
-    vtk_type, dtype = (VTK_FLOAT, np.float32) if is_single else (VTK_DOUBLE, np.float64)
-    points.SetDataType(vtk_type)
-    points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
-    dataset.SetPoints(points)
-
-
-def make_points_real(dataset):
-    """Make the points of a vtkPointSet float64 if they are integers."""
-    if dataset.GetPoints().GetDataType() not in (VTK_FLOAT, VTK_DOUBLE):
-        set_positions(dataset, _positions(dataset), VTK_DOUBLE)
 
 
 def _unstructured(mesh):
     """A copy as vtkUnstructuredGrid, with float64 points and without global ids of points."""
-    grid = _appended([mesh])
-    set_positions(grid, _positions(grid), VTK_DOUBLE)
+    grid = append_meshes([mesh])
+    set_positions(grid, positions_of(grid), VTK_DOUBLE)
     ids = grid.GetPointData().GetGlobalIds()
     if ids is not None:
         grid.GetPointData().RemoveArray(ids.GetName())
@@ -180,7 +152,7 @@ def _unstructured(mesh):
 
 
 def _extent(positions):
-    """Size of a mesh, though some of its points (n, 3) be nowhere or far away from all others."""
+    """Size of a mesh; points (n, 3) that are not finite, and a few far away, do not count."""
     x = positions[np.isfinite(positions).all(axis=1)]
     if len(x) < 2:
         return 1.0
@@ -189,23 +161,24 @@ def _extent(positions):
 
 
 def _divided(grid, cut, extent, progress):
-    """`grid` with its points on `cut` doubled where the cut is."""
+    """`grid` with its points on `cut` doubled."""
     progress.report(0)
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
         return grid
-    cloud = arrays.cell_types(grid) == VTK_POLY_VERTEX  # nothing to divide
-    positions = _positions(grid)
+    is_cloud = arrays.cell_types(grid) == VTK_POLY_VERTEX  # cannot be divided
+    positions = positions_of(grid)
     _set_array(grid, _POINT, np.arange(len(positions), dtype=np.float64))
-    _set_array(grid, _HEIGHT, np.where(np.isfinite(height), height, extent))
-    crossing, above = touched & (low < 0) & (high > 0) & ~cloud, touched & ((low >= 0) | cloud)
+    _set_array(grid, HEIGHT, np.where(np.isfinite(height), height, extent))
+    crossing = touched & (low < 0) & (high > 0) & ~is_cloud
+    above = touched & ((low >= 0) | is_cloud)
     progress.report(0.2)
-    *pieces, undivided = _clipped(_extracted(grid, crossing))
+    *pieces, undivided = clip_cells(extract_cells(grid, crossing))
     progress.report(0.5)
-    whole = [_extracted(grid, cells) for cells in (above, touched & ~above & ~crossing)]
-    parts = [(0, _appended([_extracted(grid, ~touched), undivided]))]
-    parts += [(side, _appended(pair)) for side, *pair in zip((1, -1), whole, pieces)]
+    whole = [extract_cells(grid, cells) for cells in (above, touched & ~above & ~crossing)]
+    parts = [(0, append_meshes([extract_cells(grid, ~touched), undivided]))]
+    parts += [(side, append_meshes(pair)) for side, *pair in zip((1, -1), whole, pieces)]
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
     keys = _keys(parts, cut, positions, extent)
     progress.report(0.8)
@@ -215,18 +188,19 @@ def _divided(grid, cut, extent, progress):
 def _keys(parts, cut, positions, extent):
     """Keys of the points of parts above (1), below (-1) and off (0) a cut.
 
-    An old point has its number as key; those on the cut get others on each side, which is noted.
+    The key of an old point is its index; a point on the cut has another key on each side, and its
+    arrays `_TO_CUT` and `_SIDE` are set.
     """
     height_of = height_function(cut)
     keys, edges = [], []
     for side, part in parts:
-        x, point = _positions(part), _values(part, _POINT)
-        on_cut = np.flatnonzero(np.abs(_values(part, _HEIGHT)) <= _ON_CUT * extent)
+        x, point = positions_of(part), _values(part, _POINT)
+        on_cut = np.flatnonzero(np.abs(_values(part, HEIGHT)) <= _ON_CUT * extent)
         normal = _normals(height_of, x[on_cut], extent)
-        foot = -height_of(x[on_cut])[:, None] * normal
-        ahead, behind = (x[on_cut] + foot + t * _ON_CUT * extent * normal for t in (10, -10))
+        to_cut = -height_of(x[on_cut])[:, None] * normal
+        ahead, behind = (x[on_cut] + to_cut + t * _ON_CUT * extent * normal for t in (10, -10))
         parted = (side != 0) & (cut.void_distance(ahead, behind) < 0)
-        for name, offset in ((_FOOT, foot), (_SIDE, side * normal)):
+        for name, offset in ((_TO_CUT, to_cut), (_SIDE, side * normal)):
             values = _values(part, name).copy()
             values[on_cut[parted]] += offset[parted]
             _set_array(part, name, values)
@@ -235,12 +209,12 @@ def _keys(parts, cut, positions, extent):
         nearest = np.clip(np.rint(point), 0, len(positions) - 1).astype(np.int64)
         is_old = (point == nearest) & _same(positions[nearest], x)
         keys.append(np.where(is_old, nearest + len(positions) * sides, -1))
-        # new points are the same if they are on the same edge, at the same point
+        # new points at the same position of the same edge are the same
         edges.append(np.column_stack([x / extent * 1e10, point * 1e6, sides])[~is_old])
-    _, number = np.unique(np.rint(np.concatenate(edges)), axis=0, return_inverse=True)
+    _, edge_ids = np.unique(np.rint(np.concatenate(edges)), axis=0, return_inverse=True)
     counts = np.cumsum([len(rows) for rows in edges])
-    for key, some in zip(keys, np.split(number.reshape(-1), counts)):
-        key[key < 0] = 3 * len(positions) + some
+    for key, new_ids in zip(keys, np.split(edge_ids.reshape(-1), counts)):
+        key[key < 0] = 3 * len(positions) + new_ids
     return keys
 
 
@@ -251,9 +225,9 @@ def _same(x, y):
 
 def _joined(parts, keys):
     """The parts as one mesh in which points with the same key are one."""
-    grid = _appended(parts)
+    grid = append_meshes(parts)
     keys = np.concatenate(keys).astype(np.int64)
-    _set_array(grid, _POSITION, _positions(grid))
+    _set_array(grid, _POSITION, positions_of(grid))
     coordinates = np.column_stack([keys & 0x1FFFF, keys >> 17 & 0x1FFFF, keys >> 34])
     set_positions(grid, coordinates, VTK_DOUBLE)
     clean = vtkStaticCleanUnstructuredGrid()
@@ -266,26 +240,26 @@ def _joined(parts, keys):
 
 
 def _heights(grid, cut, tolerance):
-    """Signed distances of points from the cut or what continues it, and their range in each cell.
+    """Signed distances of points from a cut or its continuation, and their range in each cell.
 
-    Distances up to `tolerance` are 0; points far from a bounded cut or nowhere, and cells with one,
-    have infinite ones.
+    Distances up to `tolerance` are 0. They are infinite for points far from a bounded cut, points
+    that are not finite, and cells with such a point.
     """
-    positions, (corners, starts) = _positions(grid), _corners(grid)
+    positions, (connectivity, offsets) = positions_of(grid), connectivity_of(grid.GetCells())
     near = np.ones(len(positions), bool)
     lowest, highest = cut.bounds
     if np.isfinite([lowest, highest]).all():
-        touching = np.ones(len(starts) - 1, bool)
+        touching = np.ones(len(offsets) - 1, bool)
         for axis in range(3):
-            low, high = _range(positions[:, axis], corners, starts)
+            low, high = _range(positions[:, axis], connectivity, offsets)
             touching &= (low <= highest[axis]) & (high >= lowest[axis])
         near = np.zeros(len(positions), bool)
-        near[corners[np.repeat(touching, np.diff(starts))]] = True
+        near[connectivity[np.repeat(touching, np.diff(offsets))]] = True
     height = np.full(len(positions), np.inf)
     height[near] = height_function(cut)(positions[near])
     height[~np.isfinite(height)] = np.inf
     height[np.abs(height) <= tolerance] = 0
-    low, high = _range(height, corners, starts)
+    low, high = _range(height, connectivity, offsets)
     low[np.isinf(high)] = np.inf
     return height, low, high
 
@@ -319,218 +293,37 @@ def _normals(height_of, positions, extent):
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
 
 
-def _clipped(grid):
-    """The cells of `grid` above and below height 0, and those of which clipping makes nothing.
-
-    Of tetrahedra only tetrahedra are made: VTK's mappers of unstructured volumes want them. Pieces
-    that have no size, which clipping makes of corners on the cut, are left out, but for those of
-    cells that have none themselves.
-    """
-    if grid.GetNumberOfCells() == 0:
-        return grid, grid, grid
-    numbers, types = np.arange(grid.GetNumberOfCells()), arrays.cell_types(grid)
-    arrays.add(grid.GetCellData(), _CELL, numbers)
-    straight = np.isin(types, _STRAIGHT)
-    steps = [(straight, _clip), (~straight, _clip_apart)]
-    pairs = [clip(_extracted(grid, cells)) for cells, clip in steps if cells.any()]
-    pieces = [_appended(parts) for parts in zip(*pairs)]
-    if (types == VTK_TETRA).all():
-        inside_out = _signed_volumes(grid) < 0
-        pieces = [_tetrahedra(piece, inside_out) for piece in pieces]
-    flat = ~_has_size(grid)
-    pieces = [_extracted(piece, _has_size(piece) | flat[_cells(piece)]) for piece in pieces]
-    divided = np.isin(numbers, np.concatenate([_cells(piece) for piece in pieces]))
-    results = [*pieces, _extracted(grid, ~divided)]
-    for result in results:
-        result.GetCellData().RemoveArray(_CELL)
-    return results
-
-
-def _clip(grid):
-    """The cells of `grid` above and below height 0."""
-    clip = vtkTableBasedClipDataSet()
-    clip.SetInputData(grid)
-    clip.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, _HEIGHT)
-    clip.SetValue(0)
-    clip.GenerateClippedOutputOn()
-    clip.Update()
-    return [clip.GetOutput(), clip.GetClippedOutput()]
-
-
-def _clip_apart(grid):
-    """As `_clip`, for cells of which VTK mixes up the data: type 33, 37, 73 and 80 in VTK 9.7.
-
-    Cells get points of their own, which know the number of the cell, and for the time of clipping
-    lie on a lattice, so that none are merged.
-    """
-    corners, starts = _corners(grid)
-    cell = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    positions = _positions(grid)
-    _set_array(grid, _POSITION, positions)
-    apart = vtkUnstructuredGrid()
-    arrays.set_rows(apart.GetPointData(), grid.GetPointData(), corners)
-    _set_array(apart, _CELL, cell)
-    side = int(np.ceil(np.cbrt(len(starts))))
-    room = 2 * max(np.ptp(positions, axis=0).max(), np.finfo(float).tiny)
-    node = np.stack(np.unravel_index(cell, (side, side, side)), axis=1)
-    set_positions(apart, (positions - positions[0])[corners] / room + node, VTK_DOUBLE)
-    own = np.arange(len(corners))
-    apart.SetCells(
-        arrays.from_numpy(arrays.cell_types(grid).astype(np.uint8), VTK_UNSIGNED_CHAR),
-        _cell_array(own, starts, np.ones(len(starts) - 1, bool)),
-    )
-    pieces = _clip(apart)
-    for piece in pieces:
-        if piece.GetNumberOfCells() == 0:  # it has no arrays
-            continue
-        set_positions(piece, _values(piece, _POSITION), VTK_DOUBLE)
-        corners, starts = _corners(piece)
-        number = np.rint(_values(piece, _CELL)[corners[starts[:-1]]]).astype(np.int64)
-        arrays.set_rows(piece.GetCellData(), grid.GetCellData(), number)
-        for name in (_POSITION, _CELL):
-            piece.GetPointData().RemoveArray(name)
-    return pieces
-
-
-def _tetrahedra(grid, inside_out):
-    """`grid` of tetrahedra and wedges, all as tetrahedra.
-
-    `inside_out` says of which cells, by their number, the pieces are to have negative volumes.
-    """
-    solid = _has_size(grid)
-    steps = [(solid, partial(_solid_tetrahedra, inside_out)), (~solid, _flat_tetrahedra)]
-    parts = [divided(_extracted(grid, cells)) for cells, divided in steps if cells.any()]
-    return _appended(parts) if len(parts) > 1 else [*parts, grid][0]
-
-
-def _solid_tetrahedra(inside_out, grid):
-    triangulate = vtkDataSetTriangleFilter()
-    triangulate.SetInputData(grid)
-    triangulate.Update()
-    grid = triangulate.GetOutput()
-    corners, starts = _corners(grid)
-    corners = corners.reshape(-1, 4).copy()
-    wrong = (_signed_volumes(grid) < 0) != inside_out[_cells(grid)]
-    corners[wrong, :2] = corners[wrong, 1::-1]
-    grid.SetCells(VTK_TETRA, _cell_array(corners.ravel(), starts, np.ones(len(corners), bool)))
-    return grid
-
-
-def _signed_volumes(grid):
-    """Of tetrahedra, times 6: below 0 where one is inside out."""
-    a, b, c, d = _positions(grid)[_corners(grid)[0].reshape(-1, 4).T]
-    return np.sum(np.cross(b - a, c - a) * (d - a), axis=1)
-
-
-def _flat_tetrahedra(grid):
-    """Of those without volume vtkDataSetTriangleFilter makes nothing."""
-    types, (corners, starts) = arrays.cell_types(grid), _corners(grid)
-    made, rows = [], []
-    for kind in (VTK_TETRA, VTK_WEDGE):
-        cells = np.flatnonzero(types == kind)
-        for four in TETRAHEDRA[kind]:
-            made.append(corners[starts[cells][:, None] + four])
-            rows.append(cells)
-    made, rows = np.concatenate(made), np.concatenate(rows)
-    flat = vtkUnstructuredGrid()
-    flat.SetPoints(grid.GetPoints())
-    flat.GetPointData().ShallowCopy(grid.GetPointData())
-    starts = 4 * np.arange(len(made) + 1)
-    flat.SetCells(VTK_TETRA, _cell_array(made.ravel(), starts, np.ones(len(made), bool)))
-    arrays.set_rows(flat.GetCellData(), grid.GetCellData(), rows)
-    return flat
-
-
-def _has_size(grid):
-    """Which cells have a length, area or volume."""
-    if grid.GetNumberOfCells() == 0:
-        return np.zeros(0, bool)
-    size = vtkCellSizeFilter()
-    size.SetInputData(grid)
-    size.Update()
-    data = size.GetOutput().GetCellData()
-    sizes = [arrays.to_numpy(data.GetArray(n)) for n in ("Length", "Area", "Volume")]
-    return np.any(sizes, axis=0)
-
-
 def _without_cells(grid):
-    """The points of `grid` that no cell has, without cells."""
-    used = np.zeros(grid.GetNumberOfPoints(), bool)
-    used[_corners(grid)[0]] = True
-    rows = np.flatnonzero(~used)
+    """The points of `grid` that no cell uses, without cells."""
+    is_used = np.zeros(grid.GetNumberOfPoints(), bool)
+    is_used[connectivity_of(grid.GetCells())[0]] = True
+    rows = np.flatnonzero(~is_used)
     loose = vtkUnstructuredGrid()
-    set_positions(loose, _positions(grid)[rows], VTK_DOUBLE)
+    set_positions(loose, positions_of(grid)[rows], VTK_DOUBLE)
     arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
     # vtkAppendFilter keeps the arrays that all have
     arrays.set_rows(loose.GetCellData(), grid.GetCellData(), rows[:0])
     return loose
 
 
-def _extracted(grid, cells):
-    """The cells of `grid` for which `cells` (n,) is true, with their points."""
-    extract = vtkExtractCells()
-    extract.SetInputData(grid)
-    numbers = np.flatnonzero(cells)
-    extract.SetCellIds(numbers, len(numbers))
-    always_numbered = not hasattr(extract, "SetPassThroughCellIds")  # in the releases of VTK 9.2
-    if not always_numbered:
-        extract.SetPassThroughCellIds(False)
-    extract.Update()
-    if always_numbered and not grid.GetCellData().HasArray(_NUMBERS):
-        extract.GetOutput().GetCellData().RemoveArray(_NUMBERS)
-    return extract.GetOutput()
-
-
-def _appended(parts):
-    append = vtkAppendFilter()
-    append.SetOutputPointsPrecision(vtkAlgorithm.DOUBLE_PRECISION)
-    for part in parts:
-        append.AddInputData(part)
-    append.Update()
-    return append.GetOutput()
-
-
-def _range(values, corners, starts):
-    """Least and greatest of the points' values in each cell; no cell without points has any."""
-    low, high = np.full((2, len(starts) - 1), np.inf)
-    filled = np.diff(starts) > 0
+def _range(values, connectivity, offsets):
+    """Least and greatest value of the points of each cell; infinite for cells without points."""
+    low, high = np.full((2, len(offsets) - 1), np.inf)
+    filled = np.diff(offsets) > 0
     if filled.any():
-        of_corners, first = values[corners], starts[:-1][filled]
-        low[filled] = np.minimum.reduceat(of_corners, first)
-        high[filled] = np.maximum.reduceat(of_corners, first)
+        values, first = values[connectivity], offsets[:-1][filled]
+        low[filled] = np.minimum.reduceat(values, first)
+        high[filled] = np.maximum.reduceat(values, first)
     return low, high
 
 
-def _corners(grid):
-    """Points of all cells one after the other, and where each cell's begin (and the last ends)."""
-    cells = grid.GetCells()
-    return [arrays.to_numpy(a) for a in (cells.GetConnectivityArray(), cells.GetOffsetsArray())]
-
-
-def _positions(grid):
-    return arrays.to_numpy(grid.GetPoints().GetData())
-
-
 def _values(grid, name):
+    """A point array."""
     return arrays.to_numpy(grid.GetPointData().GetArray(name))
-
-
-def _cells(grid):
-    """The number in `_CELL` of each cell."""
-    array = grid.GetCellData().GetArray(_CELL)
-    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)
 
 
 def _set_array(grid, name, values):
     arrays.add(grid.GetPointData(), name, values.astype(np.float64, copy=False))
-
-
-def _cell_array(corners, starts, chosen):
-    sizes = np.diff(starts)
-    offsets = np.concatenate([[0], np.cumsum(sizes[chosen])])
-    cells = vtkCellArray()
-    cells.SetData(arrays.ids(offsets), arrays.ids(corners[np.repeat(chosen, sizes)]))
-    return cells
 
 
 def _surface(cut):
@@ -538,10 +331,8 @@ def _surface(cut):
     polydata, points = vtkPolyData(), vtkPoints()
     points.SetData(arrays.from_numpy(cut.points, VTK_DOUBLE))
     polydata.SetPoints(points)
-    count = len(cut.triangles)
-    polydata.SetPolys(
-        _cell_array(cut.triangles.ravel(), 3 * np.arange(count + 1), np.ones(count, bool))
-    )
+    offsets = 3 * np.arange(len(cut.triangles) + 1)
+    polydata.SetPolys(cell_array(cut.triangles.flatten(), offsets))
     return polydata
 
 
@@ -550,16 +341,17 @@ def _polydata(grid):
     polydata = vtkPolyData()
     polydata.SetPoints(grid.GetPoints())
     polydata.GetPointData().ShallowCopy(grid.GetPointData())
-    types = arrays.cell_types(grid)
-    order = []
-    for set_cells, members in (
+    types, (connectivity, offsets) = arrays.cell_types(grid), connectivity_of(grid.GetCells())
+    sizes, order = np.diff(offsets), []
+    for set_cells, cell_types in (
         (polydata.SetVerts, (VTK_VERTEX, VTK_POLY_VERTEX)),
         (polydata.SetLines, (VTK_LINE, VTK_POLY_LINE)),
         (polydata.SetPolys, (VTK_TRIANGLE, VTK_QUAD, VTK_POLYGON)),
         (polydata.SetStrips, (VTK_TRIANGLE_STRIP,)),
     ):
-        chosen = np.isin(types, members)
-        set_cells(_cell_array(*_corners(grid), chosen))
-        order.append(np.flatnonzero(chosen))
+        mask = np.isin(types, cell_types)
+        offsets = np.concatenate([[0], np.cumsum(sizes[mask])])
+        set_cells(cell_array(connectivity[np.repeat(mask, sizes)], offsets))
+        order.append(np.flatnonzero(mask))
     arrays.set_rows(polydata.GetCellData(), grid.GetCellData(), np.concatenate(order))
     return polydata

@@ -1,0 +1,170 @@
+"""Divided meshes are cached while the mesh and the cuts stay the same."""
+
+import numpy as np
+import pytest
+from mesh_fixtures import (
+    CUTS,
+    MESHES,
+    OPENED,
+    any_mesh,  # noqa: F401
+    as_grid,
+    cells,
+    count,
+    deforming,
+    places_of,
+)
+from vtk_fixtures import (
+    add_array,
+    control_points,
+    device,  # noqa: F401
+    messages,  # noqa: F401
+    update,
+)
+from vtkmodules.vtkCommonDataModel import (
+    VTK_TETRA,
+    vtkCellArray,
+    vtkDataSetAttributes,
+)
+from vtkmodules.vtkCommonTransforms import vtkTransform
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+
+from vtk_mls.filters import warping
+from vtk_mls.vtk import arrays, splitting
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Has an entry for each time that a mesh is split."""
+    calls = []
+    monkeypatch.setattr(warping, "split", lambda *a: calls.append(1) or splitting.split(*a))
+    return calls
+
+
+@pytest.mark.parametrize("way", ["AddCut", "properties", "port 2"])
+def test_dragging_does_not_split_again(way, calls):
+    mesh, handles, scalpel = cells(VTK_TETRA), control_points(), vtkPlaneSource()
+    scalpel.SetOrigin(4.03, 1, 1)
+    scalpel.SetPoint1(4.03, 6, 1)
+    scalpel.SetPoint2(4.03, 1, 5)
+    filter_ = deforming(mesh, handles)
+    if way == "AddCut":
+        filter_.AddCut(CUTS["plane"])
+    elif way == "properties":
+        filter_.SetCutType("plane")
+        filter_.SetCutOrigin(4.03, 4, 3)
+    else:
+        filter_.SetInputConnection(2, scalpel.GetOutputPort())
+    update(filter_)
+    handles.SetDeformedPoints(OPENED)
+    update(filter_)
+    filter_.SetKind("affine")
+    update(filter_)
+    assert len(calls) == 1
+    mesh.Modified()
+    update(filter_)
+    assert len(calls) == 2
+    filter_.AddCut(CUTS["half-plane"])
+    update(filter_)
+    assert len(calls) == 3
+
+
+def transformed(mesh):
+    """The mesh moved by VTK's filter."""
+    move, transform = vtkTransformFilter(), vtkTransform()
+    transform.Translate(1, 2, 3)
+    move.SetTransform(transform)
+    move.SetInputData(mesh)
+    move.Update()
+    return move.GetOutput()
+
+
+def marked(name="polyhedra"):
+    """A mesh with arrays of many roles, and a filter that cuts it."""
+    mesh = MESHES[name]()
+    mesh.GetPointData().RemoveArray("names")
+    add_array(mesh.GetPointData(), "normals", places_of(as_grid(mesh)) + 1)
+    ghosts = np.zeros(mesh.GetNumberOfCells())
+    ghosts[0] = vtkDataSetAttributes.DUPLICATECELL
+    add_array(mesh.GetCellData(), arrays.GHOSTS, ghosts, 3)
+    mesh.GetCellData().SetActiveScalars("number")
+    return mesh, deforming(mesh, cut=CUTS["half-plane"])
+
+
+def assert_alike(output, expected):
+    np.testing.assert_array_equal(places_of(output), places_of(expected))
+    assert output.GetNumberOfCells() == expected.GetNumberOfCells()
+    for of in ("GetPointData", "GetCellData", "GetFieldData"):
+        data, other = getattr(output, of)(), getattr(expected, of)()
+        names = [other.GetArrayName(i) for i in range(other.GetNumberOfArrays())]
+        assert [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())] == names
+        for name in names:
+            values = [arrays.to_numpy(each.GetArray(name)) for each in (data, other)]
+            np.testing.assert_array_equal(*values, err_msg=name)
+        if of != "GetFieldData":
+            for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
+                active, wanted = (each.GetAbstractAttribute(kind) for each in (data, other))
+                assert (active and active.GetName()) == (wanted and wanted.GetName())
+
+
+@pytest.mark.parametrize(
+    "name", ["polydata", "polyhedra", "structured", "rectilinear", "explicit structured"]
+)
+def test_what_changes_no_array_does_not_split_again(name, calls):
+    mesh, filter_ = marked(name)
+    update(filter_)
+    transformed(mesh)
+    mesh.GetPointData().Modified()
+    mesh.GetCellData().Modified()
+    add_array(mesh.GetFieldData(), "time", [3.5])
+    add_array(mesh.GetFieldData(), "place", [4])
+    output = update(filter_)
+    assert len(calls) == 1
+    assert count(output, "time") == 3.5
+    assert_alike(output, update(deforming(mesh, cut=CUTS["half-plane"])))
+
+
+def _reverse(array, part=slice(None)):
+    values = arrays.to_numpy(array)
+    values[part] = values[part][::-1].copy()
+    array.Modified()
+
+
+CHANGES = {
+    "point values": lambda m: _reverse(m.GetPointData().GetArray("linear")),
+    "cell values": lambda m: _reverse(m.GetCellData().GetArray("number")),
+    "ghosts": lambda m: _reverse(m.GetCellData().GetArray(arrays.GHOSTS)),
+    "a new array": lambda m: add_array(m.GetPointData(), "new", np.arange(m.GetNumberOfPoints())),
+    "another array": lambda m: add_array(m.GetCellData(), "number", np.ones(m.GetNumberOfCells())),
+    "an array less": lambda m: m.GetPointData().RemoveArray("linear"),
+    "a name": lambda m: m.GetPointData().GetArray("linear").SetName("renamed"),
+    "scalars": lambda m: m.GetPointData().SetActiveScalars("linear"),
+    "no scalars": lambda m: m.GetCellData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS),
+    "normals": lambda m: m.GetPointData().SetActiveNormals("normals"),
+    "places": lambda m: _reverse(m.GetPoints().GetData(), slice(2)),
+    "points": lambda m: m.SetPoints(transformed(m).GetPoints()),
+    "the mesh": lambda m: m.Modified(),
+}
+CHANGES_OF = {
+    ("cells 10", "corners"): lambda m: _reverse(m.GetCells().GetConnectivityArray(), slice(4)),
+    ("cells 10", "types"): lambda m: arrays.cell_type_array(m).Modified(),
+    ("cells 10", "cells"): lambda m: m.SetCells(VTK_TETRA, cells(VTK_TETRA).GetCells()),
+    ("polydata", "polygons"): lambda m: _reverse(m.GetPolys().GetConnectivityArray()),
+    ("polydata", "lines"): lambda m: m.SetLines(vtkCellArray()),
+    ("polyhedra", "faces"): lambda m: warping.FACES[0](m).Modified(),
+    ("structured", "an extent"): lambda m: m.SetExtent(2, 6, -1, 3, 0, 5),
+    ("explicit structured", "cells"): lambda m: m.GetCells().Modified(),
+    ("rectilinear", "coordinates"): lambda m: _reverse(m.GetYCoordinates(), slice(2)),
+}
+CHANGES_OF.update({("polyhedra", what): change for what, change in CHANGES.items()})
+
+
+@pytest.mark.parametrize(("name", "what"), CHANGES_OF)
+def test_a_change_of_the_mesh_splits_it_again(name, what, calls):
+    mesh, filter_ = marked(name)
+    update(filter_)
+    CHANGES_OF[name, what](mesh)
+    filter_.Modified()  # VTK does not see all of these
+    output = update(filter_)
+    assert len(calls) == 2
+    assert_alike(output, update(deforming(mesh, cut=CUTS["half-plane"])))

@@ -1,0 +1,179 @@
+"""Keys of pipeline information: requested pieces, extents and times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonExecutionModel import (
+    vtkExtentTranslator,
+    vtkStreamingDemandDrivenPipeline,
+)
+
+from vtk_mls.vtk.arrays import ImageGeometry
+
+_KEYS = vtkStreamingDemandDrivenPipeline
+_STEPS, _RANGE = _KEYS.TIME_STEPS(), _KEYS.TIME_RANGE()
+_REQUESTED_TIME, _DATA_TIME = _KEYS.UPDATE_TIME_STEP(), vtkDataObject.DATA_TIME_STEP()
+_WHOLE_EXTENT, _EXTENT = _KEYS.WHOLE_EXTENT(), _KEYS.UPDATE_EXTENT()
+_HAS_EXTENT = _KEYS.UPDATE_EXTENT_INITIALIZED()
+_PIECE, _PIECES = _KEYS.UPDATE_PIECE_NUMBER(), _KEYS.UPDATE_NUMBER_OF_PIECES()
+_GHOSTS = _KEYS.UPDATE_NUMBER_OF_GHOST_LEVELS()
+
+# Points needed beyond those next to an origin: by interpolation, and by differences for gradients.
+_REACH = {"nearest": 0, "linear": 0, "cubic": 1}
+GRADIENT_REACH = 2
+
+
+def request_all(info):
+    """Request the whole of an input, on every process."""
+    if info.Has(_WHOLE_EXTENT):
+        info.Set(_EXTENT, info.Get(_WHOLE_EXTENT), 6)
+    info.Set(_PIECE, 0)
+    info.Set(_PIECES, 1)
+    info.Set(_GHOSTS, 0)
+
+
+def reset_invalid_request(info):
+    """Replace a request that exceeds the whole extent: VTK keeps old requests, and fails."""
+    whole, requested = info.Get(_WHOLE_EXTENT), info.Get(_EXTENT)
+    if whole and requested and not ImageGeometry(whole).holds(requested):
+        info.Set(_EXTENT, whole, 6)
+
+
+def request_extent(info, extent):
+    """Request a part of an image, another one on each process."""
+    request_all(info)
+    info.Set(_EXTENT, extent, 6)
+    info.Set(_HAS_EXTENT, 1)
+
+
+def requested_extent(info):
+    """The requested extent of an image, given as such or as a piece of the whole.
+
+    VTK converts pieces to extents in RequestData only.
+    """
+    if info.Get(_HAS_EXTENT) or info.Get(_PIECES) < 2:
+        return info.Get(_EXTENT)
+    translator, extent = vtkExtentTranslator(), [0] * 6
+    split = translator.UPDATE_SPLIT_MODE()
+    translator.PieceToExtentThreadSafe(
+        info.Get(_PIECE),
+        info.Get(_PIECES),
+        info.Get(_GHOSTS),
+        info.Get(_WHOLE_EXTENT),
+        extent,
+        info.Get(split) if info.Has(split) else translator.GetSplitMode(),
+        0,
+    )
+    return tuple(extent)
+
+
+def first_cell(geometry):
+    """The smallest extent that can be requested of any image."""
+    first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
+    return tuple(np.stack([first, np.minimum(first + 1, last)], axis=1).ravel().tolist())
+
+
+def cell_sampling(sampling):
+    """The `Sampling` of the cells of two grids, given that of their points."""
+    return replace(sampling, source=sampling.source.cells, target=sampling.target.cells)
+
+
+def needed_extent(deformation, geometry, sampling, margin=0):
+    """The extent of an image that determines all values of a part of the deformed image.
+
+    Parameters
+    ----------
+    deformation : Deformation
+    geometry : ImageGeometry
+        Of the whole input.
+    sampling : Sampling
+        From the grid of the whole input to the part of the output.
+    margin : int
+        Number of additional points on every side.
+
+    Returns
+    -------
+    (6,) ints
+        At least one cell of the input.
+    """
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    reach = _REACH[sampling.interpolation] + margin
+    for is_cells, part in enumerate((sampling, cell_sampling(sampling))):
+        lowest, highest = deformation.source_bounds(part)
+        # a cell needs its last corner as well
+        low, high = np.minimum(low, lowest), np.maximum(high, highest + is_cells)
+    last = np.array(sampling.source.dimensions) - 1
+    if not np.isfinite(low).all():
+        low = high = np.zeros(3)
+    low = np.clip(np.floor(low) - reach, 0, np.maximum(last - 1, 0))
+    high = np.clip(np.ceil(high) + reach, np.minimum(low + 1, last), last)
+    first = np.array(geometry.extent[::2])
+    return tuple(np.stack([first + low, first + high], axis=1).astype(int).ravel().tolist())
+
+
+def publish_times(inputs, outputs):
+    """Set the time steps of the outputs to those of all inputs; VTK takes the first input's only.
+
+    Every input is asked for the time requested of the output, and chooses its own step.
+
+    Parameters
+    ----------
+    inputs, outputs : list of vtkInformation
+        Of all connections of all ports.
+    """
+    steps, ends = set(), []
+    for info in inputs:
+        own = info.Get(_STEPS) or ()
+        steps.update(own)
+        ends += [*own, *(info.Get(_RANGE) or ())]
+    if not ends:
+        return
+    for info in outputs:
+        if steps:
+            info.Set(_STEPS, sorted(steps), len(steps))
+        info.Set(_RANGE, (min(ends), max(ends)), 2)
+
+
+def publish_changing_extent(info):
+    """Have VTK request the whole extent anew at each time, if there are times.
+
+    For an output whose extent depends on data: VTK would go on to request the whole extent of the
+    time before.
+    """
+    if info.Has(_RANGE):
+        info.Set(_KEYS.TIME_DEPENDENT_INFORMATION(), 1)
+        if not info.Get(_HAS_EXTENT):
+            info.Set(_EXTENT, info.Get(_WHOLE_EXTENT), 6)
+
+
+def requested_time(info):
+    """The time that is requested of an output, or None."""
+    return info.Get(_REQUESTED_TIME) if info is not None and info.Has(_REQUESTED_TIME) else None
+
+
+def is_outdated(info, previous):
+    """Whether VTK updates an output of the time `previous` for the time now requested."""
+    time = requested_time(info)
+    return info.Has(_RANGE) and time not in (None, previous, _data_time(info))
+
+
+def stamp_times(inputs, outputs):
+    """Set the time of the outputs' data.
+
+    It is that of the inputs' data where these agree. Otherwise it is the requested time: VTK would
+    take the first input's, and find the output up to date when that time is requested later.
+    """
+    times = {_data_time(info) for info in inputs if info.Has(_RANGE) or info.Has(_STEPS)}
+    for info in outputs:
+        time = next(iter(times)) if len(times) == 1 else requested_time(info)
+        if times and time is not None:
+            info.Get(vtkDataObject.DATA_OBJECT()).GetInformation().Set(_DATA_TIME, time)
+
+
+def _data_time(info):
+    """The time of the data, or None."""
+    data = info.Get(vtkDataObject.DATA_OBJECT()).GetInformation()
+    return data.Get(_DATA_TIME) if data.Has(_DATA_TIME) else None
