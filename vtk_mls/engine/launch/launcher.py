@@ -30,6 +30,8 @@ class Launcher:
     ----------
     device : Device
     memory : Memory
+    lattices : WeakKeyDictionary
+        Lattices of the inverse by Region, for as long as deformations exist.
     """
 
     def __init__(self, device):
@@ -37,6 +39,7 @@ class Launcher:
         self.constant = self.memory.constant
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+        self.lattices = weakref.WeakKeyDictionary()
 
     # Slices of the work
 

@@ -35,19 +35,20 @@ class InverseSearch:
         self.launcher, self.deformation = launcher, deformation
         self.map = RegionMap(launcher, deformation, region)
         self.exchanged = RegionMap(launcher, deformation.exchanged_frame, region.exchanged)
-        self.box = guesses.usual_box(region.control_points)
-        self.lattice = Lattice(launcher, self.box, self._first_guesses)
-        self._samples = {}  # by level
+        if region not in launcher.lattices:
+            launcher.lattices[region] = Lattice(guesses.usual_box(region.control_points))
+        self.lattice = launcher.lattices[region]
 
     def forward(self, points):
         """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
         control_points = self.map.control_points
         local = self.map.local_points(points, control_points.mean_displacement)
         displacement, residual = self._broyden(local)
-        lost = np.flatnonzero(~(residual <= _QUICK))  # NaN, too
-        solved, residual[lost] = self._newton_restarted(np.ascontiguousarray(local[:, lost]))
-        displacement[lost] = self._in_world(solved)
-        residual[lost[np.abs(local[:, lost]).max(axis=0) > guesses.FARTHEST]] = np.inf
+        rows = np.flatnonzero(~(residual <= _QUICK))  # NaN, too
+        unresolved = local.take(rows, axis=1)
+        solved, residual[rows] = self._newton_restarted(unresolved)
+        displacement[rows] = self._in_world(solved)
+        residual[rows[np.abs(unresolved).max(axis=0) > guesses.FARTHEST]] = np.inf
         return displacement, residual <= _FOUND
 
     def _in_world(self, displacement):
@@ -55,18 +56,37 @@ class InverseSearch:
         control_points = self.map.control_points
         return control_points.scale * displacement.T - control_points.mean_displacement
 
-    def _first_guesses(self, local):
-        """Displacements (3, m) at the nodes x `local` (3, m) of the lattice."""
-        return self._newton(local, self._exchanged_displacement(local))[0]
-
     def _broyden(self, local):
         """v - x (m, 3) float32, world units, for x `local` (3, m); the residuals (m,)."""
         count, control_points = local.shape[1], self.map.control_points
         displacement, residual = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        arguments = [*self.lattice.around(local), kernel_arguments.world(control_points)]
+        self._solve_nodes(local)
+        nodes = self.lattice.buffer(self.map.memory)
+        arguments = [self.lattice.record, nodes, kernel_arguments.world(control_points)]
         outputs = [displacement, residual]
         self.map.launch_at("point_forward", local, arguments, outputs=outputs)
         return displacement, residual
+
+    def _solve_nodes(self, local):
+        """Solve for the displacements at the nodes of the lattice around x `local` (3, m)."""
+        nodes = self.lattice.unsolved_nodes(self._lattice_cells(local))
+        if len(nodes) > 0:
+            x = self.lattice.positions(nodes)
+            displacement, _ = self._newton(x, self._exchanged_displacement(x))
+            self.lattice.set_displacements(nodes, displacement)
+
+    def _lattice_cells(self, local):
+        """The cells of the lattice that x `local` (3, m) are in: (m,) int32."""
+        count, memory = local.shape[1], self.map.memory
+        cells = np.empty(count, np.int32)
+        if count == 0:
+            return cells
+        constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
+        with memory.read(local) as x, memory.written(cells) as out:
+            self.launcher.launch(
+                *("lattice_cells", constants, count, np.int64(count), x, self.lattice.record, out)
+            )
+        return cells
 
     def _newton_restarted(self, local):
         """Displacements (3, m) for x `local` (3, m), from several starts; the residuals (m,)."""
@@ -83,12 +103,12 @@ class InverseSearch:
             return remaining <= _FOUND
 
         if self.deformation.in_rest_frame and len(rows := lost()) > 0:
-            points = np.ascontiguousarray(local[:, rows])
+            points = local.take(rows, axis=1)
             for motion in self._motions(points):
                 restart(rows, points, motion)
         rows = lost()
-        rows = rows[np.abs(local[:, rows]).max(axis=0) <= guesses.FARTHEST]  # not NaN
-        levels = guesses.levels(self.box, local[:, rows].T)
+        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= guesses.FARTHEST]  # not NaN
+        levels = guesses.levels(self.lattice.box, local[:, rows].T)
         for level in np.unique(levels):
             remaining = rows[levels == level]
             for wider in range(_WIDER + 1):
@@ -102,7 +122,7 @@ class InverseSearch:
         for _ in range(_STARTS):
             if samples is None or len(rows) == 0:
                 break
-            points = np.ascontiguousarray(local[:, rows])
+            points = local.take(rows, axis=1)
             start = np.empty_like(points)
             self.map.launch_at("nearest_sample", points, samples, [tried], [start])
             is_lost = ~restart(rows, points, start)
@@ -142,9 +162,10 @@ class InverseSearch:
 
         They are found once, over a `level` of the box.
         """
-        if level not in self._samples:
-            self._samples[level] = self._sampled(guesses.doubled(self.box, level))
-        return self._samples[level]
+        samples = self.lattice.samples
+        if level not in samples:
+            samples[level] = self._sampled(guesses.doubled(self.lattice.box, level))
+        return samples[level]
 
     def _sampled(self, box):
         """Samples over a `box` (2, 3), local units, as `_samples_of` has them."""
