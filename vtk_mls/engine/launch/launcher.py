@@ -147,8 +147,11 @@ class RegionMap:
         if count == 0:
             return
         with ExitStack() as buffers:
-            read = buffers.enter_context(self.memory.read(points))
-            arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
+            read = buffers.enter_context(self.memory.input_buffer(points))
+            arrays = [
+                *map(self.memory.inout_buffer, changed),
+                *map(self.memory.output_buffer, outputs),
+            ]
             written = [buffers.enter_context(array) for array in arrays]
             self.launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
 
@@ -189,7 +192,7 @@ class RegionMap:
         result = np.empty((planes, len(points)), np.float32)
         if len(points) > 0:
             at, other = self.local_points(points), self.local_points(others)
-            with self.memory.read(other) as buffer:
+            with self.memory.input_buffer(other) as buffer:
                 self.launch_at(name, at, [buffer], outputs=[result])
         return result
 
@@ -223,7 +226,7 @@ class RegionMap:
         points = kernel_arguments.grid_points(grid, slice(0, len(numbers)), self.control_points)
         span = slice(numbers[0], numbers[-1] + 1)
         nodes = self._nodes.around(grid, span) if self._nodes else []
-        with self.memory.read(numbers) as listed:
+        with self.memory.input_buffer(numbers) as listed:
             self.launch(
                 *(name, (grid.whole, is_rival), len(numbers), points, *nodes, listed, *arguments),
                 constants=(("LISTED", 1),),
@@ -247,7 +250,7 @@ class RegionMap:
         ]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
-        read, written = self.memory.read, self.memory.written
+        read, written = self.memory.input_buffer, self.memory.output_buffer
         with read(np.ascontiguousarray(points)) as x, written(local) as out:
             self.launcher.launch(
                 "local_points",
