@@ -1,4 +1,4 @@
-"""First guesses for the inverse at the nodes of a lattice that is the deformation's own."""
+"""The lattice of first guesses for the inverse, a property of the deformation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Lattice:
 
     A launcher keeps it for each region as long as the deformation exists, so it holds arrays only.
     Nodes are solved for when a point first lies in a cell beside them. Points determine which nodes
-    are solved for, but not the values there.
+    are solved for, never their values.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Lattice:
         return self._buffer
 
     def positions(self, nodes):
-        """Where `nodes` (m,) are: (3, m) float32, local units."""
+        """Positions x (3, m) float32, local units, of `nodes` (m,)."""
         level, node = np.divmod(nodes, _LEVEL_NODES)
         index = np.stack(np.unravel_index(node, [_NODES] * 3)[::-1], axis=1)
         position = (2 * index / LATTICE_CELLS - 1) * np.exp2(level)[:, None]
