@@ -16,9 +16,9 @@ from vtk_mls.engine.launch.memory import Memory
 _READ, _WRITTEN, _KEPT = "read", "written", "for kernels only"
 # What each method of `Memory` that takes an array, or a use and a size, lets pass.
 _METHODS = {
-    "read": (_READ,),
-    "written": (_WRITTEN,),
-    "exchanged": (_READ, _WRITTEN),
+    "input_buffer": (_READ,),
+    "output_buffer": (_WRITTEN,),
+    "inout_buffer": (_READ, _WRITTEN),
     "constant": (_KEPT,),
     "scratch": (_KEPT,),
 }

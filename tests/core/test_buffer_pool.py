@@ -1,4 +1,4 @@
-"""Memory of results that nobody has any more, for the next ones."""
+"""The memory of large results is reused."""
 
 import subprocess
 import sys
@@ -14,45 +14,45 @@ SIZE = 3 << 20
 
 
 @pytest.fixture(autouse=True)
-def nothing_kept():
-    buffer_pool._kept.clear()
+def empty_pool():
+    buffer_pool._idle.clear()
     yield
-    buffer_pool._kept.clear()
+    buffer_pool._idle.clear()
 
 
 def address(array):
     return array.__array_interface__["data"][0]
 
 
-def kept():
-    return sum(each.array.nbytes for each in buffer_pool._kept)
+def idle_bytes():
+    return sum(buffer.nbytes for buffer, _ in buffer_pool._idle)
 
 
-def test_memory_is_used_again_for_arrays_of_its_size():
+def test_memory_is_reused_for_arrays_of_the_same_size():
     first = buffer_pool.empty((3, 1 << 18), np.float32)
     assert first.flags.writeable
     assert first.flags.c_contiguous
     at = address(first)
     del first
-    assert kept() == SIZE
+    assert idle_bytes() == SIZE
     assert address(buffer_pool.empty(SIZE, np.uint8)) == at
     assert buffer_pool.empty((1 << 17, 3), np.float64).shape == (1 << 17, 3)
-    assert kept() == SIZE
+    assert idle_bytes() == SIZE
 
 
-def test_a_view_holds_it():
+def test_a_view_keeps_its_memory():
     whole = buffer_pool.empty(SIZE, np.uint8)
     whole[:] = 7
     view = whole.reshape(3, -1)[1, 5:9].view(np.uint16)
     del whole
-    assert kept() == 0
+    assert idle_bytes() == 0
     buffer_pool.empty(SIZE, np.uint8)[:] = 9
     assert (view == 7 + 7 * 256).all()
     del view
-    assert kept() == 2 * SIZE
+    assert idle_bytes() == 2 * SIZE
 
 
-def test_small_arrays_are_numpy_s():
+def test_small_arrays_are_not_pooled():
     small = buffer_pool.empty(1000, np.int64)
     assert small.shape == (1000,)
     assert small.dtype == np.int64
@@ -60,28 +60,28 @@ def test_small_arrays_are_numpy_s():
     assert buffer_pool.empty((0, 3), np.float32).shape == (0, 3)
 
 
-def test_it_is_bounded(monkeypatch):
-    monkeypatch.setattr(buffer_pool, "_MOST", 5 * SIZE)
+def test_idle_memory_is_bounded(monkeypatch):
+    monkeypatch.setattr(buffer_pool, "MAX_IDLE_BYTES", 5 * SIZE)
     many = [buffer_pool.empty(SIZE, np.uint8) for _ in range(9)]
     large = buffer_pool.empty(6 * SIZE, np.uint8)
     last = address(many[-1])
     del large
     while many:
         del many[0]
-    assert kept() == 5 * SIZE
-    assert last in [address(each.array) for each in buffer_pool._kept]
+    assert idle_bytes() == 5 * SIZE
+    assert last in [address(buffer) for buffer, _ in buffer_pool._idle]
 
 
-def test_what_is_not_wanted_any_more_goes():
+def test_idle_memory_is_freed_after_some_calls():
     other = buffer_pool.empty(2 * SIZE, np.uint8)
     del other
-    for _ in range(buffer_pool._PATIENCE):
-        assert kept() >= 2 * SIZE
+    for _ in range(buffer_pool.MAX_IDLE_CALLS):
+        assert idle_bytes() >= 2 * SIZE
         buffer_pool.empty(SIZE, np.uint8)
-    assert kept() == SIZE
+    assert idle_bytes() == SIZE
 
 
-def test_threads_have_arrays_of_their_own():
+def test_threads_do_not_share_memory():
     wrong = []
 
     def work(number):
@@ -97,10 +97,10 @@ def test_threads_have_arrays_of_their_own():
                 wrong.extend(np.flatnonzero(array != value)[:1])
 
     threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
-    for each in threads:
-        each.start()
-    for each in threads:
-        each.join()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
     assert not wrong
 
 
@@ -110,11 +110,11 @@ def maps(count, rng):
     return [Deformation(rest, rest + rng.normal(size=(6, 3)), cuts=[cut]) for _ in range(count)]
 
 
-def test_fields_that_are_held_stay_as_they_are(rng):
+def test_fields_in_use_do_not_change(rng):
     grid = Grid((70, 70, 70))
     held = []
-    for each in maps(4, rng):
-        field = each.displacement_field(grid)
+    for deformation in maps(4, rng):
+        field = deformation.displacement_field(grid)
         held.append((field.displacement[::7], field.displacement[::7].copy()))
         if len(held) == 3:
             del held[1]
@@ -122,7 +122,7 @@ def test_fields_that_are_held_stay_as_they_are(rng):
         np.testing.assert_array_equal(view, copy)
 
 
-def test_a_program_may_end_with_an_array():
+def test_a_program_ends_cleanly_with_arrays_in_use():
     code = (
         "import numpy as np; from vtk_mls.base import buffer_pool;"
         "a = buffer_pool.empty(1 << 22, 'u1');"

@@ -22,20 +22,20 @@ KERNEL void call(__global const float *table, const long count, __global const f
 
 
 def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants):
-    """What lines of OpenCL C that call functions give, for each row of their arguments.
+    """Results of OpenCL C that calls functions, for each row of arguments.
 
     Parameters
     ----------
     key : str
-        Of a device.
+        Key of a device.
     lanes : int
-        Rows that a work item takes at once.
+        Rows per work item.
     files : sequence of str
-        Files of opencl/ with the functions, beside types.cl.
+        Files of opencl/ with the functions, in addition to types.cl.
     body : str
         Reads `real a[]`, a row of the arguments, and the floats `table`; writes `real r[]`.
     arguments : (n, inputs) array_like
-        Taken as float32.
+        Converted to float32.
     outputs : int
         Numbers in `r`.
 
@@ -45,7 +45,7 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     """
     import pyopencl as cl
 
-    chosen = next(each for each in device.list_devices() if each.key == key)
+    chosen = next(found for found in device.list_devices() if found.key == key)
     rows = np.atleast_2d(np.asarray(arguments, np.float32))
     padded = np.resize(rows, (-(-len(rows) // 16) * 16, rows.shape[1]))
     text = _KERNEL.format(inputs=rows.shape[1], outputs=outputs, body=body)
@@ -53,12 +53,12 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     text = "\n".join([device.source(name, macros) for name in ("types.cl", *files)] + [text])
     context, queue = device.context(chosen), device.queue(chosen)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a compiler's praise of itself
+        warnings.simplefilter("ignore")  # output of the compiler
         kernel = cl.Program(context, text).build(options=["-w"]).call
     copied = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     tables, planes = (
-        cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(each, np.float32))
-        for each in (table, padded.T)
+        cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(array, np.float32))
+        for array in (table, padded.T)
     )
     result = np.empty((outputs, len(padded)), np.float32)
     out = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, result.nbytes)

@@ -29,13 +29,13 @@ needs_device = pytest.mark.skipif(
 
 @pytest.fixture
 def found(monkeypatch):
-    """Pretend that these devices are there, with results, all of them good unless given."""
+    """Replace the devices of the machine and the results of their checks, good unless given."""
 
     def pretend(*devices, **results):
-        known = {d.key: results.get(d.name.lower(), GOOD) for d in devices}
+        by_key = {d.key: results.get(d.name.lower(), GOOD) for d in devices}
         monkeypatch.setattr(device, "find", lambda: (list(devices), "OpenCL has no device"))
-        monkeypatch.setattr(device_check, "results", lambda asked: [known[d.key] for d in asked])
-        monkeypatch.setattr(device_check, "cached_result", lambda d: known[d.key])
+        monkeypatch.setattr(device_check, "results", lambda found: [by_key[d.key] for d in found])
+        monkeypatch.setattr(device_check, "cached_result", lambda d: by_key[d.key])
 
     return pretend
 
@@ -56,22 +56,22 @@ def test_first_gpu_else_fastest_cpu(found):
     assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
 
 
-def test_a_device_gets_the_width_that_it_computes_right(found):
+def test_a_device_gets_its_checked_width(found):
     found(CPU)
     assert CPU.lanes == 16
     assert dispatch.choose().lanes == 8
 
 
-def test_a_device_that_fails_is_passed_over(found):
+def test_a_device_that_fails_is_skipped(found):
     second = dataclasses.replace(CPU, key="2:0", name="Sound")
     found(GPU, CPU, second, fast=BAD, slow=BAD)
     assert key_of(dispatch.choose()) == second.key
 
 
-def test_without_any_that_computes_right_the_specification_does(found, caplog):
+def test_the_reference_is_used_if_all_devices_fail(found, caplog):
     found(CPU, slow=BAD)
     assert dispatch.engine_for() is reference
-    assert "numpy does it, slowly; found 1:0 Slow" in caplog.text
+    assert "numpy is used, slowly; found 1:0 Slow" in caplog.text
 
 
 def test_a_named_device_is_never_replaced(found):
@@ -83,7 +83,7 @@ def test_a_named_device_is_never_replaced(found):
             dispatch.choose(name)
 
 
-def test_errors_list_what_there_is(found):
+def test_errors_list_the_devices(found):
     found(CPU)
     with pytest.raises(DeviceError, match=r"no OpenCL device `gpu`; found 1:0 Slow \(cpu, Other\)"):
         dispatch.choose("gpu")
@@ -103,7 +103,7 @@ def test_without_pyopencl(monkeypatch):
         d.backward([[0, 0, 0]])
 
 
-def test_the_environment_is_asked_after_the_argument(monkeypatch):
+def test_the_argument_precedes_the_environment(monkeypatch):
     monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     assert dispatch.engine_for() is reference
     monkeypatch.setenv("VTK_MLS_DEVICE", "7:7")
@@ -112,13 +112,13 @@ def test_the_environment_is_asked_after_the_argument(monkeypatch):
         dispatch.engine_for()
 
 
-def test_what_an_uninstalled_pyopencl_leaves(monkeypatch):
+def test_a_folder_left_by_an_uninstalled_pyopencl(monkeypatch):
     folder = types.ModuleType("pyopencl")
     folder.__path__ = ["/somewhere/pyopencl"]
     monkeypatch.setitem(__import__("sys").modules, "pyopencl", folder)
     devices, problem = device._listed.__wrapped__()
     assert devices == []
-    assert "no pyopencl in /somewhere/pyopencl: install it again" in problem
+    assert "/somewhere/pyopencl has no pyopencl: install it again" in problem
 
 
 def pocl(key, version, target, native=16):
@@ -149,7 +149,7 @@ def test_old_pocl_has_no_wide_vectors_without_avx512(version, target, native, wi
     assert found.double_lanes == double
 
 
-def test_what_calls_itself_everything_is_a_cpu():
+def test_a_device_of_all_types_is_a_cpu():
     types_ = cl.device_type
     platform = types.SimpleNamespace(name="Simulator", version="1")
 
@@ -180,7 +180,7 @@ def test_build_errors_are_readable():
 
 
 @needs_device
-def test_a_broken_entry_of_a_cache_is_built_anew(monkeypatch):
+def test_a_broken_cache_entry_is_rebuilt(monkeypatch):
     texts = []
 
     class Program(cl.Program):
@@ -206,7 +206,7 @@ def driver_error(kind, code):
 
 
 @needs_device
-def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
+def test_driver_errors_are_sentences(monkeypatch):
     chosen = dispatch.choose(DEVICES[0])
 
     def refuse(*_, **__):
@@ -221,7 +221,7 @@ def test_what_a_driver_says_becomes_a_sentence(monkeypatch):
 
 
 @needs_device
-def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
+def test_out_of_memory_is_retried_in_smaller_slabs(monkeypatch):
     used = engine.on(dispatch.choose(DEVICES[0]))
     monkeypatch.setattr(used.memory, "limit", 1 << 26)
     monkeypatch.setattr(used.memory, "in_place", False)
@@ -240,11 +240,11 @@ def test_short_of_memory_the_same_comes_in_smaller_pieces(monkeypatch):
     assert max(sizes) > 2e6
     monkeypatch.setattr(used.memory, "limit", 1000)
     monkeypatch.setattr(cl, "Buffer", lambda *_, **__: limited(None, None, 1 << 40))
-    with pytest.raises(DeviceError, match="has not memory enough"):
+    with pytest.raises(DeviceError, match="does not have enough memory"):
         d.backward([[1, 2, 3]])
 
 
-def _asked_in_a_fork(answers):
+def _evaluate_in_fork(answers):
     try:
         answers.put(Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]]).tolist())
     except DeviceError as error:
@@ -256,11 +256,11 @@ def _asked_in_a_fork(answers):
     "fork" not in multiprocessing.get_all_start_methods(), reason="this system has no fork"
 )
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_a_forked_process_is_told_so():
+def test_a_fork_gets_an_error():
     Deformation(*ONE, device=DEVICES[0]).backward([[0, 0, 0]])
     forks = multiprocessing.get_context("fork")
     answers = forks.Queue()
-    child = forks.Process(target=_asked_in_a_fork, args=(answers,))
+    child = forks.Process(target=_evaluate_in_fork, args=(answers,))
     child.start()
     answer = answers.get(timeout=60)
     child.join()
@@ -275,7 +275,7 @@ def test_sources_are_one_text():
 
 
 @pytest.mark.parametrize("launcher", device._PROCESS_VARIABLES)
-def test_processes_share_out_the_gpus_of_a_node(found, launcher, monkeypatch):
+def test_processes_share_the_gpus_of_a_node(found, launcher, monkeypatch):
     cards = [dataclasses.replace(GPU, key=f"0:{number}") for number in range(3)]
     found(CPU, *cards)
     for rank in range(5):

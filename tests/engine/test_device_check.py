@@ -157,7 +157,7 @@ def test_children_that_cannot_be_started(fresh, monkeypatch):
 def test_a_device_that_a_child_does_not_find(fresh):
     (result,), sentences = announced(device_check.results, [FAKE])
     assert not result.is_checked
-    assert "the device is not there in a process of its own" in sentences[-1]
+    assert "the child process does not find the device" in sentences[-1]
 
 
 def test_devices_of_one_kind_are_tested_once(child):

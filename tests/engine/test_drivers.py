@@ -19,7 +19,7 @@ def cache(tmp_path, monkeypatch):
     caches.folder.cache_clear()
 
 
-def test_intels_driver_is_given_a_path_without_spaces(cache, monkeypatch):
+def test_intels_driver_gets_a_path_without_spaces(cache, monkeypatch):
     folder = cache / "with space" / "lib"
     folder.mkdir(parents=True)
     driver, needed, other = (
@@ -40,11 +40,11 @@ def test_intels_driver_is_given_a_path_without_spaces(cache, monkeypatch):
     driver.rename(cache / driver.name)  # the environment is gone, and there is another
     installed["intel-opencl-rt"] = [cache / driver.name]
     assert intel_runtime.library() == cache / driver.name
-    intel_runtime._forget_what_is_gone(found.parent.parent)
+    intel_runtime._remove_stale(found.parent.parent)
     assert not found.parent.exists()
 
 
-def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch):
+def test_intels_driver_from_pip_is_added_to_the_systems(tmp_path, monkeypatch):
     vendors, elsewhere = tmp_path / "vendors", tmp_path / "libgpu.so"
     vendors.mkdir()
     elsewhere.write_text("")
@@ -57,17 +57,17 @@ def test_intels_driver_from_pip_joins_those_of_the_system(tmp_path, monkeypatch)
     library = tmp_path / "lib" / "libintelocl.so"
     monkeypatch.setattr(drivers.intel_runtime, "library", lambda: library)
 
-    def shown():
-        with drivers.shown():
+    def paths():
+        with drivers.registered():
             folder = Path(os.environ["OCL_ICD_VENDORS"])
             found = sorted(icd.read_text().strip() for icd in folder.glob("*.icd"))
         assert "OCL_ICD_VENDORS" not in os.environ
         assert not folder.exists()
         return found
 
-    assert shown() == sorted([str(elsewhere), str(library), "libmaker.so.1"])
+    assert paths() == sorted([str(elsewhere), str(library), "libmaker.so.1"])
     (vendors / "intel.icd").write_text("libintelocl.so\n")  # the system's own
-    assert shown() == sorted([str(elsewhere), "libintelocl.so", "libmaker.so.1"])
+    assert paths() == sorted([str(elsewhere), "libintelocl.so", "libmaker.so.1"])
     monkeypatch.setenv("OCL_ICD_VENDORS", "/chosen")
-    with drivers.shown():
+    with drivers.registered():
         assert os.environ["OCL_ICD_VENDORS"] == "/chosen"

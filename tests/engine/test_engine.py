@@ -158,7 +158,7 @@ def test_points_on_both_sides_of_a_plane_go_in_slabs(key, rng, monkeypatch):
 
 
 def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
-    """As on a GPU, where the host's arrays are not the device's."""
+    """As on a GPU, which does not share the host's memory."""
     chosen = engine.on(dispatch.choose(key))
     rest, deformed = random_handles(rng, 15, 4)
     d = deformation(rest, deformed, ("rigid", 1), key)
@@ -178,8 +178,8 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
 @pytest.mark.parametrize("normalise", [False, True])
 @pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
 @pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
-def test_a_vector_does_not_depend_on_those_beside_it(key, width, method, normalise, rng):
-    """Covariant ones, which the Jacobians behind the indices take along."""
+def test_a_vector_does_not_depend_on_its_neighbors(key, width, method, normalise, rng):
+    """Covariant vectors, with Jacobians behind the indices."""
     launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     vectors = rng.normal(size=(*grid.shape, 3)).astype(np.float32)
@@ -192,8 +192,8 @@ def test_a_vector_does_not_depend_on_those_beside_it(key, width, method, normali
 
     def sampled(order):
         result = np.empty((len(order), 3), np.float32)
-        with launcher.memory.read(np.ascontiguousarray(planes[:, order])) as there:
-            sampler.sample(there, result)
+        with launcher.memory.input_buffer(np.ascontiguousarray(planes[:, order])) as buffer:
+            sampler.sample(buffer, result)
         return result
 
     expected = sampled(np.arange(len(index)))
@@ -202,9 +202,9 @@ def test_a_vector_does_not_depend_on_those_beside_it(key, width, method, normali
         np.testing.assert_array_equal(sampled(order), expected[order])
     specified = interpolation.sample(vectors, index.astype(np.float64), method, 0, grid)
     specified = covariant(specified, jacobians.swapaxes(1, 2), normalise)
-    # of length 1 vectors that are almost 0 have no direction
-    there = np.linalg.norm(specified, axis=1) > 0.01
-    np.testing.assert_allclose(expected[there], specified[there], atol=2e-5)
+    # normalized vectors of almost 0 have no direction
+    mask = np.linalg.norm(specified, axis=1) > 0.01
+    np.testing.assert_allclose(expected[mask], specified[mask], atol=2e-5)
     assert not expected[~grid.covers(index)].any()
 
 
@@ -212,8 +212,8 @@ def test_a_vector_does_not_depend_on_those_beside_it(key, width, method, normali
 @pytest.mark.parametrize("dtype", ["uint8", "int32", "float32"])
 @pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
 @pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
-def test_a_value_does_not_depend_on_those_beside_it(key, width, method, dtype, components, rng):
-    """Points at borders, on grid points and outside go another path than those between."""
+def test_a_value_does_not_depend_on_its_neighbors(key, width, method, dtype, components, rng):
+    """Points at borders, on grid points and outside take another branch than the others."""
     launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
@@ -224,8 +224,8 @@ def test_a_value_does_not_depend_on_those_beside_it(key, width, method, dtype, c
 
     def sampled(order):
         result = np.empty((len(order), components), dtype)
-        with launcher.memory.read(kernel_arguments.planes(index[order])) as there:
-            sampler.sample(there, result)
+        with launcher.memory.input_buffer(kernel_arguments.planes(index[order])) as buffer:
+            sampler.sample(buffer, result)
         return result
 
     expected = sampled(np.arange(len(index)))
@@ -251,7 +251,7 @@ def test_a_source_that_cannot_fit_is_refused(key, rng, monkeypatch):
         d.resample([np.zeros(grid.shape)], grid)
 
 
-def test_nothing_is_built_again_when_handles_move(key, rng, monkeypatch):
+def test_moved_handles_do_not_rebuild_kernels(key, rng, monkeypatch):
     d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
     d.backward([[1, 2, 3]])
     builds = device.kernel.cache_info().misses
@@ -275,25 +275,25 @@ def test_threads_share_an_engine(key, rng):
     np.testing.assert_array_equal(alone, together)
 
 
-def test_one_question_waits_for_the_other(key, rng):
+def test_calls_wait_for_each_other(key, rng):
     """Arguments of a kernel belong to one launch at a time."""
     d, v = Deformation(*random_handles(rng, 5), device=key), rng.uniform(0, EXTENT, (10, 3))
-    d.backward(v)  # so that it takes no time below
-    answered, seen = threading.Event(), []
+    d.backward(v)  # builds the kernels
+    answered, waits = threading.Event(), []
 
     def ask():
         d.backward(v)
         answered.set()
 
     def progress(fraction):
-        if not seen:
+        if not waits:
             other.start()
-            seen.append(answered.wait(0.5))
+            waits.append(answered.wait(0.5))
 
     other = threading.Thread(target=ask)
     d.displacement_field((8, 8, 8), progress=progress)
     other.join()
-    assert seen == [False]
+    assert waits == [False]
     assert answered.is_set()
 
 
@@ -330,16 +330,16 @@ def test_a_device_without_float64(key, kind_and_degree, rng, monkeypatch):
         assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1] * (1 if alpha == 1 else 50)
         x = expected.backward(v)
         found = got.forward(x)
-        known = ~np.isnan(found[:, 0])
-        assert known.mean() > 0.95
-        miss = voxels(expected.backward(found[known]) - x[known], deformed)
+        is_found = ~np.isnan(found[:, 0])
+        assert is_found.mean() > 0.95
+        miss = voxels(expected.backward(found[is_found]) - x[is_found], deformed)
         assert np.percentile(miss, 99) <= 1e-4 * EXTENT
 
 
 @pytest.mark.skipif(not OTHER_DEVICES, reason="no second OpenCL device of a kind")
 @pytest.mark.parametrize("key", OTHER_DEVICES or [None])
 def test_every_other_device(key):
-    """Each kernel, kind and cut once, at the width that the device has proven."""
+    """Each kernel, kind and cut once, at the checked width of the device."""
     other = engine.Engine(dispatch.choose(key))
     for name, errors in check_kernels.steps(other):
         assert check_kernels.worst(name, errors()) <= check_kernels.BOUND, name

@@ -1,4 +1,4 @@
-"""Differences of arrays on a device, against those of numpy in float64."""
+"""Gradients by differences: devices against numpy in float64."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_arrays_of_every_type(dtype, engine, rng):
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6, 16, 17, 20, 33])
 def test_arrays_of_every_size(n, engine, rng):
-    """Whatever has no neighbour, one, or two on a side."""
+    """Points with no neighbor, one, or two on a side."""
     for dimensions in ((n, 7, 5), (5, n, 7), (7, 5, n)):
         grid = Grid(dimensions, (0, 0, 0), SPACING)
         check(engine, rng.normal(size=grid.shape).astype(np.float32), grid)
@@ -61,24 +61,24 @@ def test_large_values_keep_their_small_differences(engine, rng):
     check(engine, (1000 + 0.01 * rng.normal(size=grid.shape)).astype(np.float32), grid)
 
 
-def test_what_is_not_a_number_stays_where_it_is(engine, rng):
+def test_nan_does_not_spread(engine, rng):
     grid = Grid((40, 9, 9))
     array = rng.normal(size=grid.shape).astype(np.float32)
     array[4, 4, 20] = np.nan
     check(engine, array, grid)
 
 
-def test_other_types_are_left_to_numpy(engine, rng):
+def test_numpy_handles_other_types(engine, rng):
     grid = Grid((9, 8, 7))
     for dtype in (np.float16, np.longdouble):
         check(engine, rng.normal(0, 50, grid.shape).astype(dtype), grid)
 
 
-def test_slabs_make_the_whole(engine, rng, monkeypatch):
+def test_slabs_give_the_same(engine, rng, monkeypatch):
     grid = Grid((21, 10, 30))
     array = rng.normal(size=grid.shape).astype(np.float32)
     whole = engine.gradient(array, grid)
-    monkeypatch.setattr(differences, "_MOST", 700)
+    monkeypatch.setattr(differences, "MAX_LAUNCH_POINTS", 700)
     for in_place in {engine.memory.in_place, False}:
         monkeypatch.setattr(engine.memory, "in_place", in_place)
         np.testing.assert_array_equal(engine.gradient(array, grid), whole)

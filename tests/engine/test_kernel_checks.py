@@ -8,7 +8,7 @@ from vtk_mls.engine import dispatch
 from vtk_mls.engine.engine import Engine
 from vtk_mls.engine.launch.launcher import Launcher
 
-ASKED_FOR = {
+REQUIRED = {
     *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),
     *("grid_source_index", "resample", "gradient", "void_by_corners"),
     *("node_displacement", "coarse_check", "coarse_displacement"),
@@ -19,12 +19,12 @@ ASKED_FOR = {
 def test_kernels_of_every_sort_are_launched(device, monkeypatch):
     launched, launch = set(), Launcher.launch
 
-    def noting(self, name, *arguments):
+    def record(self, name, *arguments):
         launched.add(name)
         launch(self, name, *arguments)
 
-    monkeypatch.setattr(Launcher, "launch", noting)
+    monkeypatch.setattr(Launcher, "launch", record)
     for _, errors in kernel_checks.checks(Engine(dispatch.choose(device))):
         error, bound = errors()
         assert error <= bound
-    assert launched >= ASKED_FOR
+    assert launched >= REQUIRED

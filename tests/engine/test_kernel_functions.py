@@ -22,7 +22,7 @@ COUNT = 2000
 def of(request):
     """`call` on a device, a point or a vector of them at a time."""
     key, lanes = request.param
-    chosen = next(each for each in device.list_devices() if each.key == key)
+    chosen = next(found for found in device.list_devices() if found.key == key)
     return partial(call, key, chosen.lanes if lanes == "vectors" else 1)
 
 
@@ -354,7 +354,7 @@ def test_distances_to_triangles(of, rng):
     corners, x = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, (300, 3))
     body = f"r[0] = distance_to_triangle(table, {AXES});"
     got = of(CUT_FILES, body, x, 1, table=corners.ravel(), **CUTS)[:, 0]
-    s, t = (each.ravel() for each in np.meshgrid(SHARES, SHARES))
+    s, t = (shares.ravel() for shares in np.meshgrid(SHARES, SHARES))
     s, t = s[s + t <= 1], t[s + t <= 1]
     filled = (
         corners[0] + s[:, None] * (corners[1] - corners[0]) + t[:, None] * (corners[2] - corners[0])

@@ -1,4 +1,4 @@
-"""Values of an array at any places of its grid, on a device against numpy."""
+"""Interpolated values of arrays: devices against numpy."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def engine(request):
 @pytest.mark.parametrize("dtype", ["float32", "float64", "int16", "uint8", "int64"])
 @pytest.mark.parametrize("source", [WHOLE, WHOLE.part((2, 1, 3), (14, 10, 5))])
 @pytest.mark.parametrize("components", [(), (3,)])
-def test_it_is_what_numpy_finds(engine, method, dtype, source, components, rng):
+def test_values_equal_those_of_numpy(engine, method, dtype, source, components, rng):
     array = (100 * rng.random((*source.shape, *components))).astype(dtype)
     for count in (0, 1, 15, 16, 1000):
         index = np.float32(rng.uniform(-2, 18, (count, 3))).astype(np.float64)
@@ -36,8 +36,8 @@ def test_it_is_what_numpy_finds(engine, method, dtype, source, components, rng):
 def test_a_device_with_little_memory_gets_slices(engine, rng, monkeypatch):
     array = rng.random((*WHOLE.shape, 3)).astype(np.float32)
     index = rng.uniform(0, [16, 11, 8], (500, 3))
-    how = array, index, "linear", 0, WHOLE
-    expected = engine.sample(*how)
+    arguments = array, index, "linear", 0, WHOLE
+    expected = engine.sample(*arguments)
     monkeypatch.setattr(engine.memory, "in_place", False)
     monkeypatch.setattr(engine.memory, "limit", array.nbytes)
-    np.testing.assert_array_equal(engine.sample(*how), expected)
+    np.testing.assert_array_equal(engine.sample(*arguments), expected)

@@ -1,4 +1,4 @@
-"""What corners tell of cells on a device, against numpy."""
+"""Flags of void cells: devices against numpy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def engine(request):
 
 
 def distances(shape, rng):
-    """Those of some random planes, with steps."""
+    """Void distances of a random plane, with steps."""
     z, y, x = np.meshgrid(*[np.arange(n) for n in shape], indexing="ij")
     normal = rng.normal(size=3)
     height = normal[0] * x + normal[1] * y + normal[2] * z
@@ -27,9 +27,9 @@ def distances(shape, rng):
     return height.astype(np.float32)
 
 
-def check(engine, values, least):
-    got = engine.void_by_corners(values, least)
-    np.testing.assert_array_equal(got, void_cells.by_corners(values, least))
+def check(engine, values, min_distance):
+    got = engine.void_by_corners(values, min_distance)
+    np.testing.assert_array_equal(got, void_cells.by_corners(values, min_distance))
     return got
 
 
@@ -37,8 +37,8 @@ def check(engine, values, least):
 def test_every_size(n, engine, rng):
     found = set()
     for shape in ((n, 7, 40), (9, n, 37), (20, 9, n), (n, 1, 1), (1, n, 1), (1, 1, n)):
-        for least in (0.0, 1.5, 6.0):
-            found |= set(check(engine, distances(shape, rng), least).ravel().tolist())
+        for min_distance in (0.0, 1.5, 6.0):
+            found |= set(check(engine, distances(shape, rng), min_distance).ravel().tolist())
     assert {0, void_cells.UNKNOWN, void_cells.VOID | void_cells.TOUCHED} <= found or n == 1
 
 
@@ -54,9 +54,9 @@ def test_what_is_no_number_or_has_no_end_tells_nothing(engine, rng):
     ).all()
 
 
-def test_a_device_gets_it_in_pieces(engine, rng, monkeypatch):
+def test_slabs_give_the_same(engine, rng, monkeypatch):
     values = distances((70, 20, 33), rng)
-    monkeypatch.setattr(void_corners, "_MOST", 1 << 12)
+    monkeypatch.setattr(void_corners, "MAX_LAUNCH_CELLS", 1 << 12)
     check(engine, values, 1.5)
     monkeypatch.setattr(engine.memory, "in_place", False)
     check(engine, values, 1.5)

@@ -38,7 +38,7 @@ def uploads(memory, monkeypatch):
 
         return note
 
-    for name in ("read", "constant"):
+    for name in ("input_buffer", "constant"):
         monkeypatch.setattr(memory, name, noted(getattr(memory, name)))
     return sizes
 

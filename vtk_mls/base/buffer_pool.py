@@ -1,7 +1,7 @@
-"""Memory of results that nobody has any more, for the next ones.
+"""Reuse of the memory of large results.
 
-A drag makes arrays of the same sizes again and again. For new ones the system clears all of their
-memory first, which takes as long as filling them.
+A drag makes arrays of the same sizes again and again. The system clears new memory first, which
+takes as long as filling it.
 """
 
 from __future__ import annotations
@@ -14,58 +14,55 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
-# Bytes of an array that is worth it, and of all that are kept.
-_LEAST, _MOST = 1 << 20, 1 << 28
-# So many arrays are made of other memory before what is kept is let go: those of a few updates.
-_PATIENCE = 32
+MIN_BYTES = 1 << 20  # smaller arrays are not pooled
+MAX_IDLE_BYTES = 1 << 28  # of all idle buffers together
+MAX_IDLE_CALLS = 32  # calls of `empty` after which an idle buffer is freed
 
-_kept: list[_Memory] = []
+# Idle buffers, the oldest first, each with the number of calls when it became idle.
+_idle: list[tuple[NDArray[np.uint8], int]] = []
+_calls = 0
 _lock = threading.Lock()
 
 
-class _Memory:
-    """Bytes that nobody has."""
-
-    def __init__(self, array: NDArray[np.uint8]) -> None:
-        self.array, self.patience = array, _PATIENCE
-
-
 class _Owner:
-    """Has the memory of an array, and keeps it for the next when that and its views are gone."""
+    """The base of an array; returns its buffer to the pool when the array and its views are gone.
 
-    def __init__(self, memory: NDArray[np.uint8]) -> None:
-        self._memory = memory
-        self.__array_interface__ = memory.__array_interface__
+    numpy lets a view refer to this object, while it would skip arrays in between.
+    """
+
+    def __init__(self, buffer: NDArray[np.uint8]) -> None:
+        self._buffer = buffer
+        self.__array_interface__ = buffer.__array_interface__
 
     def __del__(self) -> None:
-        # at any time, in any thread: what is busy is not waited for
-        if self._memory.nbytes <= _MOST and _lock.acquire(blocking=False):
+        # Runs at any time in any thread, also while this thread holds the lock: never waits.
+        if self._buffer.nbytes <= MAX_IDLE_BYTES and _lock.acquire(blocking=False):
             try:
-                _kept.append(_Memory(self._memory))
-                while sum(memory.array.nbytes for memory in _kept) > _MOST:
-                    del _kept[0]
+                _idle.append((self._buffer, _calls))
+                while sum(buffer.nbytes for buffer, _ in _idle) > MAX_IDLE_BYTES:
+                    del _idle[0]
             finally:
                 _lock.release()
 
 
 def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
-    """An array with any values, as `numpy.empty` makes it, of kept memory if there is some."""
+    """An uninitialized array, as `numpy.empty` returns it, in an idle buffer if one fits."""
     dtype = np.dtype(dtype)
     size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
-    if size < _LEAST:
+    if size < MIN_BYTES:
         return np.empty(shape, dtype)
-    memory = _taken(size)
-    if memory is None:
-        memory = np.empty(size, np.uint8)
-    return np.asarray(_Owner(memory)).view(dtype).reshape(shape)
+    buffer = _take(size)
+    if buffer is None:
+        buffer = np.empty(size, np.uint8)
+    return np.asarray(_Owner(buffer)).view(dtype).reshape(shape)
 
 
-def _taken(size: int) -> NDArray[np.uint8] | None:
-    """Kept memory of `size` bytes; None if there is none."""
+def _take(size: int) -> NDArray[np.uint8] | None:
+    """The last idle buffer of `size` bytes, which may still be in the cache; None without one."""
+    global _calls
     with _lock:
-        # the last that was kept may still be in the processor's cache
-        found = next((memory for memory in reversed(_kept) if memory.array.nbytes == size), None)
-        for memory in _kept:
-            memory.patience -= 1
-        _kept[:] = [each for each in _kept if each is not found and each.patience > 0]
-    return found and found.array
+        _calls += 1
+        fitting = [i for i, (buffer, _) in enumerate(_idle) if buffer.nbytes == size]
+        buffer = _idle.pop(fitting[-1])[0] if fitting else None
+        _idle[:] = [entry for entry in _idle if _calls - entry[1] < MAX_IDLE_CALLS]
+        return buffer

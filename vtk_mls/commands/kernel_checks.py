@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Sampling
-from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.device import devices
 from vtk_mls.engine.device.device_check import MARK, description
 from vtk_mls.engine.engine import Engine
 from vtk_mls.reference import engine as reference
@@ -52,15 +52,14 @@ def main(folder, request):
 
 
 def checks(engine):
-    """Every kind, without cuts and with cuts in both frames, at points and on grids, images, slopes
-    and the inverse.
+    """Every kind, cuts in both frames, points, grids, images, Jacobians and the inverse.
 
     Yields
     ------
     step : str
     errors : callable
-        Gives the distance from the specification, next to the extent or to 1, and a bound for it:
-        far above what float32 rounds, and far below what a miscompiled kernel gives.
+        Returns the error relative to the extent or to 1, and its bound: far above rounding in
+        float32, and far below the error of a miscompiled kernel.
     """
     rng = np.random.default_rng(1)
     deformed = rng.uniform(0, EXTENT, (12, 3))
@@ -74,54 +73,61 @@ def checks(engine):
         )
         for kind, alpha in (("polynomial", 2.0), ("rigid", 1.0))
     )
-    similarity, staying = (
+    similarity, fixed_cut = (
         Deformation(rest, deformed, kind, cuts=[_CUT], cut_frame="deformed", device="reference")
         for kind in ("similarity", "rigid")
     )
 
+    checked_kinds = {d.kind for d in (affine, similarity, polynomial, rigid)}
     others = [
         Deformation(rest, deformed, kind, device="reference")
         for kind in KINDS
-        if kind not in {d.kind for d in (affine, similarity, polynomial, rigid)}
+        if kind not in checked_kinds
     ]
 
-    def at_points(d):
+    def point_error(d):
         return np.abs(engine.backward(d, points) - d.backward(points)).max() / EXTENT
 
-    def on_grid(d, grid=_GRID):
+    def grid_error(d, grid=_GRID):
         pairs = zip(engine.displacement_field(d, grid), reference.displacement_field(d, grid))
-        return max(_most(np.abs(a - b)) for a, b in pairs if a is not None) / EXTENT
+        return max(_largest(np.abs(a - b)) for a, b in pairs if a is not None) / EXTENT
 
-    def of_slopes():
-        return _most(np.abs(engine.jacobian(rigid, points) - rigid.jacobian(points)))
+    def jacobian_error():
+        return _largest(np.abs(engine.jacobian(rigid, points) - rigid.jacobian(points)))
 
-    def of_images():
+    def image_error():
         image = np.sin(_GRID.points() @ [0.1, 0.07, 0.05]).reshape(_GRID.shape)
         images = [image.astype(np.float32), *([image] if engine.device.has_float64 else [])]
-        question = rigid, images, Sampling(_GRID, background=-1.0)
-        pairs = [*zip(engine.resample(*question), reference.resample(*question))]
-        pairs += [[each.gradient(images[0], _GRID) for each in (engine, reference)]]
+        arguments = rigid, images, Sampling(_GRID, background=-1.0)
+        pairs = [*zip(engine.resample(*arguments), reference.resample(*arguments))]
+        pairs.append([module.gradient(images[0], _GRID) for module in (engine, reference)])
         heights = (_FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(_FINE_GRID.shape)
-        told = [each.void_by_corners(np.float32(heights), 2.0) for each in (engine, reference)]
-        pairs.append(np.float32(told))
-        return max(_most(np.abs(a - b)) for a, b in pairs)
+        flags = [module.void_by_corners(np.float32(heights), 2.0) for module in (engine, reference)]
+        pairs.append(np.float32(flags))
+        return max(_largest(np.abs(a - b)) for a, b in pairs)
 
-    def of_the_inverse(d):
+    def inverse_error(d):
         origins = d.backward(points[~d.void(points)])
         displacement, found = engine.forward(d, origins)
         back = d.backward((origins + displacement)[found])
-        return _most(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
+        return _largest(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
 
-    yield "affine map at points", lambda: (at_points(affine), 1e-5)
-    yield "polynomial map on a grid, cut", lambda: (on_grid(polynomial), 1e-4)
-    yield "affine map between nodes", lambda: (on_grid(coarse, _FINE_GRID), 0.1 / EXTENT)
-    yield "rigid Jacobian, cut", lambda: (of_slopes(), 1e-3)
-    yield "images, rigid, cut", lambda: (of_images(), 1e-3)
-    yield "rigid inverse, cut", lambda: (of_the_inverse(rigid), 1e-4)
-    yield "similarity map on a grid, cut that stays", lambda: (on_grid(similarity), 1e-5)
-    yield "rigid inverse, cut that stays", lambda: (of_the_inverse(staying), 1e-4)
+    yield "affine map at points", lambda: (point_error(affine), 1e-5)
+    yield "polynomial map on a grid, cut", lambda: (grid_error(polynomial), 1e-4)
+    yield "affine map between nodes", lambda: (grid_error(coarse, _FINE_GRID), 0.1 / EXTENT)
+    yield "rigid Jacobian, cut", lambda: (jacobian_error(), 1e-3)
+    yield "images, rigid, cut", lambda: (image_error(), 1e-3)
+    yield "rigid inverse, cut", lambda: (inverse_error(rigid), 1e-4)
+    yield (
+        "similarity map on a grid, cut in the deformed frame",
+        lambda: (grid_error(similarity), 1e-5),
+    )
+    yield (
+        "rigid inverse, cut in the deformed frame",
+        lambda: (inverse_error(fixed_cut), 1e-4),
+    )
     for other in others:
-        yield f"{other.kind} map at points", lambda d=other: (at_points(d), 1e-5)
+        yield f"{other.kind} map at points", lambda d=other: (point_error(d), 1e-5)
 
 
 def speed(engine):
@@ -137,19 +143,19 @@ def speed(engine):
     return _SPEED_GRID.size / min(times)
 
 
-def _most(errors):
-    """The largest of 95 % of `errors`, or NaN if one of all is.
+def _largest(errors):
+    """The 95th percentile of `errors`, or NaN if any is NaN.
 
-    Next to a cut rounding decides on which side a point lies.
+    Near a cut rounding decides on which side a point lies.
     """
     return np.nan if np.isnan(errors).any() else np.percentile(errors, 95)
 
 
 def _find(requested):
-    devices = [d for d in device.list_devices() if description(d) == requested]
-    if not devices:
-        raise LookupError("the device is not there in a process of its own")
-    return devices[0]
+    found = [device for device in devices.list_devices() if description(device) == requested]
+    if not found:
+        raise LookupError("the child process does not find the device")
+    return found[0]
 
 
 def _report(**message):

@@ -1,4 +1,4 @@
-"""Chooses the engine: an OpenCL device that computes right, or the numpy reference."""
+"""Choice of the engine: an OpenCL device that passed its check, or the numpy reference."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from vtk_mls.reference import engine as reference
 
 
 def engine_for(name=None):
-    """The engine for the device `name`, as `device` of `Deformation` describes it.
+    """The engine for `name`, the `device` of a `Deformation`.
 
-    Without a name, and where there are devices but none that computes right, it is the
-    specification.
+    Without a name it is the numpy reference if devices exist and all fail their check.
 
     Raises
     ------
@@ -27,29 +26,29 @@ def engine_for(name=None):
     chosen = choose(name)
     if chosen is None:
         return reference
-    from vtk_mls.engine import engine  # only now is OpenCL needed
+    from vtk_mls.engine import engine  # needs OpenCL
 
     return engine.on(chosen)
 
 
 def choose(name: str | None = None) -> devices.Device | None:
-    """The device meant by `name`, with as many points per work item as it computes right.
+    """The device for `name`, with the number of points per work item that passed the check.
 
     Parameters
     ----------
     name : {"gpu", "cpu", "platform:device"}, optional
-        The first GPU, else the fastest CPU driver, if not given. MPI processes share out the GPUs
-        of their node: the first takes the first GPU, the second the second, and so on round.
+        The default is the first GPU, else the fastest CPU driver. MPI processes take the GPUs of
+        their node in turn.
 
     Returns
     -------
     Device or None
-        None without a name, if there are devices and none of them computes right.
+        None without a name, if devices exist and all fail the check.
 
     Raises
     ------
     DeviceError
-        If there is none as named, or none at all; it lists what there is.
+        If the device or any device is missing; it lists the devices found.
     """
     found, problem = devices.find()
     for device in found:
@@ -64,19 +63,21 @@ def choose(name: str | None = None) -> devices.Device | None:
     if name in ("cpu", None) and (working := _working(cpus)):
         return working[0]
     install = f"install your GPU's driver, or one for the CPU: {drivers.advice()}"
-    wanted = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
+    missing = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
     if not found:
-        raise DeviceError(f"{wanted}: {problem}; {install}")
+        raise DeviceError(f"{missing}: {problem}; {install}")
     listed = "found " + "; ".join(map(_with_failure, found))
     if name is None:
-        warn(f"No OpenCL device computes right, numpy does it, slowly; {listed}; {install}")
+        warn(f"No OpenCL device computes right; numpy is used, slowly; {listed}; {install}")
         return None
     works = " that works" if any(name in (device.key, device.kind) for device in found) else ""
-    raise DeviceError(f'{wanted}{works}; {listed}; use another of these, or "reference"; {install}')
+    raise DeviceError(
+        f'{missing}{works}; {listed}; use another of these, or "reference"; {install}'
+    )
 
 
 def _working(found):
-    """Devices that compute right, the fastest first."""
+    """Devices that pass the check, the fastest first."""
     working = [pair for pair in zip(device_check.results(found), found) if pair[0].lanes]
     working.sort(key=lambda pair: -pair[0].speed)
     return [dataclasses.replace(device, width=result.lanes) for result, device in working]

@@ -1,4 +1,4 @@
-"""What an engine answers: the contract of the specification and of the OpenCL engine."""
+"""The interface of engines: the numpy reference and the OpenCL engine."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ if TYPE_CHECKING:
 
 
 class Engine(Protocol):
-    """Answers the questions that one can ask a deformation.
+    """Evaluates deformations.
 
-    Arguments are valid: `Deformation` has checked them. Points are in world coordinates and finite,
-    unless a question says otherwise. `progress` is told before each piece of the work.
+    Arguments are valid: `Deformation` checks them. Points are float64, finite and in world
+    coordinates unless stated otherwise; v is a point of the deformed space, x of the undeformed
+    space, and x = G(v). `progress` is reported before each piece of the work.
 
     Attributes
     ----------
     NAME : str
-        For people.
+        Name for people.
     """
 
     NAME: str
@@ -30,38 +31,15 @@ class Engine(Protocol):
     def backward(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> np.ndarray:
-        """Origins of the material at some points.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        points : (m, 3) float64, world coordinates
-            v.
-        progress : Progress
-
-        Returns
-        -------
-        (m, 3) float64, world coordinates
-            G(v).
-        """
+        """Origins G(v) (m, 3) float64, world coordinates, of the material at `points` v (m, 3)."""
 
     def void_distance(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> np.ndarray:
-        """How far some points are from being void, where the cuts are in the rest frame.
+        """Void distances (m,) float64, world units, at `points` v (m, 3); below 0 in the void.
 
-        Parameters
-        ----------
-        deformation : Deformation
-            With cuts; in the deformed frame v and G(v) tell it (`Cut.void_distance`).
-        points : (m, 3) float64, world coordinates
-            v.
-        progress : Progress
-
-        Returns
-        -------
-        (m,) float64, world units
-            Below 0 in the void.
+        The deformation has cuts in the rest frame. In the deformed frame `Cut.void_distance`
+        computes them from v and G(v).
         """
 
     def jacobian(
@@ -71,21 +49,9 @@ class Engine(Protocol):
         progress: Progress,
         origins: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Jacobian of the map at some points.
+        """Jacobians dG_i/dv_j (m, 3, 3) float64 at `points` v (m, 3).
 
-        Parameters
-        ----------
-        deformation : Deformation
-        points : (m, 3) float64, world coordinates
-            v.
-        progress : Progress
-        origins : (m, 3) float64, world coordinates, optional
-            x = G(v) where it is known; only with cuts in the rest frame.
-
-        Returns
-        -------
-        (m, 3, 3) float64
-            dG_i/dv_j.
+        `origins` x (m, 3) are optional, and given only with cuts in the rest frame.
         """
 
     def origins_from(
@@ -101,12 +67,10 @@ class Engine(Protocol):
 
         Parameters
         ----------
-        deformation : Deformation
         points : (m, 3) float64, world coordinates
             v.
         starts : (m, 3) float64, world coordinates
-            Where searches begin, on the side of each cut whose material is wanted.
-        progress : Progress
+            Start of each search, on the side of each cut whose material is requested.
 
         Returns
         -------
@@ -118,35 +82,26 @@ class Engine(Protocol):
     def forward(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements of the material at some points of the undeformed space.
+        """Displacements of the material at points of the undeformed space.
 
         Parameters
         ----------
-        deformation : Deformation
         points : (m, 3) float32 or float64, world coordinates
             x, which need not be finite.
-        progress : Progress
 
         Returns
         -------
         displacement : (m, 3) float32 or float64, world units
             v - x for the v with G(v) = x.
         found : (m,) bool
-            Whether there is such a v on the material's side of the cuts. Where there is none, v is
-            the point with the smallest residual that was found, or `displacement` is not finite.
+            Whether such a v exists on the material's side of the cuts. Otherwise v is the point
+            with the smallest residual that was found, or `displacement` is not finite.
         """
 
     def displacement_field(
         self, deformation: Deformation, grid: Grid, progress: Progress
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Displacement map on a grid.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        grid : Grid
-            Its points are v.
-        progress : Progress
+        """Displacement map on a grid of points v.
 
         Returns
         -------
@@ -159,20 +114,7 @@ class Engine(Protocol):
     def jacobian_field(
         self, deformation: Deformation, grid: Grid, progress: Progress
     ) -> np.ndarray:
-        """Transposed Jacobian of the map on a grid.
-
-        Parameters
-        ----------
-        deformation : Deformation
-        grid : Grid
-            Its points are v.
-        progress : Progress
-
-        Returns
-        -------
-        (nz, ny, nx, 3, 3) float32
-            dG_j/dv_i.
-        """
+        """Transposed Jacobians dG_j/dv_i (nz, ny, nx, 3, 3) float32 on a grid of points v."""
 
     def resample(
         self,
@@ -183,41 +125,25 @@ class Engine(Protocol):
         void_distance: np.ndarray | None = None,
         covariant: dict[int, bool] | None = None,
     ) -> list[np.ndarray]:
-        """Deformed arrays.
+        """Deformed arrays on `sampling.target`, of the same dtypes.
 
         Parameters
         ----------
-        deformation : Deformation
         arrays : list of (nz, ny, nx) or (nz, ny, nx, components) arrays, contiguous
             On `sampling.source`, of integers or floats.
-        sampling : Sampling
-        progress : Progress
-        void_distance : (target.size,) float32, optional
-            Is filled, world units, if there are cuts.
+        void_distance : (target.size,) float32, world units, optional
+            Output, filled if there are cuts.
         covariant : dict, optional
-            The numbers of arrays of vectors n, float32 in the world frame, that become
-            J_G^T n(G(v)), Eq. 29; and whether of length 1 (or 0). They are 0 outside of the source
+            Indices of arrays of covariant vectors n, float32 in the world frame, which become
+            J_G^T n(G(v)), Eq. 29; and whether they are normalized. They are 0 outside the source
             and in the void.
-
-        Returns
-        -------
-        list of arrays
-            On `sampling.target`, of the same dtypes.
         """
 
     def gradient(self, array: np.ndarray, grid: Grid, progress: Progress) -> np.ndarray:
-        """Gradient of an array by differences.
+        """Gradient (nz, ny, nx, 3) float32, per world unit, of an array on a grid by differences.
 
-        Parameters
-        ----------
-        array : (nz, ny, nx) array, contiguous, of real numbers
-        grid : Grid
-        progress : Progress
-
-        Returns
-        -------
-        (nz, ny, nx, 3) float32, per world unit
-            Of fourth order inside, of second order at the border, 0 across a single slice.
+        Of fourth order inside, of second order at the border, 0 across a single slice. `array`
+        (nz, ny, nx) is contiguous and holds real numbers.
         """
 
     def sample(
@@ -228,71 +154,43 @@ class Engine(Protocol):
         background: float,
         source: Grid,
     ) -> np.ndarray:
-        """Values of an array between its points: `interpolation.sample`.
+        """Values between the points of an array, as `interpolation.sample` computes them.
 
-        Parameters
-        ----------
-        array : (nz, ny, nx) or (nz, ny, nx, components) array, contiguous, of real numbers
-        index, method, background, source
-            As of `interpolation.sample`.
-
-        Returns
-        -------
-        (m,) or (m, components) array of the same dtype
+        `array` (nz, ny, nx) or (nz, ny, nx, components) is contiguous and holds real numbers. The
+        result (m,) or (m, components) has the same dtype.
         """
 
     def void_by_corners(
-        self, void_distance: np.ndarray, least: float, progress: Progress
+        self, void_distance: np.ndarray, min_distance: float, progress: Progress
     ) -> np.ndarray:
-        """What the corners of cells tell of the void: `void_cells.by_corners`.
+        """The bits VOID, UNKNOWN and TOUCHED of cells, as `void_cells.by_corners` computes them.
 
         Parameters
         ----------
         void_distance : (nz, ny, nx) float32, world units, contiguous
             At the points of a grid.
-        least : float, world units
-            Corners of cells that are not near a face are at least as far from it.
-        progress : Progress
+        min_distance : float, world units
+            The smallest distance from a face of the corners of cells that are not near it.
 
         Returns
         -------
         array of uint8
-            Of the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED of each.
+            With the shape of `Grid.cells`.
         """
 
     def void_distance_listed(
-        self, deformation: Deformation, grid: Grid, numbers: np.ndarray, progress: Progress
+        self, deformation: Deformation, grid: Grid, indices: np.ndarray, progress: Progress
     ) -> np.ndarray:
-        """The void distance of `displacement_field` at some points of a grid.
+        """The void distance (m,) float32, world units, of `displacement_field` at some points.
 
-        Parameters
-        ----------
-        deformation : Deformation
-            With cuts.
-        grid : Grid
-        numbers : (m,) int64
-            Of the points, x fastest; they grow.
-        progress : Progress
-
-        Returns
-        -------
-        (m,) float32, world units
+        The deformation has cuts. `indices` (m,) int64 of points of the grid ascend, x fastest.
         """
 
     def source_bounds(
         self, deformation: Deformation, sampling: Sampling, progress: Progress
     ) -> np.ndarray:
-        """Bounds of the origins of a grid.
+        """Bounds (2, 3) of the origins of the target of a `Sampling`.
 
-        Parameters
-        ----------
-        deformation : Deformation
-        sampling : Sampling
-        progress : Progress
-
-        Returns
-        -------
-        (2, 3) floats
-            Lowest and highest continuous index of `sampling.source.whole` that points of the target
-            come from, of those inside of it; inf and -inf if there is none.
+        The lowest and highest continuous indices of `sampling.source.whole` that are inside it;
+        inf and -inf without any.
         """

@@ -263,14 +263,14 @@ def sample(array, index, method, background, source):
     return interpolation.sample(array, index, method, background, source)
 
 
-def void_by_corners(void_distance, least, progress=SILENT):
-    return void_cells.by_corners(void_distance, least)
+def void_by_corners(void_distance, min_distance, progress=SILENT):
+    return void_cells.by_corners(void_distance, min_distance)
 
 
-def void_distance_listed(deformation, grid, numbers, progress=SILENT):
-    result = np.empty(len(numbers), np.float32)
-    for part in progress.over(_parts(len(numbers), deformation)):
-        result[part] = _evaluate(deformation, grid.points_of(numbers[part]))[1]
+def void_distance_listed(deformation, grid, indices, progress=SILENT):
+    result = np.empty(len(indices), np.float32)
+    for part in progress.over(_parts(len(indices), deformation)):
+        result[part] = _evaluate(deformation, grid.points_of(indices[part]))[1]
     return result
 
 

@@ -120,7 +120,8 @@ class MeshDeformer(Algorithm):
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
         self.OutputType = "vtkPolyData"
         self._deformation, self._is_exact = None, True
-        self._rest_surface, self._coarse_map, self._output = (
+        self._rest_surface, self._coarse_map = CachedValue(), CachedValue()
+        self._output = CachedValue()
             CachedValue(),
             CachedValue(),
             CachedValue(),

@@ -1,4 +1,4 @@
-"""A folder for caches that can be written, also for pyopencl and drivers that insist on theirs."""
+"""A writable cache folder, also for pyopencl and for drivers that require one."""
 
 from __future__ import annotations
 
@@ -11,33 +11,30 @@ from pathlib import Path
 
 @functools.cache
 def folder() -> Path | None:
-    """The user's folder for caches, else one of their own among the temporary files; None without.
+    """The user's cache folder, else a private temporary folder; None if neither is writable.
 
-    If it is the latter, `XDG_CACHE_HOME` says so from then on: pyopencl's caches and PoCL's follow
-    it, and neither works where it cannot write.
+    The temporary folder is also set as `XDG_CACHE_HOME`, for the caches of pyopencl and PoCL,
+    which fail in a folder that is not writable.
     """
-    for path in _usual_folders():
-        if _can_be_written(path):
-            return path
+    usual = _usual_folder()
+    if usual and _is_writable(usual):
+        return usual
     path = Path(tempfile.gettempdir(), f"vtk_mls-{getattr(os, 'getuid', int)()}")
-    if not (_can_be_written(path) and _is_own(path)):
+    if not (_is_writable(path) and _is_own(path)):
         return None
     os.environ["XDG_CACHE_HOME"] = str(path)
     return path
 
 
-def _usual_folders():
-    if sys.platform == "win32":
-        told = [os.environ.get("LOCALAPPDATA")]
-        usual = "~/AppData/Local"
-    else:
-        told = [os.environ.get("XDG_CACHE_HOME")]
-        usual = "~/Library/Caches" if sys.platform == "darwin" else "~/.cache"
-    home = [usual] if os.path.expanduser("~") != "~" else []
-    return [Path(os.path.expanduser(path)) for path in [*filter(None, told), *home][:1]]
+def _usual_folder():
+    variable = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
+    defaults = {"win32": "~/AppData/Local", "darwin": "~/Library/Caches"}
+    path = os.environ.get(variable) or defaults.get(sys.platform, "~/.cache")
+    expanded = os.path.expanduser(path)
+    return None if expanded.startswith("~") else Path(expanded)  # without a home
 
 
-def _can_be_written(path):
+def _is_writable(path):
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
@@ -47,7 +44,7 @@ def _can_be_written(path):
 
 
 def _is_own(path):
-    """Whether nobody else can have put files in a folder that all may make."""
+    """Whether no other user can have written to a folder."""
     if not hasattr(os, "getuid"):
         return True
     status = path.lstat()

@@ -2,8 +2,8 @@
 
 Drivers miscompile, crash and hang. The child runs the kernels on the device and compares them with
 the numpy reference (`kernel_checks`). The result says whether the device may be used, and with how
-many points per work item. It is kept in the user's cache folder, one file per driver, processor and
-version of the kernels.
+many points per work item. It is saved in the user's cache folder, one file per driver, processor
+and version of the kernels.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Result:
     Attributes
     ----------
     lanes : int
-        Points per work item that the device computes right; 0 if the device must not be used.
+        Points per work item for which results are right; 0 if the device must not be used.
     failures : tuple of str
         Why more points per work item fail.
     speed : float
@@ -96,7 +96,7 @@ def cached_result(device: devices.Device) -> Result | None:
 
 
 def result_path(device: devices.Device) -> Path | None:
-    """The file that keeps the result for `device`; None if nothing can be kept."""
+    """The file with the result for `device`; None without a cache folder."""
     folder = caches.folder()
     return folder and folder / "vtk_mls" / "devices" / _file_name(device)
 
@@ -115,7 +115,7 @@ def description(device: devices.Device) -> list[str]:
 
 
 def _processor():
-    """The processor that a CPU driver compiles for: several machines may share a home folder."""
+    """The processor that a CPU driver compiles for; machines may share a home folder."""
     try:
         with open("/proc/cpuinfo") as info:
             lines = info.read(8192).splitlines()
@@ -160,14 +160,14 @@ def _read(device):
         is_old = not 0 <= time.time() - record["time"] < RETRY_SECONDS
     except (OSError, AttributeError, KeyError, TypeError, ValueError):
         return None
-    is_doubtful = result.lanes == 0 or any(_TIMED_OUT in failure for failure in result.failures)
-    if result.lanes not in (0, 1, 4, 8, 16) or (is_doubtful and is_old):
+    is_inconclusive = result.lanes == 0 or any(_TIMED_OUT in failure for failure in result.failures)
+    if result.lanes not in (0, 1, 4, 8, 16) or (is_inconclusive and is_old):
         return None
     return result
 
 
 def _write(device, result):
-    """Keep a result; a folder that cannot be written costs a check in each process, no more."""
+    """Save a result. Without a writable folder each process checks again."""
     path = result_path(device)
     with contextlib.suppress(OSError):
         if path is not None:

@@ -1,4 +1,4 @@
-"""OpenCL devices: which there are, their contexts, and kernels built for them."""
+"""OpenCL devices: discovery, contexts, and kernels built for them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, drivers
 
 POCL = "Portable Computing Language"
-# Processors as LLVM names them that have AVX-512; PoCL says for which one it compiles.
+# LLVM's names of processors with AVX-512; the version of a PoCL device has one.
 _WITH_AVX512 = re.compile(
     r"skylake-avx512|cascadelake|cooperlake|cannonlake|icelake|tigerlake|rocketlake"
     r"|sapphirerapids|emeraldrapids|graniterapids|diamondrapids|kn[lm]|znver[4-9]"
 )
 _OUT_OF_MEMORY = (-4, -5, -6)  # of the device for an object, of its resources, of the host
 
-# How programs that start MPI processes tell each its number among those on its node, and how many
-# they are.
+# Environment variables of MPI launchers: the rank of a process on its node, and the number of
+# processes there.
 _PROCESS_VARIABLES = (
     ("OMPI_COMM_WORLD_LOCAL_RANK", "OMPI_COMM_WORLD_LOCAL_SIZE"),  # Open MPI
     ("MPI_LOCALRANKID", "MPI_LOCALNRANKS"),  # MPICH, Intel MPI
@@ -31,16 +31,16 @@ _PROCESS_VARIABLES = (
     ("SLURM_LOCALID", "SLURM_NTASKS_PER_NODE"),
 )
 
-# The process that loaded the drivers: their threads do not live on in a fork of it.
+# The process that loaded the drivers, whose threads do not exist in a fork.
 _loaded_in = None
 
 
 class DeviceError(RuntimeError):
-    """No device as asked for, or its driver refused; says what was found and what to install."""
+    """The device does not exist or its driver failed; says what was found and what to install."""
 
 
 class OutOfDeviceMemory(DeviceError):
-    """A device had not memory enough for what was asked of it at once."""
+    """The memory of the device does not suffice for one launch."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ class Device:
     kind : str
         "gpu", "cpu" or "accelerator".
     version : str
-        OpenCL that it has, and what its driver adds to that.
+        OpenCL version, with the driver's additions.
     driver : str
         Versions of the driver and of its platform.
     width : int, optional
-        Points per work item that it computes right; see `device_check`.
+        Points per work item for which its results are right; see `device_check`.
     """
 
     key: str
@@ -77,7 +77,7 @@ class Device:
 
     @property
     def widths(self) -> tuple[int, ...]:
-        """Points per work item that may be tried, the fastest first."""
+        """Points per work item to check, the fastest first."""
         if self.kind != "cpu":
             return (1,)
         native = self.handle.native_vector_width_float
@@ -93,8 +93,8 @@ class Device:
 
     @property
     def _miscompiles_512_bits(self):
-        """PoCL before 5 takes some CPUs for ones without AVX-512, but has built-ins for ones with:
-        vectors of 512 bits are handed over in other registers than they are looked for in."""
+        """Before version 5, PoCL compiles for some CPUs with AVX-512 as for CPUs without, but calls
+        built-ins with AVX-512, which expect vectors of 512 bits in other registers."""
         return _pocl_version(self) < (5,) and not _WITH_AVX512.search(self.version)
 
     @property
@@ -107,7 +107,7 @@ class Device:
 
 
 def _pocl_version(device):
-    """Version of PoCL; without it one that is later than all."""
+    """The version of PoCL; for other platforms a version later than all."""
     found = re.search(r"PoCL (\d+)\.(\d+)", device.driver) if device.platform == POCL else None
     return tuple(map(int, found.groups())) if found else (1000,)
 
@@ -124,34 +124,33 @@ def sharers(device: Device) -> int:
 
 
 def shared_out(gpus: list[Device]) -> list[Device]:
-    """GPUs in the order in which this process should take them: its own among MPI's first."""
+    """GPUs in the order of preference of this process: MPI processes start at different ones."""
     first = _process_on_node()[0] % len(gpus) if gpus else 0
     return gpus[first:] + gpus[:first]
 
 
 def _process_on_node():
-    """The number of this process among the MPI processes of its node, and how many they are."""
+    """The rank of this process among the MPI processes of its node, and their number."""
     for rank, count in _PROCESS_VARIABLES:
         if os.environ.get(rank, "").isdigit():
-            number = int(os.environ[rank])
-            told = os.environ.get(count, "")
-            return number, max(int(told) if told.isdigit() else 1, number + 1)
+            local_rank, size = int(os.environ[rank]), os.environ.get(count, "")
+            return local_rank, max(int(size) if size.isdigit() else 1, local_rank + 1)
     return 0, 1
 
 
 def find() -> tuple[list[Device], str]:
-    """All OpenCL devices, and why there are none.
+    """All OpenCL devices, and the reason if the list is empty.
 
     Raises
     ------
     DeviceError
-        In a process forked from one that has asked for them.
+        In a fork of a process that has used OpenCL.
     """
     if _loaded_in not in (None, os.getpid()):
         raise DeviceError(
-            "this process was forked from one that had used OpenCL, whose threads did not come "
-            "along: start processes afresh, with multiprocessing.set_start_method('spawn'), or "
-            'use device="reference" in them'
+            "this process was forked from one that had used OpenCL, whose threads do not exist "
+            "here: start processes with multiprocessing.set_start_method('spawn'), or use "
+            'device="reference" in them'
         )
     return _listed()
 
@@ -165,7 +164,7 @@ def _listed():
         return [], f"pyopencl cannot be imported ({error})"
     _loaded_in = os.getpid()
     try:
-        with drivers.shown():
+        with drivers.registered():
             platforms = cl.get_platforms()
     except cl.Error as error:
         return [], f"OpenCL has no platform ({error})"
@@ -180,30 +179,30 @@ def _listed():
 
 
 def _pyopencl():
-    """The module, with caches that it can write.
+    """The module pyopencl, with writable caches.
 
     Raises
     ------
     ImportError
     """
     caches.folder()
-    # pyopencl asks for it, unless it is set, after a failure of its cache
+    # otherwise pyopencl raises after a failure of its cache
     os.environ.setdefault("PYOPENCL_CACHE_FAILURE_FATAL", "")
-    import numpy  # noqa: F401  first, for it brings no loader
+    import numpy  # noqa: F401  first, because it has no loader
 
     with warnings.catch_warnings(), drivers.own_loader():
-        # Debian has no such package; what it does is as well done without
+        # Debian lacks that package, which is not needed
         warnings.filterwarnings("ignore", "Unable to import recommended hash")
         import pyopencl as cl
-    if not hasattr(cl, "get_platforms"):  # a folder that an uninstalled one has left
-        raise ImportError(f"there is no pyopencl in {next(iter(cl.__path__))}: install it again")
+    if not hasattr(cl, "get_platforms"):  # a folder left by an uninstalled one
+        raise ImportError(f"{next(iter(cl.__path__))} has no pyopencl: install it again")
     return cl
 
 
 def _described(key, platform, handle):
     import pyopencl as cl
 
-    # a simulator calls itself all of them
+    # Oclgrind reports all types
     if handle.type & cl.device_type.CPU:
         kind = "cpu"
     else:
@@ -221,19 +220,19 @@ def _described(key, platform, handle):
 
 @functools.cache
 def context(device: Device):
-    """The context of `device`, alone in it. It is kept: Intel's runtime does not count a queue's.
+    """The context of `device` alone. It is cached: a queue of Intel's runtime does not own it.
 
     Raises
     ------
     DeviceError
-        If another PoCL has one: they read each other's files, and the second may end the process.
+        If another PoCL has a context: both use the same files, and the second may crash.
     """
     import pyopencl as cl
 
     if not is_free(device):
         raise DeviceError(
-            f"{device} cannot be used in a process that uses another PoCL already, for two of them "
-            "disturb each other"
+            f"{device} cannot be used in a process that uses another PoCL already; use another "
+            "`device` or another process"
         )
     _in_use.append(device)
     with driver_errors(device):
@@ -244,7 +243,7 @@ _in_use: list[Device] = []
 
 
 def is_free(device: Device) -> bool:
-    """Whether this process uses no other PoCL, if the device is one of PoCL's."""
+    """Whether the device is not of PoCL, or the process uses no other PoCL."""
     platforms = {d.key.partition(":")[0] for d in (*_in_use, device) if d.platform == POCL}
     return device.platform != POCL or len(platforms) == 1
 
@@ -260,7 +259,7 @@ def queue(device: Device):
 
 @contextlib.contextmanager
 def driver_errors(device: Device):
-    """Turns what a driver complains of into a sentence.
+    """Turns errors of the driver into a DeviceError.
 
     Raises
     ------
@@ -271,12 +270,12 @@ def driver_errors(device: Device):
     try:
         yield
     except cl.Error as error:
-        # pyopencl raises some with a mere text
+        # some errors of pyopencl have only a text
         code = getattr(error.args[0], "code", int)() if error.args else 0
         if code in _OUT_OF_MEMORY:
-            raise OutOfDeviceMemory(f"{device} has not memory enough: {error}") from error
+            raise OutOfDeviceMemory(f"{device} does not have enough memory: {error}") from error
         raise DeviceError(
-            f"the driver of {device} refuses: {error}; try another `device`"
+            f"the driver of {device} failed: {error}; try another `device`"
         ) from error
 
 
@@ -287,7 +286,7 @@ def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...])
     Raises
     ------
     DeviceError
-        With the compiler's own words.
+        With the errors of the compiler.
     """
     inform("Building OpenCL kernels", logged=False)
     text = source(f"{name}.cl", constants)
@@ -296,15 +295,15 @@ def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...])
     except DeviceError:
         raise
     except Exception:
-        # What a driver or pyopencl keeps of earlier builds may be broken, by a process that ended
-        # half way: a text of its own has a place of its own there.
+        # The cache of the driver or of pyopencl may be broken by a process that ended during a
+        # build: another text has another cache entry.
         try:
             return _built(device, name, f"{text}\n// built anew\n")
         except Exception as error:
             raise DeviceError(
                 f"the kernel {name} does not build on {device} with "
                 f"{', '.join(f'{constant} = {value}' for constant, value in constants)}: "
-                + _complaints(error)
+                + _compiler_errors(error)
             ) from error
 
 
@@ -312,14 +311,14 @@ def _built(device, name, text):
     import pyopencl as cl
 
     with warnings.catch_warnings():
-        # a compiler's praise of itself, and caches: of pyopencl's that fail, the next build tells
+        # output of the compiler, and failures of pyopencl's cache
         warnings.simplefilter("ignore")
-        # no warnings: they would be about the driver's choice of instructions, which is not ours
+        # warnings are about the driver's choice of instructions
         return cl.Kernel(cl.Program(context(device), text).build(options=["-w"]), name)
 
 
-def _complaints(error) -> str:
-    """What a compiler complains of, without the rest of its log."""
+def _compiler_errors(error) -> str:
+    """The errors in the log of a compiler."""
     lines = [line.strip() for line in str(error).splitlines()]
     return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 
@@ -338,5 +337,5 @@ def _included(file, constants):
     for line in (resource("opencl") / file).read_text().splitlines():
         include = re.match(r'\s*#include (?:"(.+)"|(\w+))', line)
         files = (include[1] or constants.get(include[2], "")).split() if include else ()
-        lines += [_included(each, constants) for each in files] if include else [line]
+        lines += [_included(name, constants) for name in files] if include else [line]
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""OpenCL drivers that pip installed: shown to the OpenCL loader, which looks for the system's."""
+"""OpenCL drivers installed by pip, and the OpenCL loader that finds them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from vtk_mls.engine.device import intel_runtime
 
 
 @contextlib.contextmanager
-def shown():
-    """While this lasts, an OpenCL loader that is asked for the first time finds pip's drivers, too.
+def registered():
+    """A context in which an OpenCL loader also finds the drivers of pip at its first use.
 
-    Whoever has set `OCL_ICD_VENDORS` gets just that.
+    If the user has set `OCL_ICD_VENDORS`, it stays as it is.
     """
     library = intel_runtime.library()
     if library is None or "OCL_ICD_VENDORS" in os.environ:
         yield
     elif sys.platform == "win32":
-        # the Khronos loader adds these to the registry's; Windows looks for the driver's own
-        # libraries on PATH
+        # the Khronos loader adds these to the registry's drivers; Windows finds the driver's
+        # own libraries on PATH
         others = os.environ.get("OCL_ICD_FILENAMES")
         os.environ["PATH"] = os.pathsep.join([str(library.parent), os.environ.get("PATH", "")])
         with _variable("OCL_ICD_FILENAMES", os.pathsep.join(filter(None, [others, str(library)]))):
@@ -37,10 +37,10 @@ def shown():
 
 @contextlib.contextmanager
 def own_loader():
-    """Extension modules that are imported meanwhile use the OpenCL loader that they bring.
+    """A context in which imported extension modules use their own OpenCL loader.
 
-    Some programs have another in the process before: Debian's ParaView has, by MPI's hwloc, which
-    has asked it for drivers already, and it looks for them once.
+    Some programs have already loaded another one: Debian's ParaView loads one through MPI's hwloc,
+    and it searches for drivers only once.
     """
     flags = getattr(os, "RTLD_DEEPBIND", 0)
     before = sys.getdlopenflags() if flags else 0
@@ -56,15 +56,15 @@ def own_loader():
 def advice() -> str:
     """What to install for OpenCL on this machine's CPU."""
     if sys.platform == "darwin":
-        return "macOS brings its own OpenCL, and pip install pyopencl what uses it"
+        return "macOS has its own OpenCL: pip install pyopencl"
     if _is_x86():
         packages = "pyopencl intel-opencl-rt intel-cmplr-lib-rt"
-        return f"pip install {packages} (Intel's runtime, for processors of AMD, too)"
+        return f"pip install {packages} (Intel's runtime, also for AMD processors)"
     return "pip install pyopencl and your system's PoCL (apt-get install pocl-opencl-icd)"
 
 
 def is_fastest(name: str) -> bool:
-    """Whether no driver for CPUs is known to be faster on this machine than those of a platform."""
+    """Whether no faster driver for the CPU of this machine is known than that of a platform."""
     return not _is_x86() or name.startswith("Intel(R) OpenCL")
 
 
@@ -73,9 +73,9 @@ def _is_x86():
 
 
 def _fill(folder, library):
-    """Put .icd files in `folder`: the system's, and one for `library` unless they have it.
+    """Write .icd files to `folder`: the system's, and one for `library` unless it is among them.
 
-    The one in Intel's wheel holds a path of the machine that built it.
+    The .icd file in Intel's wheel has a path of the machine that built it.
     """
     usual = os.environ.get("OPENCL_VENDOR_PATH") or "/etc/OpenCL/vendors"
     found = {}
@@ -83,15 +83,15 @@ def _fill(folder, library):
         for icd in sorted(path.glob("*.icd")):
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 found.setdefault(icd.name, icd.read_text().strip())
-    names = {name: path for name, path in found.items() if _could_be_loaded(path)}
-    if not any(Path(path).name.startswith("libintelocl.so") for path in names.values()):
-        names["intel_cpu_of_pip.icd"] = str(library)
-    for name, path in names.items():
+    drivers = {name: path for name, path in found.items() if _may_exist(path)}
+    if not any(Path(path).name.startswith("libintelocl.so") for path in drivers.values()):
+        drivers["intel_cpu_of_pip.icd"] = str(library)
+    for name, path in drivers.items():
         (folder / name).write_text(path + "\n")
 
 
-def _could_be_loaded(path):
-    """Whether a driver is there; those named without a folder are looked for by the system."""
+def _may_exist(path):
+    """Whether a driver exists; without a folder the system searches for it."""
     return "/" not in path or os.path.exists(path)
 
 

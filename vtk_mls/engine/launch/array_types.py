@@ -1,4 +1,4 @@
-"""Types of arrays, as kernels that read them are built for them."""
+"""Element types of arrays, and the build constants of kernels that read them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ _C_TYPES = {
     **{"int32": "int", "uint32": "uint", "int64": "long", "uint64": "ulong"},
     **{"float32": "float", "float64": "double"},
 }
-# float32 holds every value of these and their sums to the digits they have
+# float32 is exact enough for values of these types and their sums
 _SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
 
 

@@ -30,6 +30,8 @@ class Launcher:
     ----------
     device : Device
     memory : Memory
+    lattices : WeakKeyDictionary
+        Lattices of the inverse by Region, for as long as deformations exist.
     """
 
     def __init__(self, device):
@@ -37,6 +39,7 @@ class Launcher:
         self.constant = self.memory.constant
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+        self.lattices = weakref.WeakKeyDictionary()
 
     # Slices of the work
 
@@ -83,7 +86,7 @@ class Launcher:
             return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
         return [("LANES", self.device.lanes), ("SUM", "float")]
 
-    def map(self, deformation, region, grid, is_rival):
+    def map(self, deformation, region, grid, second_pass):
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
@@ -107,7 +110,7 @@ class Launcher:
             ]
         arguments = [numbers, *self._uploaded[control_points]]
         if deformation.cuts:
-            extra, numbers, tables = cut_tables(deformation, region, grid, is_rival)
+            extra, numbers, tables = cut_tables(deformation, region, grid, second_pass)
             constants += extra
             arguments += [numbers, *map(self.constant, tables)]
         return tuple(constants), arguments
@@ -144,8 +147,11 @@ class RegionMap:
         if count == 0:
             return
         with ExitStack() as buffers:
-            read = buffers.enter_context(self.memory.read(points))
-            arrays = [*map(self.memory.exchanged, changed), *map(self.memory.written, outputs)]
+            read = buffers.enter_context(self.memory.input_buffer(points))
+            arrays = [
+                *map(self.memory.inout_buffer, changed),
+                *map(self.memory.output_buffer, outputs),
+            ]
             written = [buffers.enter_context(array) for array in arrays]
             self.launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
 
@@ -186,7 +192,7 @@ class RegionMap:
         result = np.empty((planes, len(points)), np.float32)
         if len(points) > 0:
             at, other = self.local_points(points), self.local_points(others)
-            with self.memory.read(other) as buffer:
+            with self.memory.input_buffer(other) as buffer:
                 self.launch_at(name, at, [buffer], outputs=[result])
         return result
 
@@ -199,7 +205,7 @@ class RegionMap:
             return []
         return [buffer, np.float32(self.control_points.scale)]
 
-    def launch_on_grid(self, name, grid, part, *arguments, is_rival=False, coarsely=False):
+    def launch_on_grid(self, name, grid, part, *arguments, second_pass=False, coarsely=False):
         """Launch a kernel for the points `part` of a grid.
 
         A rival has those of other regions that are void. Coarsely, displacements may be
@@ -209,20 +215,28 @@ class RegionMap:
         def nodes():
             return self._nodes.around(grid, part) if self._nodes else []
 
-        if coarsely and not is_rival and self._coarse_map and self._coarse_map.pays_off(grid):
+        if coarsely and not second_pass and self._coarse_map and self._coarse_map.pays_off(grid):
             return self._coarse_map.launch(name, grid, part, nodes, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start
-        self.launch(name, (grid.whole, is_rival), count, points, *nodes(), *arguments)
+        self.launch(name, (grid.whole, second_pass), count, points, *nodes(), *arguments)
 
-    def launch_listed(self, name, grid, numbers, *arguments, is_rival=False):
+    def launch_listed(self, name, grid, numbers, *arguments, second_pass=False):
         """Launch a kernel for the points of a grid with the `numbers` (m,) int64, which grow."""
         points = kernel_arguments.grid_points(grid, slice(0, len(numbers)), self.control_points)
         span = slice(numbers[0], numbers[-1] + 1)
         nodes = self._nodes.around(grid, span) if self._nodes else []
-        with self.memory.read(numbers) as listed:
+        with self.memory.input_buffer(numbers) as listed:
             self.launch(
-                *(name, (grid.whole, is_rival), len(numbers), points, *nodes, listed, *arguments),
+                *(
+                    name,
+                    (grid.whole, second_pass),
+                    len(numbers),
+                    points,
+                    *nodes,
+                    listed,
+                    *arguments,
+                ),
                 constants=(("LISTED", 1),),
             )
 
@@ -244,7 +258,7 @@ class RegionMap:
         ]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
-        read, written = self.memory.read, self.memory.written
+        read, written = self.memory.input_buffer, self.memory.output_buffer
         with read(np.ascontiguousarray(points)) as x, written(local) as out:
             self.launcher.launch(
                 "local_points",

@@ -1,4 +1,4 @@
-"""Memory of an OpenCL device: host arrays as buffers, and what fits."""
+"""Memory of an OpenCL device: buffers of host arrays, and limits of their size."""
 
 from __future__ import annotations
 
@@ -10,107 +10,108 @@ import pyopencl as cl
 
 from vtk_mls.engine.device import devices
 
-# Bytes of device memory with which it is no use to begin again.
-_LEAST = 1 << 20
+MIN_LIMIT = 1 << 20  # bytes of device memory below which work is not retried
 
 
 class Memory:
-    """Makes buffers of host arrays. A CPU device works in place on these, without copies.
+    """Makes buffers of host arrays. A CPU device uses host arrays without copies.
 
     Attributes
     ----------
     limit : int
-        Bytes of device memory to use, a share if MPI processes use it too; larger grids go through
-        in slabs.
+        Bytes of device memory to use, divided among MPI processes that share the device. Larger
+        grids are processed in slabs.
     in_place : bool
-        Whether the device works on the host's arrays.
+        Whether the device uses the memory of host arrays.
     """
 
     def __init__(self, device):
         self.device = device
         self.context, self.queue = devices.context(device), devices.queue(device)
         self.in_place = device.kind == "cpu"
-        # Intel's runtime copies what a buffer is made of if it does not begin at a multiple of 128
-        # bytes, as few arrays do
-        self._takes_addresses = _takes_addresses(device.handle)
+        # Intel's runtime copies the host array of a buffer unless its address is a multiple of 128
+        # bytes, as few are: it takes the address itself.
+        self._has_host_addresses = _has_host_addresses(device.handle)
         self.limit = device.handle.global_mem_size // 2 // devices.sharers(device)
-        self._kept = {}
-        self._resident = OrderedDict()  # arrays by their version, the last used at the end
+        self._scratch = {}  # buffers by use
+        self._resident = OrderedDict()  # buffers by version of the array, the last used at the end
 
     def shrink(self):
-        """Use a quarter of the memory from now on; whether that is of any use."""
-        if self.limit < _LEAST:
+        """Quarter the limit and free cached buffers; False if the limit is too small for that."""
+        if self.limit < MIN_LIMIT:
             return False
-        self._kept.clear()
+        self._scratch.clear()
         self._resident.clear()
         self.limit //= 4
         return True
 
     def fits(self, size):
-        """Whether an array of `size` bytes can be on the device beside what is made of it."""
+        """Whether an array of `size` bytes fits the device together with its results."""
         return size <= self.limit / 2 and size <= self.device.handle.max_mem_alloc_size
 
     def scratch(self, use, size):
-        """A buffer of at least `size` bytes, kept for the next call with the same `use`."""
-        kept = self._kept.get(use)
-        if kept is None or kept.size < size:
-            self._kept.pop(use, None)  # before there are two
-            kept = self._kept[use] = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
-        return kept
+        """A buffer of at least `size` bytes, cached for the next call with the same `use`."""
+        buffer = self._scratch.get(use)
+        if buffer is None or buffer.size < size:
+            del buffer
+            self._scratch.pop(use, None)  # freed before the larger one is allocated
+            buffer = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
+            self._scratch[use] = buffer
+        return buffer
 
     def constant(self, array):
-        """`array` on the device, to read as long as the buffer is kept."""
+        """A read-only copy of `array` on the device."""
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self.context, flags, hostbuf=array)
 
     def resident(self, array, version):
-        """`array` on the device, kept for the next call with an equal version of it.
+        """A copy of `array` on the device, cached for the next call with an equal `version`.
 
-        So are others, of which those that were not used for longest make room.
+        Buffers that were not used for longest are freed to make room.
         """
         key = version, array.dtype, array.shape
-        kept = self._resident.pop(key, None)
-        if kept is None:
-            others = self._resident.values
-            while others() and array.nbytes + sum(each.size for each in others()) > self.limit / 2:
+        buffer = self._resident.pop(key, None)
+        if buffer is None:
+            others = self._resident.values()
+            while others and array.nbytes + sum(other.size for other in others) > self.limit / 2:
                 self._resident.popitem(last=False)
-            kept = self.constant(array)
-        self._resident[key] = kept
-        return kept
+            buffer = self.constant(array)
+        self._resident[key] = buffer
+        return buffer
 
     def planes(self, buffer, count, planes=3):
-        """The first `planes * count` floats of a buffer on the host, (planes, count)."""
+        """A host copy (planes, count) of the first `planes * count` floats of a buffer."""
         planes = np.empty((planes, count), np.float32)
         cl.enqueue_copy(self.queue, planes, buffer)
         return planes
 
-    def read(self, array):
-        """A context manager: `array` on the device, to read."""
-        return self._shared(array, cl.mem_flags.READ_ONLY, there=True, back=False)
+    def input_buffer(self, array):
+        """A context manager: a buffer of `array` that kernels read."""
+        return self._buffer(array, cl.mem_flags.READ_ONLY, copy_in=True, copy_out=False)
 
-    def written(self, array):
-        """A context manager: `array` on the device, to write; back on the host at the end."""
-        return self._shared(array, cl.mem_flags.WRITE_ONLY, there=False, back=True)
+    def output_buffer(self, array):
+        """A context manager: a buffer that kernels write, copied to `array` at the end."""
+        return self._buffer(array, cl.mem_flags.WRITE_ONLY, copy_in=False, copy_out=True)
 
-    def exchanged(self, array):
-        """A context manager: `array` on the device, to change; back on the host at the end."""
-        return self._shared(array, cl.mem_flags.READ_WRITE, there=True, back=True)
+    def inout_buffer(self, array):
+        """A context manager: a buffer of `array` that kernels change, copied back at the end."""
+        return self._buffer(array, cl.mem_flags.READ_WRITE, copy_in=True, copy_out=True)
 
-    def _shared(self, array, access, there, back):
-        if self.in_place and self._takes_addresses:
+    def _buffer(self, array, access, copy_in, copy_out):
+        if self.in_place and self._has_host_addresses:
             return _Address(self, array)
-        return _Buffer(self, array, access, there, back)
+        return _Buffer(self, array, access, copy_in, copy_out)
 
 
 class _Address:
-    """A host array as a kernel's argument, where the device takes any address of the host."""
+    """A host array as a kernel argument, where the device accepts any address of the host."""
 
     def __init__(self, memory, array):
         self.memory, self.array = memory, array
         assert array.flags.c_contiguous
-        # of bytes that may be written, which pyopencl wants also of those that are only read
-        place = (ctypes.c_char * array.nbytes).from_address(array.ctypes.data)
-        self.argument = cl.SVM(place)
+        # pyopencl requires a writable buffer, also for input
+        address = (ctypes.c_char * array.nbytes).from_address(array.ctypes.data)
+        self.argument = cl.SVM(address)
 
     def __enter__(self):
         return self.argument
@@ -122,14 +123,14 @@ class _Address:
 class _Buffer:
     """A host array as a device buffer, for as long as the context lasts."""
 
-    def __init__(self, memory, array, access, there, back):
-        self.memory, self.array, self.back = memory, array, back
+    def __init__(self, memory, array, access, copy_in, copy_out):
+        self.memory, self.array, self.copy_out = memory, array, copy_out
         flags = cl.mem_flags
         if memory.in_place:
             access |= flags.USE_HOST_PTR
-        elif there:
+        elif copy_in:
             access |= flags.COPY_HOST_PTR
-        host = {"hostbuf": array} if there or memory.in_place else {"size": array.nbytes}
+        host = {"hostbuf": array} if copy_in or memory.in_place else {"size": array.nbytes}
         self.argument = cl.Buffer(memory.context, access, **host)
 
     def __enter__(self):
@@ -137,9 +138,9 @@ class _Buffer:
 
     def __exit__(self, *_):
         queue = self.memory.queue
-        if self.back and not self.memory.in_place:
+        if self.copy_out and not self.memory.in_place:
             cl.enqueue_copy(queue, self.array, self.argument)
-        elif self.back:
+        elif self.copy_out:
             mapped, _ = cl.enqueue_map_buffer(
                 queue,
                 self.argument,
@@ -153,10 +154,10 @@ class _Buffer:
         self.argument.release()
 
 
-def _takes_addresses(device):
-    """Whether kernels of an OpenCL device take addresses of the host."""
+def _has_host_addresses(device):
+    """Whether kernels of an OpenCL device accept addresses of the host."""
     try:
-        can = device.svm_capabilities
+        capabilities = device.svm_capabilities
     except cl.Error:  # before OpenCL 2
         return False
-    return bool(can & cl.device_svm_capabilities.FINE_GRAIN_SYSTEM)
+    return bool(capabilities & cl.device_svm_capabilities.FINE_GRAIN_SYSTEM)

@@ -164,7 +164,7 @@ class CoarseMap:
         )
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
         far = np.empty(checked[::-1], np.uint8)
-        with self.map.memory.written(far) as out:
+        with self.map.memory.output_buffer(far) as out:
             self._launch_blocks(
                 *("coarse_check", (grid.whole, False), here, points, record, check),
                 *(self._nodes, middles, out),

@@ -9,145 +9,164 @@ from vtk_mls.engine.launch.launcher import RegionMap
 from vtk_mls.engine.map.lattice import Lattice
 from vtk_mls.queries import first_guesses as guesses
 
-# Samples of the map, from which Newton's method starts again where it fails.
-_SAMPLES = 1 << 12
-_STARTS = 4  # so many of them, one after the other
-_WIDER = 2  # levels beyond that of x, from which there are starts, too: v may lie there
-# Residual tolerances of Broyden's method and of the whole search, local units.
-_QUICK, _FOUND = 5e-6, 1e-5
+_SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
+_MAX_RESTARTS = 4  # in the samples of a level
+_EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
+# Tolerances of the residuals of Broyden's method and of the whole search, local units.
+_BROYDEN_TOLERANCE, _TOLERANCE = 5e-6, 1e-5
 
 
 class InverseSearch:
     """Solves G(v) = x in one region.
 
-    Unknowns are displacements v - x, in local units, where x is less the mean displacement.
-    Broyden's method starts from first guesses interpolated on a lattice. The points for which it
-    does not converge, and those beyond the lattice, are solved for by Newton's method with
-    backtracking: from the map with p and q exchanged, and if that fails, where the cuts belong to
-    the material from other `motions`, then from the samples of the map whose images are nearest to
-    x.
+    Unknowns are displacements v - x in local units; the mean displacement is subtracted from x.
+    Broyden's method starts from first guesses interpolated on a lattice. Where it does not
+    converge, and beyond the lattice, Newton's method with backtracking starts from the map with p
+    and q swapped. Where that fails, it restarts with cuts in the rest frame from other `motions`,
+    then from the samples of the map with the images nearest to x.
 
-    Nothing that is done for a point depends on the other points: points with equal coordinates get
+    The result for a point does not depend on the other points: points with equal coordinates get
     the same v to the bit, in every call.
     """
 
     def __init__(self, launcher, deformation, region):
         self.launcher, self.deformation = launcher, deformation
         self.map = RegionMap(launcher, deformation, region)
-        self.exchanged = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
-        self.box = guesses.usual_box(region.control_points)
-        self.lattice = Lattice(launcher, self.box, self._first_guesses)
-        self._samples = {}  # by level
+        self.swapped_map = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
+        if region not in launcher.lattices:
+            launcher.lattices[region] = Lattice(guesses.usual_box(region.control_points))
+        self.lattice = launcher.lattices[region]
 
     def forward(self, points):
         """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
         control_points = self.map.control_points
         local = self.map.local_points(points, control_points.mean_displacement)
         displacement, residual = self._broyden(local)
-        lost = np.flatnonzero(~(residual <= _QUICK))  # NaN, too
-        solved, residual[lost] = self._newton_restarted(np.ascontiguousarray(local[:, lost]))
-        displacement[lost] = self._in_world(solved)
-        residual[lost[np.abs(local[:, lost]).max(axis=0) > guesses.FARTHEST]] = np.inf
-        return displacement, residual <= _FOUND
+        rows = np.flatnonzero(~(residual <= _BROYDEN_TOLERANCE))  # NaN, too
+        unresolved = local.take(rows, axis=1)
+        solved, residual[rows] = self._newton_restarted(unresolved)
+        displacement[rows] = self._in_world(solved)
+        residual[rows[np.abs(unresolved).max(axis=0) > guesses.FARTHEST]] = np.inf
+        return displacement, residual <= _TOLERANCE
 
     def _in_world(self, displacement):
         """v - x (m, 3), world units, of local displacements (3, m)."""
         control_points = self.map.control_points
         return control_points.scale * displacement.T - control_points.mean_displacement
 
-    def _first_guesses(self, local):
-        """Displacements (3, m) at the nodes x `local` (3, m) of the lattice."""
-        return self._newton(local, self._exchanged_displacement(local))[0]
-
     def _broyden(self, local):
         """v - x (m, 3) float32, world units, for x `local` (3, m); the residuals (m,)."""
         count, control_points = local.shape[1], self.map.control_points
         displacement, residual = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        arguments = [*self.lattice.around(local), kernel_arguments.world(control_points)]
+        self._solve_nodes(local)
+        nodes = self.lattice.buffer(self.map.memory)
+        arguments = [self.lattice.record, nodes, kernel_arguments.world(control_points)]
         outputs = [displacement, residual]
         self.map.launch_at("point_forward", local, arguments, outputs=outputs)
         return displacement, residual
 
+    def _solve_nodes(self, local):
+        """Solve for the displacements at the nodes of the lattice around x `local` (3, m)."""
+        nodes = self.lattice.unsolved_nodes(self._lattice_cells(local))
+        if len(nodes) > 0:
+            x = self.lattice.positions(nodes)
+            displacement, _ = self._newton(x, self._swapped_displacement(x))
+            self.lattice.set_displacements(nodes, displacement)
+
+    def _lattice_cells(self, local):
+        """The cells of the lattice that x `local` (3, m) are in: (m,) int32."""
+        count, memory = local.shape[1], self.map.memory
+        cells = np.empty(count, np.int32)
+        if count == 0:
+            return cells
+        constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
+        with memory.input_buffer(local) as x, memory.output_buffer(cells) as out:
+            self.launcher.launch(
+                *("lattice_cells", constants, count, np.int64(count), x, self.lattice.record, out)
+            )
+        return cells
+
     def _newton_restarted(self, local):
         """Displacements (3, m) for x `local` (3, m), from several starts; the residuals (m,)."""
-        displacement, residual = self._newton(local, self._exchanged_displacement(local))
+        displacement, residual = self._newton(local, self._swapped_displacement(local))
 
-        def lost():
-            return np.flatnonzero(residual > _FOUND)
+        def unresolved():
+            return np.flatnonzero(residual > _TOLERANCE)
 
         def restart(rows, points, start):
-            again, remaining = self._newton(points, start)
-            better = remaining < residual[rows]
-            displacement[:, rows[better]] = again[:, better]
-            residual[rows[better]] = remaining[better]
-            return remaining <= _FOUND
+            solution, new_residual = self._newton(points, start)
+            better = new_residual < residual[rows]
+            displacement[:, rows[better]] = solution[:, better]
+            residual[rows[better]] = new_residual[better]
+            return new_residual <= _TOLERANCE
 
-        if self.deformation.in_rest_frame and len(rows := lost()) > 0:
-            points = np.ascontiguousarray(local[:, rows])
+        if self.deformation.in_rest_frame and len(rows := unresolved()) > 0:
+            points = local.take(rows, axis=1)
             for motion in self._motions(points):
                 restart(rows, points, motion)
-        rows = lost()
-        rows = rows[np.abs(local[:, rows]).max(axis=0) <= guesses.FARTHEST]  # not NaN
-        levels = guesses.levels(self.box, local[:, rows].T)
+        rows = unresolved()
+        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= guesses.FARTHEST]  # not NaN
+        levels = guesses.levels(self.lattice.box, local[:, rows].T)
         for level in np.unique(levels):
             remaining = rows[levels == level]
-            for wider in range(_WIDER + 1):
+            for wider in range(_EXTRA_LEVELS + 1):
                 remaining = self._restart_from_samples(level + wider, local, remaining, restart)
         return displacement, residual
 
     def _restart_from_samples(self, level, local, rows, restart):
-        """Restart at `rows` of x `local` (3, m) from samples of a level; the rows that are left."""
-        samples = self._samples_of(level)
-        tried = np.full(len(rows), -1, np.float32)
-        for _ in range(_STARTS):
+        """Restart at `rows` of x `local` (3, m) from samples of a level; the rows not found."""
+        samples = self._get_samples(level)
+        last_distance2 = np.full(len(rows), -1, np.float32)
+        for _ in range(_MAX_RESTARTS):
             if samples is None or len(rows) == 0:
                 break
-            points = np.ascontiguousarray(local[:, rows])
+            points = local.take(rows, axis=1)
             start = np.empty_like(points)
-            self.map.launch_at("nearest_sample", points, samples, [tried], [start])
-            is_lost = ~restart(rows, points, start)
-            rows, tried = rows[is_lost], tried[is_lost]
+            self.map.launch_at("nearest_sample", points, samples, [last_distance2], [start])
+            is_unresolved = ~restart(rows, points, start)
+            rows, last_distance2 = rows[is_unresolved], last_distance2[is_unresolved]
         return rows
 
     def _motions(self, local):
-        """The `motions` (3, m) of x `local` (3, m), one after the other."""
+        """Iterator of the `motions` (3, m) of x `local` (3, m)."""
         control_points = self.map.control_points
         rest = control_points.local(control_points.rest - control_points.mean_displacement)
         deformed = control_points.local(control_points.deformed)
         return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
-        """Displacements (3, m) by Newton's method, from those that are given; the residuals."""
+        """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""
         residual = np.empty(local.shape[1], np.float32)
         self.map.launch_at("point_inverse", local, changed=[displacement], outputs=[residual])
         return displacement, residual
 
-    def _exchanged_displacement(self, local):
-        """Displacements (3, m) of the map with p and q exchanged, at x `local` (3, m)."""
-        control_points, other = self.map.control_points, self.exchanged.control_points
+    def _swapped_displacement(self, local):
+        """Displacements (3, m) of the map with p and q swapped, at x `local` (3, m)."""
+        control_points, other = self.map.control_points, self.swapped_map.control_points
         ratio = control_points.scale / other.scale
         offset = (
             control_points.center + control_points.mean_displacement - other.center
         ) / other.scale
         points = kernel_arguments.planes(local.T * ratio + offset)
         displacement = np.empty_like(local)
-        self.exchanged.launch_at("point_displacement", points, outputs=[displacement])
+        self.swapped_map.launch_at("point_displacement", points, outputs=[displacement])
         mean_displacement = (
             other.mean_displacement + control_points.mean_displacement
         ) / control_points.scale
         return (displacement / ratio + mean_displacement[:, None]).astype(np.float32)
 
-    def _samples_of(self, level):
-        """Kernel arguments: number and table of samples with det(J) > 0; None if there are none.
+    def _get_samples(self, level):
+        """Kernel arguments: number and table of samples with det(J) > 0; None without samples.
 
-        They are found once, over a `level` of the box.
+        They cover a `level` of the box, and are computed once.
         """
-        if level not in self._samples:
-            self._samples[level] = self._sampled(guesses.doubled(self.box, level))
-        return self._samples[level]
+        samples = self.lattice.samples
+        if level not in samples:
+            samples[level] = self._sampled(guesses.doubled(self.lattice.box, level))
+        return samples[level]
 
     def _sampled(self, box):
-        """Samples over a `box` (2, 3), local units, as `_samples_of` has them."""
+        """Samples over a `box` (2, 3), local units, as `_get_samples` has them."""
         control_points = self.map.control_points
         local = guesses.cubic_grid(box, _SAMPLES).points()
         world = control_points.center + control_points.scale * local
@@ -155,8 +174,7 @@ class InverseSearch:
         if len(v) == 0:
             return None
         local = kernel_arguments.planes(v)
-        slope = np.empty((9, len(v)), np.float32)
-        self.map.launch_at("point_jacobian", local, outputs=[slope])
+        slope = self.map.at_local_points("point_jacobian", 9, local)
         usable = np.linalg.det(np.eye(3) + slope.T.reshape(-1, 3, 3)) > 0
         displacement = self.map.at_local_points("point_displacement", self.map.displacements, local)
         if self.deformation.in_rest_frame:

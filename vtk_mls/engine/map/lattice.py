@@ -1,4 +1,4 @@
-"""First guesses for the inverse at the nodes of a lattice that is the deformation's own."""
+"""The lattice of first guesses for the inverse, a property of the deformation."""
 
 from __future__ import annotations
 
@@ -15,62 +15,56 @@ _LEVEL_CELLS, _LEVEL_NODES = LATTICE_CELLS**3, _NODES**3
 
 
 class Lattice:
-    """The lattice of lattice.cl, and first guesses at its nodes.
+    """The lattice of lattice.cl: first guesses at its nodes, and samples of the map on its levels.
 
-    Only nodes at corners of cells with points in them are found. Which cells these are depends on
-    the points, what is found there does not.
+    A launcher keeps it for each region as long as the deformation exists, so it holds arrays only.
+    Nodes are solved for when a point first lies in a cell beside them. Points determine which nodes
+    are solved for, never their values.
 
     Parameters
     ----------
-    launcher : Launcher
     box : (2, 3) float64, local units
         Level 0.
-    solve : callable
-        Displacements (3, m) float32 for x (3, m) float32, local units.
+
+    Attributes
+    ----------
+    record : LATTICE
+    samples : dict
+        Kernel arguments by level, as `InverseSearch` makes them.
     """
 
-    def __init__(self, launcher, box, solve):
-        self.launcher, self.box, self._solve = launcher, box, solve
-        self._record = kernel_arguments.filled(
+    def __init__(self, box):
+        self.box, self.samples = box, {}
+        self.record = kernel_arguments.filled(
             kernel_arguments.LATTICE, center=box.mean(axis=0), density=2 / np.ptp(box, axis=0)
         )
-        self._is_found = np.zeros(LATTICE_LEVELS * _LEVEL_NODES, bool)
-        self._displacement = np.zeros((len(self._is_found), 4), np.float32)
+        self._is_solved = np.zeros(LATTICE_LEVELS * _LEVEL_NODES, bool)
+        self._displacement = np.zeros((len(self._is_solved), 4), np.float32)
+        self._buffer = None
 
-    def around(self, points):
-        """Kernel arguments: the lattice, and its nodes around `points` (3, m)."""
+    def unsolved_nodes(self, cells):
+        """Nodes (m,) at the corners of `cells` (n,) that have no displacement yet."""
         is_occupied = np.zeros(LATTICE_LEVELS * _LEVEL_CELLS + 1, bool)
-        is_occupied[self._cells(points)] = True
-        nodes = _corner_nodes(np.flatnonzero(is_occupied[:-1]))
-        self._find(nodes)
-        size = nodes.max(initial=0) + 1
-        return self._record, self.launcher.constant(self._displacement[:size])
+        is_occupied[cells] = True
+        is_needed = np.zeros(len(self._is_solved), bool)
+        is_needed[_corner_nodes(np.flatnonzero(is_occupied[:-1]))] = True
+        return np.flatnonzero(is_needed & ~self._is_solved)
 
-    def _cells(self, points):
-        """The cells that `points` (3, m) are in: (m,) int32."""
-        count, memory = points.shape[1], self.launcher.memory
-        cells = np.empty(count, np.int32)
-        if count == 0:
-            return cells
-        constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
-        with memory.read(points) as read, memory.written(cells) as out:
-            self.launcher.launch(
-                *("lattice_cells", constants, count, np.int64(count), read, self._record, out)
-            )
-        return cells
+    def set_displacements(self, nodes, displacement):
+        """Store displacements (3, m), local units, at `nodes` (m,)."""
+        self._displacement[nodes, :3] = displacement.T
+        self._is_solved[nodes] = True
+        self._buffer = None
 
-    def _find(self, nodes):
-        """Find the displacements at those of `nodes` (any shape) that are not known yet."""
-        is_needed = np.zeros(len(self._is_found), bool)
-        is_needed[nodes] = True
-        missing = np.flatnonzero(is_needed & ~self._is_found)
-        if len(missing) == 0:
-            return
-        self._displacement[missing, :3] = self._solve(self._positions(missing)).T
-        self._is_found[missing] = True
+    def buffer(self, memory):
+        """The displacements at the nodes, on the device; 0 at nodes without."""
+        if self._buffer is None:
+            stop = np.flatnonzero(self._is_solved).max(initial=0) + 1
+            self._buffer = memory.constant(self._displacement[:stop])
+        return self._buffer
 
-    def _positions(self, nodes):
-        """Where `nodes` (m,) are: (3, m) float32, local units."""
+    def positions(self, nodes):
+        """Positions x (3, m) float32, local units, of `nodes` (m,)."""
         level, node = np.divmod(nodes, _LEVEL_NODES)
         index = np.stack(np.unravel_index(node, [_NODES] * 3)[::-1], axis=1)
         position = (2 * index / LATTICE_CELLS - 1) * np.exp2(level)[:, None]

@@ -1,4 +1,4 @@
-"""The gradient of an array on a grid, by differences on an OpenCL device."""
+"""Gradients of arrays on a grid, by differences on an OpenCL device."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 from vtk_mls.base import buffer_pool
 from vtk_mls.engine.launch import array_types, kernel_arguments
 
-_REACH = 2  # slices on either side that a difference takes
-_MOST = 1 << 24  # points of a launch, so that progress shows
+_REACH = 2  # slices that a difference takes on either side
+MAX_LAUNCH_POINTS = 1 << 24  # so that progress is reported
 
 
 def gradient(launcher, array, grid, progress):
@@ -33,14 +33,17 @@ def gradient(launcher, array, grid, progress):
             to_world=to_world,
         )
         count = row * ny * (stop - start)
-        with memory.read(array[low:high]) as values, memory.written(result[start:stop]) as out:
+        with (
+            memory.input_buffer(array[low:high]) as values,
+            memory.output_buffer(result[start:stop]) as out,
+        ):
             launcher.launch("gradient", constants, count, slices, values, out)
     return result
 
 
 def _slabs(count, size, itemsize, memory):
-    """First and past-the-last slice of slabs of `count` slices, of `size` points each."""
-    step = max(1, _MOST // size)
+    """Slabs of `count` slices with `size` points each: first and past-the-last slice."""
+    step = max(1, MAX_LAUNCH_POINTS // size)
     if not memory.in_place:
         step = max(1, min(step, int(memory.limit / 2 / size / (12 + itemsize)) - 2 * _REACH))
     return [(start, min(start + step, count)) for start in range(0, count, step)]

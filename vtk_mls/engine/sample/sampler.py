@@ -17,48 +17,44 @@ _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 
 
 class _Piece(NamedTuple):
-    """The points `first` to `stop` of a slab, and what they need of an array.
-
-    Their continuous indices in the whole source are in three planes.
-    """
+    """The points `first` to `stop` of a slab, and the part of an array that they need."""
 
     first: int
     stop: int
-    index: cl.Buffer | cl.SVM
+    index: cl.Buffer | cl.SVM  # planes of continuous indices in the whole source
     values: cl.Buffer | cl.SVM
-    grid: Grid  # where the values are
+    grid: Grid  # of the values
 
 
 class Rule(NamedTuple):
-    """How the values of an array are found."""
+    """How an array is interpolated."""
 
     method: str  # "nearest", "linear" or "cubic"
     background: float | int
-    # whether they are covariant vectors, which are 0 outside: None, or if they get length 1
+    # None, or for covariant vectors, which are 0 outside, whether they are normalized
     covariant: bool | None = None
-    version: Hashable = None  # tells the contents of the array from all others, if it is not None
+    version: Hashable = None  # identifies the contents of the array; None without
 
     @property
     def planes(self):
-        """Planes that tell where points come from: indices, for covariant vectors Jacobians."""
+        """Input planes of a point: its indices, and the Jacobian for covariant vectors."""
         return 3 if self.covariant is None else 12
 
 
 class Sampler:
     """The values of one array at the points of slabs.
 
-    The array is on the device as a whole, or where it does not fit only the slices that points
-    need.
+    The whole array is on the device if it fits, else the slices that the points need.
 
     Parameters
     ----------
     launcher : Launcher
     array : (nz, ny, nx) or (nz, ny, nx, components) array
     source : Grid
-        Where its values are.
+        Grid of its values.
     rule : Rule
     fits : bool
-        Whether the array can be on the device as a whole.
+        Whether the whole array fits the device.
     """
 
     def __init__(self, launcher, array, source, rule, fits):
@@ -78,7 +74,7 @@ class Sampler:
             self._launch(piece, result[piece.first : piece.stop])
 
     def _pieces(self, index, count):
-        """The pieces that together make a slab of `count` points."""
+        """The pieces of a slab of `count` points."""
         if self.fits:
             if self._whole is None:
                 self._whole = self._all_values()
@@ -100,15 +96,18 @@ class Sampler:
                 pieces += [(middle, stop), (first, middle)]
                 continue
             own = np.ascontiguousarray(planes[:, first:stop])
-            with self.memory.read(own) as moved, self.memory.read(slices) as values:
+            with (
+                self.memory.input_buffer(own) as own_index,
+                self.memory.input_buffer(slices) as values,
+            ):
                 nx, ny, _ = self.source.dimensions
                 grid = self.source.part((0, 0, low), (nx, ny, high - low))
-                yield _Piece(first, stop, moved, values, grid)
+                yield _Piece(first, stop, own_index, values, grid)
 
     def _all_values(self):
         """The array as an argument of kernels."""
         if self.memory.in_place or self.rule.version is None:
-            return self.memory.read(self.array).argument
+            return self.memory.input_buffer(self.array).argument
         return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, result):
@@ -133,7 +132,7 @@ class Sampler:
             there=piece.grid.dimensions,
             components=np.prod(array.shape[3:]),
         )
-        with self.memory.written(result) as out:
+        with self.memory.output_buffer(result) as out:
             self.launcher.launch(
                 "resample",
                 constants,
@@ -151,17 +150,17 @@ class Sampler:
 def samplers(launcher, arrays, sampling, covariant):
     """A Sampler for each of `arrays`, which share the memory of the device.
 
-    Of vectors whose number is in `covariant` that says whether they get length 1.
+    `covariant` has the indices of arrays of covariant vectors, and whether they are normalized.
     """
     size = sum(array.nbytes for array in arrays)
     fits = launcher.memory.in_place or launcher.memory.fits(size)
     return [
         Sampler(
             *(launcher, array, sampling.source),
-            Rule(method, sampling.background, covariant.get(number), sampling.version(number)),
+            Rule(method, sampling.background, covariant.get(i), sampling.version(i)),
             fits,
         )
-        for number, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))
+        for i, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))
     ]
 
 

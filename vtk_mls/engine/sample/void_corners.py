@@ -1,4 +1,4 @@
-"""What void distances at the corners of cells tell of the void, on an OpenCL device."""
+"""Flags of void cells from void distances at their corners, on an OpenCL device."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.queries import void_cells
 
 _HEIGHT, _DEPTH = 4, 16  # rows and layers of cells of a work item
-_MOST = 1 << 24  # cells of a launch, so that progress shows
+MAX_LAUNCH_CELLS = 1 << 24  # so that progress is reported
 
 
-def void_by_corners(launcher, void_distance, least, progress):
+def void_by_corners(launcher, void_distance, min_distance, progress):
     """`void_cells.by_corners`."""
     memory, (nz, ny, nx) = launcher.memory, void_distance.shape
     cells = tuple(max(n - 1, 1) for n in void_distance.shape)
@@ -23,13 +23,13 @@ def void_by_corners(launcher, void_distance, least, progress):
         *((name, getattr(void_cells, name)) for name in ("FAR", "VOID", "TOUCHED", "UNKNOWN")),
     )
     lanes = dict(constants)["LANES"]
-    step = max(1, _MOST // (nx * ny))
+    step = max(1, MAX_LAUNCH_CELLS // (nx * ny))
     if not memory.in_place:
         step = max(1, min(step, int(memory.limit / 2 / (5 * nx * ny)) - 3))
     starts = range(0, cells[0], step)
     for start in progress.over(starts):
         stop = min(start + step, cells[0])
-        # cells beside those that are wanted tell of them, too
+        # the flags of a cell depend on its neighbors
         low, high = (0, nz) if memory.in_place else (max(start - 1, 0), min(stop + 2, nz))
         layers = kernel_arguments.filled(
             kernel_arguments.LAYERS,
@@ -38,13 +38,13 @@ def void_by_corners(launcher, void_distance, least, progress):
             there=high - low,
             start=start,
             stop=stop,
-            least=least,
+            least=min_distance,
         )
         columns = -(-cells[2] // lanes) * -(-cells[1] // _HEIGHT)
         count = columns * -(-(stop - start) // _DEPTH) * lanes
         with (
-            memory.read(void_distance[low:high]) as values,
-            memory.written(result[start:stop]) as out,
+            memory.input_buffer(void_distance[low:high]) as values,
+            memory.output_buffer(result[start:stop]) as out,
         ):
             launcher.launch("void_by_corners", constants, count, layers, values, out)
     return result
