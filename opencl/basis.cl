@@ -1,12 +1,21 @@
 // The polynomials that the affine and polynomial kinds fit: combinations of monomials that the
 // host has made orthonormal on the control points (vtk_mls/kinds/polynomials.py, Basis).
 
-#if !defined(FUNCTIONS) || !defined(MONOMIAL_ORDER)
-#error "FUNCTIONS or MONOMIAL_ORDER is missing: of degree 1, 2 or 3, how many monomials and which"
+#ifndef FUNCTIONS
+#error "FUNCTIONS is missing: 3, 9 or 19 monomials of degree 1, 2 or 3"
 #endif
 
-// A monomial's place is called by its factors: XXY that of x^2 y.
-enum { MONOMIAL_ORDER, MONOMIALS };
+// Positions of the monomials, named by their factors: XXY is x^2 y.
+enum {
+  X, Y, Z,
+#if FUNCTIONS > 3
+  XX, YY, ZZ, XY, XZ, YZ,
+#endif
+#if FUNCTIONS > 9
+  XXX, YYY, ZZZ, XXY, XXZ, XYY, YYZ, XZZ, YZZ, XYZ,
+#endif
+  MONOMIALS
+};
 
 // Monomials at v less those at q, for x = v - q: no digits are lost when x is small.
 inline void monomial_differences(vec x, vec v, vec q, real m[MONOMIALS]) {

@@ -1,14 +1,10 @@
-// The map of a grid between nodes, every COARSE_STEP-th point of the whole grid along each axis: in
-// a cell the polynomial of degree 5 through the six nodes around along each axis. What comes out
-// depends on the index of a point alone: parts are computed like the whole. Which cells are close to
-// the map the host decides (vtk_mls/engine/map/coarse_map.py).
-
-#if !defined(COARSE_STEP) || !defined(COARSE_WEIGHTS) || !defined(COARSE_SLOPES)
-#error "COARSE_STEP, COARSE_WEIGHTS or COARSE_SLOPES is missing: points from node to node, weights"
-#endif
+// The map of a grid between nodes, every COARSE_STEP-th point of the whole grid along each axis: in a
+// cell the polynomial of degree 5 through the six surrounding nodes along each axis. The result depends
+// on the index of a point only: parts are computed like the whole. The host decides which cells are
+// accurate (vtk_mls/engine/map/coarse_map.py).
 
 #define TAPS 6
-#define BEFORE 2  // of the nodes around a cell are before it
+#define BEFORE 2  // nodes before the first node of a cell
 
 // Planes of nodes: a displacement, with cuts a void distance.
 #if CUTS
@@ -17,12 +13,21 @@
 #define PLANES 3
 #endif
 
-// Vectors of a row of nodes that are around LANES cells.
+// Vectors that hold a row of nodes around LANES cells.
 #define VECTORS_AROUND ((LANES + TAPS - 1 + LANES - 1) / LANES)
 
-// Of the nodes around a cell, for points k / COARSE_STEP behind its first.
-__constant float tap_weight[COARSE_STEP][TAPS] = COARSE_WEIGHTS;
-__constant float tap_slope[COARSE_STEP][TAPS] = COARSE_SLOPES;
+// Lagrange weights of the nodes -2 to 3 at k / COARSE_STEP, and of the derivative from point to point.
+// tests/engine/test_kernel_arguments.py computes them in float64.
+__constant float tap_weight[COARSE_STEP][TAPS] = {
+    {0.0f, 0.0f, 1.0f, 0.0f, -0.0f, 0.0f},
+    {0.00939941406f, -0.0845947266f, 0.845947266f, 0.281982422f, -0.0604248047f, 0.00769042969f},
+    {0.01171875f, -0.09765625f, 0.5859375f, 0.5859375f, -0.09765625f, 0.01171875f},
+    {0.00769042969f, -0.0604248047f, 0.281982422f, 0.845947266f, -0.0845947266f, 0.00939941406f}};
+__constant float tap_slope[COARSE_STEP][TAPS] = {
+    {0.0125000002f, -0.125f, -0.0833333358f, 0.25f, -0.0625f, 0.00833333377f},
+    {0.00594889326f, -0.0460205078f, -0.216552734f, 0.303792328f, -0.0535888672f, 0.00642089825f},
+    {-0.00117187505f, 0.016276041f, -0.29296875f, 0.29296875f, -0.016276041f, 0.00117187505f},
+    {-0.00642089825f, 0.0535888672f, -0.303792328f, 0.216552734f, 0.0460205078f, -0.00594889326f}};
 
 #define UNROLL_TAPS _Pragma("unroll")
 
@@ -31,8 +36,8 @@ typedef struct { int x, y, z; } strip_t;
 
 inline long strips_along(const coarse_t *coarse) { return (coarse->cells[0] + LANES - 1) / LANES; }
 
-// The strip of a work item; false where there is none.
-inline int strip_of(const coarse_t *coarse, strip_t *strip) {
+// Finds the strip of a work item; false without one.
+inline int find_strip(const coarse_t *coarse, strip_t *strip) {
   const long across = strips_along(coarse), item = get_global_id(0), row = item / across;
   if (row >= (long)coarse->cells[1] * coarse->cells[2]) return 0;
   strip->x = coarse->first_cell[0] + (int)(item % across) * LANES;
@@ -42,18 +47,18 @@ inline int strip_of(const coarse_t *coarse, strip_t *strip) {
 }
 
 // The first corners of its cells, as indices of the whole grid.
-inline vec corners_of(const strip_t *strip) {
+inline vec first_corners(const strip_t *strip) {
   real x = 0;
   for (int l = 0; l < LANES; ++l) LANE(x, l) = (strip->x + l) * COARSE_STEP;
   return (vec){x, (real)(strip->y * COARSE_STEP), (real)(strip->z * COARSE_STEP)};
 }
 
 #if CUTS
-// Whether cells have points on this launch's side of all planes, or within a point of it: what rounds
-// must not lose any.
-inline integer in_reach(const cuts_t *cuts, vec index) {
+// Whether cells may have points on this launch's side of all planes: with a margin of one point, so
+// that rounding loses none.
+inline integer may_be_in_region(const cuts_t *cuts, vec index) {
   integer inside = (real)(0) == 0;
-  for (int i = 0; i < cuts->numbers.plane_count; ++i) {
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
     const float4 plane = vload4(0, cuts->planes[i].index_plane);
     const float side = cuts->planes[i].side;
     const float reach = fabs(plane.x) + fabs(plane.y) + fabs(plane.z) +
@@ -82,9 +87,9 @@ inline long node_of(const coarse_t *coarse, const strip_t *strip) {
 // Points of a strip, interpolated along z and x: rows of them, one behind the other along y at nodes.
 typedef struct { real at[TAPS][PLANES][COARSE_STEP]; } layer_t;
 
-// What is k / COARSE_STEP behind the first node of a cell by the nodes around it; or, if `is_slope`,
-// its derivative from point to point.
-HOT real between(const real tap[TAPS], int k, const int is_slope) {
+// Interpolates at k / COARSE_STEP after the first node of a cell; with `is_slope` the derivative from
+// point to point.
+HOT real interpolate(const real tap[TAPS], int k, const int is_slope) {
   if (k == 0 && !is_slope) return tap[BEFORE];
   __constant const float *weight = is_slope ? tap_slope[k] : tap_weight[k];
   real sum = weight[0] * tap[0];
@@ -94,12 +99,12 @@ HOT real between(const real tap[TAPS], int k, const int is_slope) {
 
 #define NO_SLOPE (-1)
 
-// The layer that is k / COARSE_STEP behind the first nodes of a strip; or its derivative along an
-// axis, 0 or 2.
-HOT void layer_between(layer_t *layer, const coarse_t *coarse, __global const float *nodes,
+// Interpolates the layer k / COARSE_STEP after the first nodes of a strip; or its derivative along axis
+// 0 or 2.
+HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global const float *node_planes,
                        const strip_t *strip, int k, const int slope_along) {
   const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
-  __global const float *corner = nodes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
+  __global const float *corner = node_planes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
   float rows[TAPS][PLANES][ROW_LENGTH];
   for (int a = 0; a < TAPS; ++a)
     for (int p = 0; p < PLANES; ++p)
@@ -107,47 +112,47 @@ HOT void layer_between(layer_t *layer, const coarse_t *coarse, __global const fl
         __global const float *from = corner + a * along + p * plane + n * LANES;
         real tap[TAPS];
         UNROLL_TAPS for (int b = 0; b < TAPS; ++b) tap[b] = LOAD(from + b * deep);
-        STORE(between(tap, k, slope_along == 2), rows[a][p] + n * LANES);
+        STORE(interpolate(tap, k, slope_along == 2), rows[a][p] + n * LANES);
       }
   for (int a = 0; a < TAPS; ++a)
     for (int p = 0; p < PLANES; ++p) {
       real tap[TAPS];
       UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(rows[a][p] + c);
       UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
-        layer->at[a][p][i] = between(tap, i, slope_along == 0);
+        layer->at[a][p][i] = interpolate(tap, i, slope_along == 0);
     }
 }
 
-// The points of a row j / COARSE_STEP behind the first nodes of a layer; those i / COARSE_STEP behind
-// the first nodes of the cells. Or their derivative along y.
-HOT real points_between(const layer_t *layer, int p, int i, int j, const int is_slope) {
+// The points of row j of a layer that are i / COARSE_STEP after the first nodes of the cells; with
+// `is_slope` their derivative along y.
+HOT real interpolate_points(const layer_t *layer, int p, int i, int j, const int is_slope) {
   real tap[TAPS];
   UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->at[a][p][i];
-  return between(tap, j, is_slope);
+  return interpolate(tap, j, is_slope);
 }
 
 // A row of points of a strip, LANES * COARSE_STEP of them, of which those from `low` to `high` (not
-// included) are in the launch; `at` is where the first would be in the launch.
+// included) are in the launch; `position` is that of the first in the launch.
 typedef struct {
   int low, high;
-  long at;
+  long position;
   vec index;  // in the whole grid, of the first LANES
 } row_t;
 
-// The row j, k of a strip; false where the launch has none of it.
-inline int row_of_strip(row_t *row, const grid_t *grid, const strip_t *strip, int j, int k) {
+// Finds the row j, k of a strip; false if none of it is in the launch.
+inline int find_row(row_t *row, const grid_t *grid, const strip_t *strip, int j, int k) {
   const int x = strip->x * COARSE_STEP, y = strip->y * COARSE_STEP + j,
             z = strip->z * COARSE_STEP + k;
   const int line = y - grid->start[1];
   if (line < 0 || line >= grid->ny || z < grid->start[2]) return 0;
   const long begin = grid->nx * (line + (long)grid->ny * (z - grid->start[2])) - grid->first;
-  row->at = begin + x - grid->start[0];
+  row->position = begin + x - grid->start[0];
   const long low = max(max((long)0, -begin), (long)x - grid->start[0]),
              high = min(min((long)grid->nx, grid->stop - grid->first - begin),
                         (long)x - grid->start[0] + LANES * COARSE_STEP);
   row->low = (int)(low - (x - grid->start[0]));
   row->high = (int)(high - (x - grid->start[0]));
-  row->index = (vec){TO_REAL(lane_numbers() + x), (real)(y), (real)(z)};
+  row->index = (vec){TO_REAL(lane_indices() + x), (real)(y), (real)(z)};
   return row->low < row->high;
 }
 
@@ -158,7 +163,7 @@ inline vec indices_in(const row_t *row, int n) {
 
 // Which of them are in the launch.
 inline integer are_in_launch(const row_t *row, int n) {
-  const integer number = lane_numbers() + n * LANES;
+  const integer number = lane_indices() + n * LANES;
   return (number >= row->low) & (number < row->high);
 }
 
@@ -180,26 +185,22 @@ inline integer are_in_launch(const row_t *row, int n) {
     row[2 * half + 1] = by_cell[2 * half + 1];                                   \
   }
 #endif
-#if COARSE_STEP != 4
-#error "the points of a row are merged for COARSE_STEP 4"
-#endif
-
-// `points_between` for all points of a row, in their order.
-HOT void row_between(real row[COARSE_STEP], const layer_t *layer, int p, int j, const int is_slope) {
+// `interpolate_points` for all points of a row, in their order.
+HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int j, const int is_slope) {
   real by_cell[COARSE_STEP];
   UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
-    by_cell[i] = points_between(layer, p, i, j, is_slope);
+    by_cell[i] = interpolate_points(layer, p, i, j, is_slope);
   ORDERED_HALF(0)
   ORDERED_HALF(1)
 }
 
-// Stores a plane's n-th LANES of a row, those that are `kept`.
-inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer kept) {
-  __global float *to = plane + row->at + n * LANES;
-  if (ALL(kept)) {
+// Stores the n-th LANES of a row in a plane, where `mask` is set.
+inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer mask) {
+  __global float *to = plane + row->position + n * LANES;
+  if (ALL(mask)) {
     STORE(value, to);
     return;
   }
   for (int l = 0; l < LANES; ++l)
-    if (LANE_INT(kept, l)) to[l] = LANE(value, l);
+    if (LANE_INT(mask, l)) to[l] = LANE(value, l);
 }

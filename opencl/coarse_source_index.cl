@@ -1,75 +1,74 @@
 #include "source_index.cl"
+#include "coarse_map.cl"
 
-// What grid_source_index writes, interpolated between nodes; with FRAMES what grid_source_frame does.
-KERNEL void coarse_source_index(MAP_PARAMETERS, const grid_t grid, const coarse_t coarse,
-                                __global const float *restrict nodes, const source_t source,
-                                __global float *restrict index
-#if CUTS
-                                VOID_PARAMETERS
-#endif
-) {
-#if CUTS
-  const map_t map = MAP;
-#endif
+// As grid_source_index, or `with_jacobian` as grid_source_frame, interpolated between the nodes of
+// `node_planes`.
+__kernel EXPLICIT_VECTORS void coarse_source_index(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
+    const source_t source, __global float *restrict index, __global float *restrict void_distance,
+    const float scale, const int with_jacobian) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
   strip_t strip;
-  if (!strip_of(&coarse, &strip)) return;
+  if (!find_strip(&coarse, &strip)) return;
 #if CUTS
-  if (!ANY(in_reach(&map.cuts, corners_of(&strip)))) return;
+  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
 #endif
   const long count = grid.stop - grid.first;
   for (int k = 0; k < COARSE_STEP; ++k) {
-    layer_t layer;
-#if FRAMES
-    layer_t along_x, along_z;
-#endif
-    int is_there = 0;
+    layer_t layer, along_x, along_z;
+    int has_layer = 0;
     for (int j = 0; j < COARSE_STEP; ++j) {
       row_t row;
-      if (!row_of_strip(&row, &grid, &strip, j, k)) continue;
-      if (!is_there) {
-        layer_between(&layer, &coarse, nodes, &strip, k, NO_SLOPE);
-#if FRAMES
-        layer_between(&along_x, &coarse, nodes, &strip, k, 0);
-        layer_between(&along_z, &coarse, nodes, &strip, k, 2);
-#endif
+      if (!find_row(&row, &grid, &strip, j, k)) continue;
+      if (!has_layer) {
+        interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
+        if (with_jacobian) {
+          interpolate_layer(&along_x, &coarse, node_planes, &strip, k, 0);
+          interpolate_layer(&along_z, &coarse, node_planes, &strip, k, 2);
+        }
       }
-      is_there = 1;
-      real found[PLANES][COARSE_STEP];
-      for (int p = 0; p < PLANES; ++p) row_between(found[p], &layer, p, j, 0);
-#if FRAMES
-      real slope[3][3][COARSE_STEP];
-      for (int p = 0; p < 3; ++p) {
-        row_between(slope[p][0], &along_x, p, j, 0);
-        row_between(slope[p][1], &layer, p, j, 1);
-        row_between(slope[p][2], &along_z, p, j, 0);
-      }
-#endif
+      has_layer = 1;
+      real values[PLANES][COARSE_STEP];
+      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        const vec at = indices_in(&row, n), d = {found[0][n], found[1][n], found[2][n]};
+        const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
         vec from = source_index_of(&source, at, d);
-        integer kept = are_in_launch(&row, n);
+        integer mask = are_in_launch(&row, n);
 #if CUTS
-        const real distance = found[3][n];
+        const real distance = values[3][n];
         if (!source.continued) from = outside_if(from, distance < 0);
-        kept &= in_region(&map.cuts, at);
-        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, kept);
+        mask &= in_region(&map.cuts, at);
+        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
 #endif
-        store_in_row(index, from.x, &row, n, kept);
-        store_in_row(index + count, from.y, &row, n, kept);
-        store_in_row(index + 2 * count, from.z, &row, n, kept);
-#if FRAMES
-        for (int p = 0; p < 3; ++p) {
-          const vec by_index = {slope[p][0][n], slope[p][1][n], slope[p][2][n]};
-          vec by_v = transformed(coarse.to_slopes, by_index);
+        store_in_row(index, from.x, &row, n, mask);
+        store_in_row(index + count, from.y, &row, n, mask);
+        store_in_row(index + 2 * count, from.z, &row, n, mask);
+      }
+      if (!with_jacobian) continue;
+      for (int p = 0; p < 3; ++p) {
+        real slope[3][COARSE_STEP];
+        interpolate_row(slope[0], &along_x, p, j, 0);
+        interpolate_row(slope[1], &layer, p, j, 1);
+        interpolate_row(slope[2], &along_z, p, j, 0);
+        for (int n = 0; n < COARSE_STEP; ++n) {
+          integer mask = are_in_launch(&row, n);
+#if CUTS
+          mask &= in_region(&map.cuts, indices_in(&row, n));
+#endif
+          vec by_v =
+              transformed(coarse.to_slopes, (vec){slope[0][n], slope[1][n], slope[2][n]});
           by_v.x += p == 0;
           by_v.y += p == 1;
           by_v.z += p == 2;
           __global float *plane = index + (3 + 3 * p) * count;
-          store_in_row(plane, by_v.x, &row, n, kept);
-          store_in_row(plane + count, by_v.y, &row, n, kept);
-          store_in_row(plane + 2 * count, by_v.z, &row, n, kept);
+          store_in_row(plane, by_v.x, &row, n, mask);
+          store_in_row(plane + count, by_v.y, &row, n, mask);
+          store_in_row(plane + 2 * count, by_v.z, &row, n, mask);
         }
-#endif
       }
     }
   }

@@ -11,7 +11,7 @@
 // A point in the frame of a half-plane: height, depth, position along the edge, distance to it.
 typedef struct { real s, h, l, r; } frame_t;
 typedef frame_t half_plane_point_t;
-typedef struct { frame_t frame[HALF_PLANES]; } half_plane_view_t;
+typedef struct { frame_t frame[HALF_PLANES]; } half_plane_cache_t;
 
 inline int half_plane_count(__global const float *table) { return HALF_PLANES; }
 
@@ -21,13 +21,13 @@ inline frame_t half_plane_point(__global const float *cut, vec x) {
   return (frame_t){s, h, dot3(offset, load3(cut + 9)), sqrt(fma(s, s, h * h))};
 }
 
-inline half_plane_view_t half_plane_view(__global const float *table, vec v) {
-  half_plane_view_t view;
-  for (int i = 0; i < HALF_PLANES; ++i) view.frame[i] = half_plane_point(record_of(table, i), v);
-  return view;
+inline half_plane_cache_t half_plane_cache(__global const float *table, vec v) {
+  half_plane_cache_t cache;
+  for (int i = 0; i < HALF_PLANES; ++i) cache.frame[i] = half_plane_point(record_of(table, i), v);
+  return cache;
 }
 
-inline frame_t half_plane_seen(const half_plane_view_t *view, int i) { return view->frame[i]; }
+inline frame_t half_plane_cached(const half_plane_cache_t *cache, int i) { return cache->frame[i]; }
 
 inline frame_t half_plane_control_point(__global const float *cut, int k, vec q) {
   __global const float *frame = cut + HALF_PLANE_SIZE + (long)k * FRAME_SIZE;

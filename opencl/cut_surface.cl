@@ -22,7 +22,7 @@ inline __global const float *edge_of(__global const float *cut, int i) {
 #define BLUR 1e-6f
 
 // On which side of the edge a - b the line along `segment` passes: the sign of `side`, or where that
-// is in the blur, of the line moved aside, so that one through a corner passes one of its triangles.
+// is in the blur, of the line moved aside: a line through a corner then passes one of its triangles.
 inline integer right_of(real side, vec segment, real blur, __global const float *a,
                         __global const float *b) {
   float3 moment = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);

@@ -1,27 +1,29 @@
 // Cuts (section 4): the damping of Eq. 28, and the void. Rules of the shapes: vtk_mls/cuts.
 //
-// Full planes do not appear here as obstacles: the host gives each of their sides its own control
-// points, and a launch computes the points of one side (`in_region`).
+// Full planes are no obstacles here: the host gives each of their sides its own control points, and a
+// launch computes the points of one side (`in_region`). SHAPES(X) expands to X(shape) for each other
+// shape of the deformation; each has a table of cuts.
 
-#define REST_FRAME (AT_REST || RIVALS)
-
-// SHAPES(X) is X(shape) for each shape of cuts that one can go round; each has a table.
 #define SHAPE_TABLE(shape) __global const float *shape;
 typedef struct {
-  cut_numbers_t numbers;
+  cut_params_t params;
   __global const plane_t *planes;
   SHAPES(SHAPE_TABLE)
 } cuts_t;
 
-#define SHAPE_PARAMETER(shape) , __global const float *restrict shape##_table
-#define SHAPE_ARGUMENT(shape) , shape##_table
-#define CUT_PARAMETERS             \
-  , const cut_numbers_t cut_numbers, \
-      __global const plane_t *restrict planes SHAPES(SHAPE_PARAMETER)
-#define CUTS_OF_LAUNCH \
-  , { cut_numbers, planes SHAPES(SHAPE_ARGUMENT) }
+// The cuts of a launch. `obstacles` holds the start of the table of each shape, then the tables.
+inline cuts_t cuts_of(const cut_params_t params, __global const plane_t *planes,
+                      __global const float *obstacles) {
+  cuts_t cuts;
+  int shape_index = 0;
+  cuts.params = params;
+  cuts.planes = planes;
+#define SET_TABLE(shape) cuts.shape = obstacles + as_int(obstacles[shape_index++]);
+  SHAPES(SET_TABLE)
+  return cuts;
+}
 
-// A table of cuts: their number, where the record of each begins, the records.
+// A table of cuts: number of cuts, start of each record, the records.
 inline int count_of(__global const float *table) { return as_int(table[0]); }
 inline __global const float *record_of(__global const float *table, int i) {
   return table + as_int(table[1 + i]);
@@ -36,20 +38,20 @@ inline real distance3(vec a, vec b) {
 
 inline real clamp01(real x) { return least(most(x, (real)(0)), (real)(1)); }
 
-// The functions of a shape that takes points as they are, and keeps nothing of them.
+// The functions of a shape that uses points as they are and caches nothing (README.md, Cut shapes).
 #define PLAIN_POINTS(shape)                                                                       \
   typedef vec shape##_point_t;                                                                    \
-  typedef vec shape##_view_t;                                                                     \
+  typedef vec shape##_cache_t;                                                                    \
   inline int shape##_count(__global const float *table) { return count_of(table); }               \
   inline vec shape##_point(__global const float *cut, vec x) { return x; }                        \
-  inline vec shape##_view(__global const float *table, vec v) { return v; }                       \
-  inline vec shape##_seen(const vec *view, int i) { return *view; }                               \
+  inline vec shape##_cache(__global const float *table, vec v) { return v; }                      \
+  inline vec shape##_cached(const vec *cache, int i) { return *cache; }                           \
   inline vec shape##_control_point(__global const float *cut, int k, vec q) { return q; }         \
   inline real shape##_distance2(vec a, vec b) { return dot3(vec_sub(a, b), vec_sub(a, b)); }
 
 #define NO_DETOUR -1.0f
 
-// Squared distance of what a closed surface keeps apart, at least.
+// Squared distances from here on are those of control points that a closed surface separates from v.
 #define UNREACHABLE 1e29f
 
 #include SHAPE_FILES
@@ -58,105 +60,121 @@ inline real plane_height(const float4 plane, vec x) {
   return fma(plane.x, x.x, fma(plane.y, x.y, fma(plane.z, x.z, (real)(plane.w))));
 }
 
-// Whether the point of a grid with this index is on this launch's side of all planes. Indices are the
-// same numbers in every launch, so each point belongs to just one.
+// Whether the grid point `index` is on this launch's side of all planes. Indices are the same floats in
+// every launch, so each point belongs to exactly one launch.
 inline integer in_region(const cuts_t *cuts, vec index) {
   integer inside = (real)(0) == 0;
-  for (int i = 0; i < cuts->numbers.plane_count; ++i) {
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
     integer below = plane_height(vload4(0, cuts->planes[i].index_plane), index) < 0;
     inside &= cuts->planes[i].side < 0 ? below : !below;
   }
   return inside;
 }
 
-// Whether x, local, is on this launch's side of all planes, for what rounding is relative to.
+// Whether a local x is on this launch's side of all planes, or on one; rounding is relative to `size`.
 inline integer on_side(const cuts_t *cuts, vec x, real size) {
   integer inside = (real)(0) == 0;
-  for (int i = 0; i < cuts->numbers.plane_count; ++i) {
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), x);
-    inside &= cuts->planes[i].side * height >= -ON_PLANE * size;
+    inside &= cuts->planes[i].side * height >= -cuts->params.on_plane * size;
   }
   return inside;
 }
 
 inline vec mean_displacement_of(const cuts_t *cuts) {
-  const float *mean_displacement = cuts->numbers.mean_displacement;
+  const float *mean_displacement = cuts->params.mean_displacement;
   return (vec){mean_displacement[0], mean_displacement[1], mean_displacement[2]};
 }
 
-// Local point where the material at v came from, for its displacement less the mean displacement.
+// Local origin of the material at v, for its displacement d less the mean displacement.
 inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
   return vec_add(vec_add(v, d), mean_displacement_of(cuts));
 }
 
-// Whether a cut that one can go round is between v and g.
+// Whether an obstacle is between v and g.
 inline integer blocked(const cuts_t *cuts, vec v, vec g) {
-  integer anything = 0;
+  integer any = 0;
 #define BLOCK(shape)                                                                              \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    anything |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));                \
+    any |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));                \
   }
   SHAPES(BLOCK)
-  return anything;
+  return any;
 }
 
-// The cuts between v and g that one can go round: bit i for cut i.
+// The obstacles between v and g: bit i for cut i.
 inline integer crossed(const cuts_t *cuts, vec v, vec g) {
-  integer found = 0;
+  integer bits = 0;
   int number = 0;
 #define CROSS(shape)                                                                              \
   for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
     integer between = shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));          \
-    found |= select((integer)(0), (integer)(1 << number), between);                               \
+    bits |= select((integer)(0), (integer)(1 << number), between);                                \
   }
   SHAPES(CROSS)
-  return found;
+  return bits;
 }
 
-// Distances that are kept between the two passes over the control points; registers of a GPU are few.
+// Distances cached between the two passes over the control points; a GPU has too few registers.
 #if LANES > 1
-#define KNOWN 64
+#define CACHED 64
 #else
-#define KNOWN 0
+#define CACHED 0
 #endif
 
-// A point with what the cuts need to know of it.
-#define SHAPE_VIEW(shape) shape##_view_t shape;
+// A point at which the map is evaluated, with the values that the cuts reuse.
+#define SHAPE_CACHE(shape) shape##_cache_t shape;
 typedef struct {
   vec v;
-#if KNOWN
-  real known[KNOWN];  // damped squared distances of the first control points
+#if CACHED
+  real distance2[CACHED];  // damped squared distances of the first control points
 #endif
 #if AT_REST
-  vec seen;           // the material's place in the undeformed space, from where cuts are seen
-  integer passed;     // bit i is set where the material is seen from behind cut i (rest_frame.cl)
-  integer hides;      // whether a cut turned out to hide any of the control points
+  vec origin;            // of the material, in the undeformed space: cuts see from there
+  integer crossed_cuts;  // bit i: the material is behind cut i, but as if in front (rest_frame.cl)
+  integer hides_any;     // whether a cut hides any control point
 #endif
-  SHAPES(SHAPE_VIEW)
-} view_t;
+  SHAPES(SHAPE_CACHE)
+} evaluation_point_t;
 
-// Makes the view of a point v from which cuts are seen as from `seen`.
-inline void look(const cuts_t *cuts, view_t *view, vec v, vec seen) {
-  view->v = v;
+// Sets the evaluation point v; in the rest frame cuts see from `origin`, else from v = `origin`.
+inline void set_point(const cuts_t *cuts, evaluation_point_t *point, vec v, vec origin) {
+  point->v = v;
 #if AT_REST
-  view->seen = seen;
-  view->passed = view->hides = (integer)(0);
+  point->origin = origin;
+  point->crossed_cuts = point->hides_any = (integer)(0);
 #endif
-#define LOOK(shape) view->shape = shape##_view(cuts->shape, seen);
-  SHAPES(LOOK)
+#define SET_CACHE(shape) point->shape = shape##_cache(cuts->shape, origin);
+  SHAPES(SET_CACHE)
 }
 
+// The point from which cuts see the control points.
+inline vec viewpoint(const evaluation_point_t *point) {
 #if AT_REST
-#define SEEN(view) (view)->seen
-#define PASSED(view) (view)->passed
-#define HAS_PASSED(passed, i) (((passed) & (1 << (i))) != 0)
+  return point->origin;
 #else
-#define SEEN(view) (view)->v
-#define PASSED(view) (integer)(0)
-#define HAS_PASSED(passed, i) (integer)(0)
+  return point->v;
 #endif
+}
+
+// Whether cut `number` counts as in front of the viewpoint while it is behind, or the reverse.
+inline integer is_exchanged(integer crossed_cuts, int number) {
+#if AT_REST
+  return (crossed_cuts & (1 << number)) != 0;
+#else
+  return 0;
+#endif
+}
+
+inline integer crossed_cuts_of(const evaluation_point_t *point) {
+#if AT_REST
+  return point->crossed_cuts;
+#else
+  return 0;
+#endif
+}
 
 // ratio^damping; the common powers, nu / alpha = 2, 3 and 4, without logarithms.
 inline real to_damping(real ratio, float damping) {
@@ -166,27 +184,28 @@ inline real to_damping(real ratio, float damping) {
   return fast_exp2(damping * fast_log2(ratio));
 }
 
-// What the cuts between v and a control point make of the squared distance.
+// The cuts between v and a control point: their effect on the squared distance.
 typedef struct {
   real ratio;  // product of (detour / distance)^2
-  integer anything, unreachable;
+  integer any, unreachable;
 } detours_t;
 
 inline void add_detour(detours_t *detours, integer blocked, real length2, real d2) {
   real longer = most(length2 / most(d2, 1e-30f), (real)(1));
   detours->ratio = select(detours->ratio, detours->ratio * longer, blocked);
-  detours->anything |= blocked;
+  detours->any |= blocked;
   detours->unreachable |= blocked & (length2 < 0);
 }
 
-// Runs `statement` for each cut between SEEN(view) and control point k, there seen at q, with `blocked`
-// and the squared `length2` of the detour, which bends at `bend`. `number` counts the cuts.
-#define EACH_DETOUR(shape, statement)                                                             \
+// Runs `statement` for each cut that blocks the segment from the viewpoint to control point k, which
+// it sees at q: `blocked` lanes, squared length `length2` and bend `bend` of the detour.
+#define FOR_EACH_DETOUR(shape, statement)                                                             \
   for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    shape##_point_t from = shape##_seen(&view->shape, i),                                         \
+    shape##_point_t from = shape##_cached(&point->shape, i),                                      \
                     to = shape##_control_point(cut, k, q);                                        \
-    integer blocked = shape##_blocks(cut, from, to) ^ HAS_PASSED(PASSED(view), number);           \
+    integer blocked =                                                                             \
+        shape##_blocks(cut, from, to) ^ is_exchanged(crossed_cuts_of(point), number);             \
     if (ANY(blocked)) {                                                                           \
       vec bend;                                                                                   \
       real length2 = shape##_detour(cut, from, to, &bend);                                        \
@@ -194,20 +213,20 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
     }                                                                                             \
   }
 
-// Whether a cut is between SEEN(view) and control point k, there seen at q.
-inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
+// Whether a cut is between the viewpoint and control point k, which it sees at q.
+inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
   integer hidden = 0;
 #define HIDE(shape)                                                                               \
   for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    shape##_point_t from = shape##_seen(&view->shape, i);                                         \
+    shape##_point_t from = shape##_cached(&point->shape, i);                                      \
     hidden |= shape##_blocks(cut, from, shape##_control_point(cut, k, q));                        \
   }
   SHAPES(HIDE)
   return hidden;
 }
 
-// Squared length of the segment that a detour is compared to.
+// Squared length of the segment to which a detour is compared.
 #if AT_REST
 #define SEGMENT2(shape) shape##_distance2(from, to)
 #else
@@ -216,17 +235,17 @@ inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
-HOT real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2,
-                             integer *hides) {
+HOT real damped_distance2(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2,
+                             integer *hides_any) {
   detours_t detours = {1, 0, 0};
   int number = 0;
 #define LENGTHEN(shape)                                                                           \
-  EACH_DETOUR(shape, add_detour(&detours, blocked, length2, SEGMENT2(shape));)
+  FOR_EACH_DETOUR(shape, add_detour(&detours, blocked, length2, SEGMENT2(shape));)
   SHAPES(LENGTHEN)
-  if (!ANY(detours.anything)) return d2;
-  *hides |= detours.anything;
-  real damped = d2 * to_damping(detours.ratio, cuts->numbers.damping);
-  d2 = select(d2, damped, detours.anything);
+  if (!ANY(detours.any)) return d2;
+  *hides_any |= detours.any;
+  real damped = d2 * to_damping(detours.ratio, cuts->params.damping);
+  d2 = select(d2, damped, detours.any);
   return select(d2, (real)(2 * UNREACHABLE), detours.unreachable);
 }
 
@@ -236,34 +255,34 @@ inline vec detour_slope(vec leg, real length2, vec away) {
   return vec_sub(away, vec_scale(scale, leg));
 }
 
-// d log(d)/dv for the damping d of Eq. 28, or as SEEN(view) moves.
-inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q, real d2) {
-  vec segment = vec_sub(SEEN(view), q), slope = {0, 0, 0};
+// d log(d)/dv for the damping d of Eq. 28; in the rest frame d log(d)/dx.
+inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2) {
+  vec segment = vec_sub(viewpoint(point), q), slope = {0, 0, 0};
   int number = 0;
 #define INCLINE(shape)                                                                            \
-  EACH_DETOUR(shape, vec away = vec_scale(1 / most(SEGMENT2(shape), 1e-30f), segment);           \
-              vec change = detour_slope(vec_sub(SEEN(view), bend), length2, away);                \
+  FOR_EACH_DETOUR(shape, vec away = vec_scale(1 / most(SEGMENT2(shape), 1e-30f), segment);           \
+              vec change = detour_slope(vec_sub(viewpoint(point), bend), length2, away);                \
               slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)
-  return vec_scale((real)(cuts->numbers.nu), slope);
+  return vec_scale((real)(cuts->params.nu), slope);
 }
 
-// The void distance of a point v with the origin g; continuous on each side of the cuts. Below 0 where
-// the segment between the two crosses a cut, so that there is nothing at v, or in the rest frame,
-// where v is g, behind a cut that is `passed`. Local units.
-inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer passed) {
+// The void distance of a point v with origin g, local units; continuous on each side of the cuts. Below
+// 0 where the segment between the two crosses a cut, so that v is void; in the rest frame, where v is
+// g, behind a cut of `crossed_cuts`.
+inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer crossed_cuts) {
   real void_distance = FLT_MAX;
   int number = 0;
-  for (int i = 0; i < cuts->numbers.plane_count; ++i) {
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), g);
     void_distance = least(void_distance, cuts->planes[i].side * height);
   }
 #define OPEN(shape)                                                                               \
   for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
     __global const float *cut = record_of(cuts->shape, i);                                        \
-    real here = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
-    here = select(here, -here, HAS_PASSED(passed, number));                                       \
-    void_distance = least(void_distance, here);                                                   \
+    real distance = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
+    distance = select(distance, -distance, is_exchanged(crossed_cuts, number));                   \
+    void_distance = least(void_distance, distance);                                                   \
   }
   SHAPES(OPEN)
   return void_distance;

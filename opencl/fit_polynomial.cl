@@ -1,11 +1,11 @@
 // The affine and polynomial kinds, Eq. 23 to 26: p - q is fitted by weighted orthogonal polynomials.
 //
-// The orthogonalisation is done on coefficients: the Gram matrix of the basis functions (relative
-// to k and centred, divided by r) is L D L^T, psi = L^-1 f are orthogonal, D their square norms.
-// A function whose norm vanishes next to what it was adds nothing.
+// The orthogonalization is done on coefficients: the Gram matrix of the basis functions (relative
+// to k and centered, divided by r) is L D L^T, psi = L^-1 f are orthogonal, D their square norms.
+// A function whose norm vanishes relative to its norm before the elimination adds nothing.
 //
-// That elimination loses twice the digits that the fit itself does, where a few control points
-// outweigh all others (a large alpha, an isolated pair) or hardly determine it: SUM is double then.
+// The elimination loses twice as many digits as the fit where a few control points outweigh all others
+// (a large alpha, an isolated pair) or hardly determine the fit: then the host asks for double sums.
 
 #include "basis.cl"
 #include "sums.cl"
@@ -13,7 +13,7 @@
 #define GRAM_SIZE (FUNCTIONS * (FUNCTIONS + 1) / 2)
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING (sizeof(SUM) == sizeof(float) ? 1e-6f : 1e-13f)
-#define GROUP 4  // control points at once: sums go through memory once for all of them
+#define GROUP 4  // control points summed at once, with one pass of the sums through memory
 #define UNROLL_GROUP _Pragma("unroll")
 
 // Three functions fit the registers; unrolling more only lengthens the build.
@@ -26,12 +26,12 @@
 typedef struct { sum_t x, y, z; } sum_vec;
 
 typedef struct {
-  view_t view;
+  evaluation_point_t point;
   pivot_t pivot;
   sum_t share;              // r / W
   sum_vec mean;             // weighted mean of u - u_k
   real f_k[FUNCTIONS];      // basis functions at k
-  sum_t centre[FUNCTIONS];  // weighted mean of the functions, less f_k
+  sum_t center[FUNCTIONS];  // weighted mean of the functions, less f_k
   sum_t lower[GRAM_SIZE];   // L
   sum_t inverse[FUNCTIONS]; // 1 / D, or 0
   sum_t psi[FUNCTIONS];     // at v
@@ -55,12 +55,12 @@ inline vec rounded(sum_vec a) {
   return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
 }
 
-// How many functions the set of control points can tell; three are worth a constant.
-inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->numbers.rank; }
+// Number of functions that the control points determine; as a constant for three.
+inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->params.rank; }
 
-// The basis functions at a control point: in the table of the map they follow the coefficients.
+// The basis functions at a control point, which follow the coefficients in the table.
 inline __global const float *values_at(const map_t *map, int i) {
-  return map->table + (long)(FUNCTIONS + i) * FUNCTIONS;
+  return map->kind_table + (long)(FUNCTIONS + i) * FUNCTIONS;
 }
 
 inline void clear_sums(const map_t *map, sums_t *sums) {
@@ -81,7 +81,7 @@ inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
                    TO_SUM(at->u[2] - pivot->u.z)};
 }
 
-// Adds the control points from `first` on, GROUP of them or as many as there are before `stop`.
+// Adds up to GROUP control points, from `first` to `stop`.
 inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const fit_t *fit) {
   const int functions = functions_of(map);
   sum_t w[GROUP], f[GROUP][FUNCTIONS];
@@ -89,7 +89,7 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
     int i = min(first + b, stop - 1);
     __global const float *values = values_at(map, i);
-    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->view))
+    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
                             : (sum_t)(0);
     u[b] = displacement_at(map, i, &fit->pivot);
     UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
@@ -133,25 +133,25 @@ inline void add_control_points(const map_t *map, sums_t *sums, int first, int st
 inline void sum_up(const map_t *map, const fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
 #ifdef USE_FP64
-  add_control_points(map, sums, 0, map->numbers.count, fit);
+  add_control_points(map, sums, 0, map->params.count, fit);
 #else
   int block = block_of(map);
-  for (int start = 0; start < map->numbers.count; start += block) {
+  for (int start = 0; start < map->params.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
-    add_control_points(map, &part, start, min(start + block, map->numbers.count), fit);
+    add_control_points(map, &part, start, min(start + block, map->params.count), fit);
     add_sums(map, sums, &part);
   }
 #endif
 }
 
-// L D L^T of the centred Gram matrix.
-inline void orthogonalise(const map_t *map, fit_t *fit, const sums_t *sums) {
+// L D L^T of the centered Gram matrix.
+inline void orthogonalize(const map_t *map, fit_t *fit, const sums_t *sums) {
   const int functions = functions_of(map);
   UNROLL for (int j = 0; j < functions; ++j) {
-    fit->centre[j] = fit->share * sums->f[j];
+    fit->center[j] = fit->share * sums->f[j];
     UNROLL for (int l = 0; l <= j; ++l)
-      fit->lower[AT(j, l)] = fma(-fit->centre[j], sums->f[l], sums->gram[AT(j, l)]);
+      fit->lower[AT(j, l)] = fma(-fit->center[j], sums->f[l], sums->gram[AT(j, l)]);
   }
   sum_t *g = fit->lower;
   UNROLL for (int j = 0; j < functions; ++j) {
@@ -171,10 +171,10 @@ inline void orthogonalise(const map_t *map, fit_t *fit, const sums_t *sums) {
   }
 }
 
-// Fits the map at fit->view.
-inline void fit_view(const map_t *map, fit_t *fit) {
+// Fits the map at fit->point.
+inline void fit_map(const map_t *map, fit_t *fit) {
   const int functions = functions_of(map);
-  fit->pivot = find_pivot(map, &fit->view);
+  fit->pivot = find_pivot(map, &fit->point);
   const pivot_t *pivot = &fit->pivot;
   for (int l = 0; l < LANES; ++l) {
     __global const float *nearest = values_at(map, LANE_INT(pivot->k, l));
@@ -185,13 +185,13 @@ inline void fit_view(const map_t *map, fit_t *fit) {
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
   fit->share = r / fma(r, sums.weight - c, c);
   fit->mean = sum_scale(fit->share, sums.u);
-  orthogonalise(map, fit, &sums);
+  orthogonalize(map, fit, &sums);
   real m[MONOMIALS], f[FUNCTIONS];
-  monomial_differences(pivot->x, fit->view.v, pivot->q, m);
-  combine(map->table, functions, m, f);
+  monomial_differences(pivot->x, fit->point.v, pivot->q, m);
+  combine(map->kind_table, functions, m, f);
   UNROLL for (int j = 0; j < functions; ++j) {
-    fit->psi[j] = TO_SUM(f[j]) - fit->centre[j];
-    fit->c[j] = sum_madd(-fit->centre[j], sums.u, sums.uf[j]);
+    fit->psi[j] = TO_SUM(f[j]) - fit->center[j];
+    fit->c[j] = sum_madd(-fit->center[j], sums.u, sums.uf[j]);
     UNROLL for (int l = 0; l < j; ++l) {
       fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
       fit->c[j] = sum_madd(-fit->lower[AT(j, l)], fit->c[l], fit->c[j]);
@@ -213,7 +213,7 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
-  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->view);
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
   // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
@@ -227,8 +227,8 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   }
   for (int axis = 0; axis < 3; ++axis) {
     real m[MONOMIALS], f[FUNCTIONS];
-    monomial_slopes(fit->view.v, axis, m);
-    combine(map->table, functions, m, f);
+    monomial_slopes(fit->point.v, axis, m);
+    combine(map->kind_table, functions, m, f);
     sum_vec sum = {0, 0, 0};
     UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
     vec slope = rounded(sum);
@@ -236,17 +236,17 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
     jacobian.by_v.a[3 + axis] = slope.y;
     jacobian.by_v.a[6 + axis] = slope.z;
   }
-  for (int i = 0; i < map->numbers.count; ++i) {
+  for (int i = 0; i < map->params.count; ++i) {
     __global const float *values = values_at(map, i);
-    real w = control_point_weight(map, i, pivot, &fit->view);
+    real w = control_point_weight(map, i, pivot, &fit->point);
     sum_t influence = fit->share;
     sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));
     UNROLL for (int j = 0; j < functions; ++j) {
-      sum_t f = TO_SUM(values[j] - fit->f_k[j]) - fit->centre[j];
+      sum_t f = TO_SUM(values[j] - fit->f_k[j]) - fit->center[j];
       influence = fma(t[j], f, influence);
       residual = sum_madd(-f, c[j], residual);
     }
-    add_influence(&jacobian, map, &fit->view, i, w, rounded(sum_scale(influence, residual)));
+    add_influence(&jacobian, map, &fit->point, i, w, rounded(sum_scale(influence, residual)));
   }
   return jacobian;
 }

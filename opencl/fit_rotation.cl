@@ -1,22 +1,22 @@
 // The rigid and similarity kinds, Eq. 8 to 22: p = mu R (q - q*) + p*.
 //
-// The twist about a line is lost in the rounding of C where two control points outweigh all others
-// by far, or all are near a line. There C is summed again with p and q reflected so that the line is
-// the x axis: what control points off it say of the twist has rows and columns of its own.
+// Where two control points outweigh all others by far, or all are near a line, rounding of C loses the
+// twist about that line. There C is summed again with p and q reflected so that the line is the x axis:
+// the twist then has rows and columns of its own.
 
 #include "rotation.cl"
 
-// Distance of the roots of Eq. 22 below which the twist is in doubt.
-#define DOUBTFUL 0.3f
+// Distance between the roots of Eq. 22 below which the twist is ill-conditioned.
+#define ILL_CONDITIONED_ROOTS 0.3f
 
 typedef struct {
-  view_t view;
+  evaluation_point_t point;
   pivot_t pivot;
   real share;       // r / W: weight of the sums next to the total weight
   vec u;            // p* - q*, less the mean displacement
   vec s;            // v - q*
   quaternion_t rotation;
-  integer doubtful; // lanes that are reflected
+  integer ill_conditioned;  // lanes that are reflected
   vec p_mirror, q_mirror;  // normals of their reflections
   vec p, q;         // p* - p_k and q* - q_k, reflected
   mat c;            // C of Eq. 11, divided by r, reflected
@@ -47,11 +47,11 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 }
 
 HOT void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
-                       const view_t *view) {
+                       const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
   vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  add_pair(sums, control_point_weight(map, i, pivot, view), q, u);
+  add_pair(sums, control_point_weight(map, i, pivot, point), q, u);
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {
@@ -66,12 +66,12 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 
 // A vector in the reflected frame of p or q, or out of it.
 inline vec reflected(const fit_t *fit, vec normal, vec a) {
-  if (ANY(fit->doubtful)) a = mirrored(normal, a);
+  if (ANY(fit->ill_conditioned)) a = mirrored(normal, a);
   return a;
 }
 
-inline vec on_axis(vec a, integer doubtful) {
-  integer rounding = doubtful & (fma(a.y, a.y, a.z * a.z) < 1e-12f * a.x * a.x);
+inline vec on_axis(vec a, integer ill_conditioned) {
+  integer rounding = ill_conditioned & (fma(a.y, a.y, a.z * a.z) < 1e-12f * a.x * a.x);
   return (vec){a.x, select(a.y, (real)(0), rounding), select(a.z, (real)(0), rounding)};
 }
 
@@ -83,68 +83,68 @@ inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *
              q->z + (at->u[2] - pivot->u.z)};
 }
 
-// The same, reflected in doubtful lanes; off the x axis rounding becomes 0.
+// The same, reflected in ill-conditioned lanes; rounding off the x axis becomes 0.
 inline void reflected_pair(const map_t *map, int i, const fit_t *fit, vec *p, vec *q) {
   pair_of(map, i, &fit->pivot, p, q);
-  if (ANY(fit->doubtful)) {
-    *p = on_axis(mirrored(fit->p_mirror, *p), fit->doubtful);
-    *q = on_axis(mirrored(fit->q_mirror, *q), fit->doubtful);
+  if (ANY(fit->ill_conditioned)) {
+    *p = on_axis(mirrored(fit->p_mirror, *p), fit->ill_conditioned);
+    *q = on_axis(mirrored(fit->q_mirror, *q), fit->ill_conditioned);
   }
 }
 
-// Reflects doubtful lanes by the control point that adds most to C, and finds their rotation again.
+// Reflects ill-conditioned lanes by the control point that adds most to C, and fits them again.
 inline void reflect(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   real heaviest = 0;
   vec p_axis = {0, 0, 0}, q_axis = {0, 0, 0};
-  for (int i = 0; i < map->numbers.count; ++i) {
+  for (int i = 0; i < map->params.count; ++i) {
     vec p, q;
     pair_of(map, i, pivot, &p, &q);
-    real w = control_point_weight(map, i, pivot, &fit->view);
+    real w = control_point_weight(map, i, pivot, &fit->point);
     real size = w * w * dot3(p, p) * dot3(q, q);
     p_axis = vec_select(p_axis, p, size > heaviest);
     q_axis = vec_select(q_axis, q, size > heaviest);
     heaviest = most(heaviest, size);
   }
   const vec none = {0, 0, 0};
-  fit->doubtful &= heaviest > 0;
-  fit->p_mirror = vec_select(none, mirror_of(p_axis), fit->doubtful);
-  fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->doubtful);
+  fit->ill_conditioned &= heaviest > 0;
+  fit->p_mirror = vec_select(none, mirror_of(p_axis), fit->ill_conditioned);
+  fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->ill_conditioned);
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->numbers.count; start += block) {
+  for (int start = 0; start < map->params.count; start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->numbers.count);
+    int stop = min(start + block, map->params.count);
     for (int i = start; i < stop; ++i) {
       vec p, q;
       reflected_pair(map, i, fit, &p, &q);
-      add_pair(&part, control_point_weight(map, i, pivot, &fit->view), q, vec_sub(p, q));
+      add_pair(&part, control_point_weight(map, i, pivot, &fit->point), q, vec_sub(p, q));
     }
     add_sums(&sums, &part);
   }
   vec q = vec_scale(fit->share, sums.q), p = vec_madd(fit->share, sums.u, q);
   subtract_outer(&sums.c, p, sums.q);
-  fit->p = vec_select(fit->p, p, fit->doubtful);
-  fit->q = vec_select(fit->q, q, fit->doubtful);
+  fit->p = vec_select(fit->p, p, fit->ill_conditioned);
+  fit->q = vec_select(fit->q, q, fit->ill_conditioned);
   for (int i = 0; i < 9; ++i)
-    fit->c.a[i] = select(fit->c.a[i], sums.c.a[i], fit->doubtful);
+    fit->c.a[i] = select(fit->c.a[i], sums.c.a[i], fit->ill_conditioned);
   real slope;
   quaternion_t between = whole_rotation(&sums.c, &slope);
-  fit->between = select4(fit->between, between, fit->doubtful);
+  fit->between = select4(fit->between, between, fit->ill_conditioned);
   fit->rotation = select4(fit->rotation, unmirrored(fit->p_mirror, between, fit->q_mirror),
-                          fit->doubtful);
+                          fit->ill_conditioned);
 }
 
-// Fits the map at fit->view.
-inline void fit_view(const map_t *map, fit_t *fit) {
-  fit->pivot = find_pivot(map, &fit->view);
+// Fits the map at fit->point.
+inline void fit_map(const map_t *map, fit_t *fit) {
+  fit->pivot = find_pivot(map, &fit->point);
   const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->numbers.count; start += block) {
+  for (int start = 0; start < map->params.count; start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->numbers.count);
-    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit->view);
+    int stop = min(start + block, map->params.count);
+    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit->point);
     add_sums(&sums, &part);
   }
   // k itself, in the sum with weight c, has its own share
@@ -157,16 +157,16 @@ inline void fit_view(const map_t *map, fit_t *fit) {
   fit->q = q;
   fit->c = sums.c;
   subtract_outer(&fit->c, fit->p, sums.q);
-  fit->doubtful = (integer)(0);
-  if (map->numbers.rank == 2) {
+  fit->ill_conditioned = (integer)(0);
+  if (map->params.rank == 2) {
     real slope;
     fit->between = fit->rotation = whole_rotation(&fit->c, &slope);
-    fit->doubtful = slope < DOUBTFUL;
-    if (ANY(fit->doubtful)) reflect(map, fit);
-  } else if (map->numbers.rank == 1) {
+    fit->ill_conditioned = slope < ILL_CONDITIONED_ROOTS;
+    if (ANY(fit->ill_conditioned)) reflect(map, fit);
+  } else if (map->params.rank == 1) {
     vec a, b;
     line_of(&fit->c, &a, &b);
-    const float *axis = map->numbers.flip_axis;
+    const float *axis = map->params.flip_axis;
     fit->between = fit->rotation = line_rotation(a, b, (float4)(axis[0], axis[1], axis[2], 0));
   } else {
     fit->between = fit->rotation = (quaternion_t){1, 0, 0, 0};
@@ -211,20 +211,20 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
   real gain = 1 / most(1 + dot3(a, b), 1e-10f);
 
-  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->view);
-  for (int i = 0; i < map->numbers.count; ++i) {
-    real w = control_point_weight(map, i, pivot, &fit->view);
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
+  for (int i = 0; i < map->params.count; ++i) {
+    real w = control_point_weight(map, i, pivot, &fit->point);
     vec p, q;
     reflected_pair(map, i, fit, &p, &q);
     p = vec_sub(p, fit->p);
     q = vec_sub(q, fit->q);
     vec rotated = mat_vec(&rotation, q);
     vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
-    if (map->numbers.rank == 2) {
+    if (map->params.rank == 2) {
       vec torque = cross3(q, transposed_mat_vec(&rotation, p));
       vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
       influence = vec_add(influence, cross3(omega, moved));
-    } else if (map->numbers.rank == 1) {
+    } else if (map->params.rank == 1) {
       vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
       vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
       vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
@@ -235,7 +235,7 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
     integer flat = fit->spread <= 1e-30f;
     influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
 #endif
-    add_influence(&jacobian, map, &fit->view, i, w, reflected(fit, fit->p_mirror, influence));
+    add_influence(&jacobian, map, &fit->point, i, w, reflected(fit, fit->p_mirror, influence));
   }
   change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)

@@ -1,5 +1,4 @@
-// Gradient of an array on a grid, by differences; the rules are those of vtk_mls/queries/vector_fields.py.
-// Build constants: README.md.
+// Gradient of an array on a grid by differences, as vtk_mls/queries/vector_fields.py computes it.
 
 #include "types.cl"
 #include "sums.cl"
@@ -15,7 +14,7 @@
 #endif
 #define LOAD_VALUE(from) ((SUM)(*(from)))
 
-// The derivative per index at the i-th of n points, whose neighbours are a stride apart.
+// The derivative per index at the i-th of n points, whose neighbors are a stride apart.
 #define DEFINE_SLOPE(name, type, load)                                                     \
   inline type name(__global const VALUE *at, OFFSET stride, int i, int n) {                \
     if (n == 1) return 0;                                                                  \
@@ -34,9 +33,9 @@
 DEFINE_SLOPE(slope, SUM, LOAD_VALUE)
 DEFINE_SLOPE(slopes, sum_t, LOAD_VALUES)
 
-// A work item has LANES points of a row, the last of a row fewer.
-KERNEL void gradient(const slices_t slices, __global const VALUE *restrict values,
-                     __global float *restrict result) {
+// A work item computes LANES points of a row; the last one of a row may have fewer.
+__kernel EXPLICIT_VECTORS void gradient(
+    const slices_t slices, __global const VALUE *restrict values, __global float *restrict result) {
   const int nx = slices.size[0], ny = slices.size[1], nz = slices.size[2];
   const int items = (nx + LANES - 1) / LANES;
   const long item = get_global_id(0), row = item / items;

@@ -1,11 +1,11 @@
 // Points of a regular grid, numbered with x fastest.
 
-// Indices (i, j, k) in the whole grid of LANES of the `count` points that `numbers` lists, from `at`
-// on; behind the last one its own.
-inline vec listed_index(const grid_t *grid, __global const long *numbers, long count, long at) {
+// Indices (i, j, k) in the whole grid of LANES of `count` listed points, from entry `at` on; the last
+// entry is repeated.
+inline vec listed_index(const grid_t *grid, __global const long *listed, long count, long at) {
   integer i, j, k;
   for (int l = 0; l < LANES; ++l) {
-    const long n = numbers[min(at + l, count - 1)], row = n / grid->nx;
+    const long n = listed[min(at + l, count - 1)], row = n / grid->nx;
     LANE_INT(i, l) = (int)(n % grid->nx);
     LANE_INT(j, l) = (int)(row % grid->ny);
     LANE_INT(k, l) = (int)(row / grid->ny);

@@ -1,70 +1,69 @@
 // The inverse of the backward map: for points x the displacement v - x to v with G(v) = x.
 //
-// All x are less the mean displacement, and local. The map's displacement d(v) = G(v) - v is small
-// next to v, so what is searched is the displacement s with s + d(x + s) = 0: no digits are lost in
-// v - x.
+// All x are local, less the mean displacement. The displacement d(v) = G(v) - v of the map is small
+// relative to v: the solver finds s with s + d(x + s) = 0, and v - x loses no digits.
 
 #include "map.cl"
 #include "lattice.cl"
 
-#define TRIALS 32
-#define SMALLEST_SHARE 0.03f
-#define DECREASE 0.1f            // of what a step promises, at least
-#define INVERSE_TOLERANCE 3e-7f  // next to x: about what float32 resolves
-#define CHORDS 5
-#define CHORD_TOLERANCE 5e-6f    // left for a last step that needs no check
+#define MAX_TRIALS 32
+#define MIN_SHARE 0.03f
+#define MIN_DECREASE 0.1f        // of the residual, relative to the predicted decrease
+#define INVERSE_TOLERANCE 3e-7f  // relative to x: about the resolution of float32
+#define MAX_CHORDS 5
+#define CHORD_TOLERANCE 5e-6f    // before the last step, which is not checked
 
 inline real length3(vec a) { return sqrt(dot3(a, a)); }
 
-// x - G(x + displacement), with the fit there. In the rest frame of cuts the material is known, so that
-// all of them see from x.
+// x - G(x + displacement), and the fit there. In the rest frame cuts see from x.
 inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
 #if AT_REST
-  vec seen = origin_of(&map->cuts, x, (vec){0, 0, 0});
-  look(&map->cuts, &fit->view, vec_add(x, displacement), seen);
-  fit_view(map, fit);
+  vec origin = origin_of(&map->cuts, x, (vec){0, 0, 0});
+  set_point(&map->cuts, &fit->point, vec_add(x, displacement), origin);
+  fit_map(map, fit);
 #else
   *fit = fit_at(map, vec_add(x, displacement));
 #endif
-  return vec_scale((real)(-1), vec_add(displacement, moved(map, fit)));
+  return vec_scale((real)(-1), vec_add(displacement, map_displacement(map, fit)));
 }
 
-#if CUTS && !REST_FRAME
-// The position of x itself.
-inline vec undisplaced(const cuts_t *cuts, vec x) { return origin_of(cuts, x, (vec){0, 0, 0}); }
-
-// Whether the displacement leads through a cut that one can go round: the material is not there.
+// Whether the displacement leads through an obstacle, so that the material is elsewhere. Only for cuts
+// that stay: in the rest frame the origin x is on its side of the cuts.
 inline integer is_blocked(const map_t *map, vec x, vec displacement) {
-  return blocked(&map->cuts, undisplaced(&map->cuts, x), vec_add(x, displacement));
-}
-
-// Whether the displacement leads through any cut.
-inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
-  return is_blocked(map, x, displacement) |
-         !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
-}
-#else
-#define is_blocked(map, x, displacement) ((integer)(0))
-#define is_cut_off(map, x, displacement) ((integer)(0))
+#if CUTS && !AT_REST
+  if (!map->cuts.params.regions_compete)
+    return blocked(&map->cuts, origin_of(&map->cuts, x, (vec){0, 0, 0}), vec_add(x, displacement));
 #endif
+  return 0;
+}
 
-// Newton's method from a first guess in `displacement`; what is left next to the size of x. A step
-// that comes hardly closer is halved, and the next one is at most twice as long: where there is no
-// inverse the search is soon over. It may pass cuts: what counts is where it ends (is_cut_off). A lane
-// whose search is over keeps what it has, however long those beside it go on.
+// The same for any cut.
+inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
+#if CUTS && !AT_REST
+  if (!map->cuts.params.regions_compete)
+    return is_blocked(map, x, displacement) |
+           !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
+#endif
+  return 0;
+}
+
+// Newton's method from a first guess in `displacement`; returns the residual relative to the size of x.
+// A step that reduces the residual too little is halved, and the next one is at most twice as long, so
+// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. A lane
+// that has ended keeps its result while others go on.
 inline real newton(const map_t *map, vec x, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
   integer open = (real)(0) == 0;
-  for (int i = 0; i < TRIALS; ++i) {
+  for (int i = 0; i < MAX_TRIALS; ++i) {
     fit_t fit;
     vec r = residual(map, x, trial, &fit);
     real distance = length3(r);
-    integer better = open & (distance < left * fma(-DECREASE, share, (real)(1)));
+    integer better = open & (distance < left * fma(-MIN_DECREASE, share, (real)(1)));
     *displacement = vec_select(*displacement, trial, better);
     left = select(left, distance, better);
     share = select(share * 0.5f, least(2 * share, (real)(1)), better);
-    open &= (left > close) & (share > SMALLEST_SHARE);
+    open &= (left > close) & (share > MIN_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {
       mat jacobian = material_jacobian(map, &fit);
@@ -75,12 +74,12 @@ inline real newton(const map_t *map, vec x, vec *displacement) {
   return left / size_of(x);
 }
 
-// Broyden's method from a first guess in `displacement` and one for dv/dx in `response`: no
-// Jacobians, no step control. What is left next to the size of x, before a last step.
+// Broyden's method from first guesses of `displacement` and of dv/dx in `response`: no Jacobians, no
+// step control. Returns the residual relative to the size of x, before the last step.
 inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   real left = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
   vec step = {0, 0, 0};
-  for (int i = 0; i < CHORDS; ++i) {
+  for (int i = 0; i < MAX_CHORDS; ++i) {
     fit_t fit;
     integer open = left > close;
     vec r = residual(map, x, *displacement, &fit);
@@ -97,8 +96,8 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   return left / size_of(x);
 }
 
-// Whether a cut parts x from a sample of the map, in the frame of the cuts.
-inline integer is_parted(const map_t *map, vec x, vec image, vec displacement) {
+// Whether a cut separates x from a sample of the map, in the frame of the cuts.
+inline integer is_separated(const map_t *map, vec x, vec image, vec displacement) {
 #if AT_REST
   const vec none = {0, 0, 0};
   return blocked(&map->cuts, origin_of(&map->cuts, x, none), origin_of(&map->cuts, image, none));
@@ -107,8 +106,8 @@ inline integer is_parted(const map_t *map, vec x, vec image, vec displacement) {
 #endif
 }
 
-// The displacement to the sample that the map brings nearest to x, but farther than `*tried`
-// (squared), which becomes its distance.
+// The displacement to the sample with the image nearest to x, but farther than `*tried` (squared),
+// which becomes its distance.
 inline vec displacement_to_nearest(const map_t *map, vec x, int count,
                                    __global const sample_t *samples, real *tried) {
   real nearest = FLT_MAX;
@@ -119,17 +118,17 @@ inline vec displacement_to_nearest(const map_t *map, vec x, int count,
     real d2 = dot3(miss, miss);
     integer nearer = (d2 < nearest) & (d2 > *tried);
     if (!ANY(nearer)) continue;
-    vec there = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
-    nearer &= !is_parted(map, x, vec_sub(x, miss), there);
-    displacement = vec_select(displacement, there, nearer);
+    vec to_sample = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
+    nearer &= !is_separated(map, x, vec_sub(x, miss), to_sample);
+    displacement = vec_select(displacement, to_sample, nearer);
     nearest = select(nearest, d2, nearer);
   }
   *tried = nearest;
   return displacement;
 }
 
-// The displacement at x, trilinear in displacements at the `nodes` of the lattice, and dv/dx; whether
-// x is in a cell. Nodes are counted as cells are.
+// The displacement at x, trilinear in the displacements at the lattice nodes, and dv/dx. Returns whether
+// x is in a cell. Nodes are numbered like cells.
 inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, vec x,
                         vec *displacement, mat *response) {
   vec share;

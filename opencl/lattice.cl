@@ -1,15 +1,17 @@
-// The lattice of first guesses for the inverse. It is the deformation's own: which points are asked
-// about has no part in it, so that a point has the same guess in every call.
+// The lattice of first guesses for the inverse. It depends on the deformation only, so that a point has
+// the same guess in every call.
 //
 // Level 0 is a box around the control points, each further level a box twice as large around the
 // same center. All have LATTICE_CELLS cells along each axis; a point is in the smallest box that
-// holds it. Cells are counted along x, then y, then z, level by level.
+// holds it. Cells are numbered along x, then y, then z, level by level.
 
-#define LEVEL_SIZE (LATTICE_CELLS * LATTICE_CELLS * LATTICE_CELLS)
-#define LATTICE_SIZE (LATTICE_LEVELS * LEVEL_SIZE)
-#define NODES_ALONG (LATTICE_CELLS + 1)
+enum {
+  LEVEL_SIZE = LATTICE_CELLS * LATTICE_CELLS * LATTICE_CELLS,
+  LATTICE_SIZE = LATTICE_LEVELS * LEVEL_SIZE,
+  NODES_ALONG = LATTICE_CELLS + 1
+};
 
-// Index of the cell below, along one axis, and the share of it, for a position in [-1, 1].
+// Cell index along one axis, and the relative position in that cell, for a position in [-1, 1].
 inline integer cell_along(real position, real *share) {
   real index = (position + 1) * (0.5f * LATTICE_CELLS);
   index = least(most(index, (real)(0)), (real)(LATTICE_CELLS));
@@ -18,9 +20,9 @@ inline integer cell_along(real position, real *share) {
   return cell;
 }
 
-// The cell of a local point, and where in it the point is; LATTICE_SIZE, or more, beyond all levels.
-// `shrink` is the size of the cells of level 0 next to those of the point's level, `node` the number of
-// the first node at the cell; nodes are counted likewise.
+// The cell of a local point, and the relative position in it; LATTICE_SIZE or more beyond all levels.
+// `shrink` is the ratio of the cell sizes of level 0 and of the point's level, `node` the number of the
+// first node of the cell.
 inline integer lattice_cell(const lattice_t *lattice, vec x, vec *share, real *shrink,
                             integer *node) {
   const float *center = lattice->center, *density = lattice->density;

@@ -1,9 +1,10 @@
 #include "types.cl"
 #include "lattice.cl"
 
-// The cells of the lattice that local points are in. Build constants: README.md.
-KERNEL void lattice_cells(const long points_count, __global const float *restrict points,
-                          const lattice_t lattice, __global int *restrict cells) {
+// The lattice cells of local points.
+__kernel EXPLICIT_VECTORS void lattice_cells(
+    const long points_count, __global const float *restrict points, const lattice_t lattice,
+    __global int *restrict cells) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec share;

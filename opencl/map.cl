@@ -1,4 +1,4 @@
-// The backward map at a point. Build constants: README.md.
+// The backward map at a point.
 
 #include "types.cl"
 #include "powers.cl"
@@ -8,8 +8,8 @@
 #include "weights.cl"
 #include FIT
 
-// G(v) - v - mean displacement; where no control point can be reached, nothing moves.
-inline vec moved(const map_t *map, const fit_t *fit) {
+// G(v) - v - mean displacement; 0 displacement where no control point can be reached.
+inline vec map_displacement(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
 #if CUTS
   vec still = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
@@ -23,7 +23,7 @@ inline mat still_if(mat j, integer still) {
   return j;
 }
 
-// d(G - v)/dv likewise, for the material that is there.
+// d(G - v)/dv of the material at v, at a fixed origin.
 inline mat material_jacobian(const map_t *map, const fit_t *fit) {
   mat j = displacement_jacobian(map, fit).by_v;
 #if CUTS
@@ -37,12 +37,12 @@ inline mat material_jacobian(const map_t *map, const fit_t *fit) {
 #else
 inline fit_t fit_at(const map_t *map, vec v) {
   fit_t fit;
-  look_at(map, &fit.view, v);
-  fit_view(map, &fit);
+  set_point_at(map, &fit.point, v);
+  fit_map(map, &fit);
   return fit;
 }
 
-inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
+inline mat map_jacobian(const map_t *map, const fit_t *fit) {
   return material_jacobian(map, fit);
 }
 #endif
@@ -50,11 +50,11 @@ inline mat moved_jacobian(const map_t *map, const fit_t *fit) {
 #if CUTS
 // The void distance for the displacement d of the map, local units.
 inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
-  vec g = origin_of(&map->cuts, fit->view.v, d);
+  vec g = origin_of(&map->cuts, fit->point.v, d);
 #if AT_REST
-  return void_distance_of(&map->cuts, g, g, fit->view.passed);
+  return void_distance_of(&map->cuts, g, g, fit->point.crossed_cuts);
 #else
-  return void_distance_of(&map->cuts, fit->view.v, g, (integer)(0));
+  return void_distance_of(&map->cuts, fit->point.v, g, (integer)(0));
 #endif
 }
 #endif

@@ -1,17 +1,9 @@
-// First guesses for searches over a grid: the place x of the material at nodes, every NODE_STEP-th
-// point of the whole grid along each axis, and how it changes there. Most searches end where they
-// begin. A guess depends on the index of its point alone: parts are computed like the whole.
+// First guesses for searches over a grid: the origin x and its changes at nodes, every NODE_STEP-th
+// point of the whole grid along each axis. Most searches end at their start. A guess depends on the
+// index of its point only: parts are computed like the whole.
 
-#ifndef NODE_STEP
-#error "NODE_STEP is missing: points from node to node"
-#endif
-
-// x, and its change from node to node along i, j, k. In x.w the norm of dG/dx, below 0 behind a cut;
-// in by_i.w that of the cell above, below 0 where its corners give no guess (node_cell.cl).
-typedef struct { float4 x, by_i, by_j, by_k; } node_t;
-
-// x, and half of its change along i, at an end of a cell. Linear interpolation of what the corners
-// foresee by half of their slopes is exact for quadratic functions.
+// x, and half of its change along i, at an end of a cell. Linear interpolation of the corners'
+// predictions with half of their slopes is exact for quadratic functions.
 typedef struct { float4 x, by_i; } cell_end_t;
 
 inline cell_end_t cell_end(const nodes_t *nodes, __global const node_t *corner, float b, float c) {
@@ -26,7 +18,7 @@ inline cell_end_t cell_end(const nodes_t *nodes, __global const node_t *corner, 
   return end;
 }
 
-// The cell of a point, and where in it the point is.
+// The cell of a point, and the relative position in it.
 inline integer cell_of(const nodes_t *nodes, vec index, vec *share) {
   const int *first = nodes->first;
   vec at = vec_scale((real)(1.0f / NODE_STEP), index);
@@ -36,15 +28,15 @@ inline integer cell_of(const nodes_t *nodes, vec index, vec *share) {
   return TO_INTEGER(cell.x) - first[0] + nodes->nx * j;
 }
 
-// The start that nodes say, if it is on the side where the affine map expects the material.
+// The start from nodes, or the affine one where a cut is between the two.
 inline start_t on_expected_side(const map_t *map, start_t start, start_t expected) {
-  integer elsewhere = blocked(&map->cuts, start.x, expected.x);
-  start.x = vec_select(start.x, expected.x, elsewhere);
-  start.slope = select(start.slope, expected.slope, elsewhere);
+  integer is_separated = blocked(&map->cuts, start.x, expected.x);
+  start.x = vec_select(start.x, expected.x, is_separated);
+  start.slope = select(start.slope, expected.slope, is_separated);
   return start;
 }
 
-// Where the search begins for the points `index` of the whole grid, of which neighbours share cells.
+// The start of searches for the whole-grid points `index`. Neighboring points mostly share cells.
 inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const node_t *table,
                         vec index, vec v) {
   const start_t expected = affine_start(map, v);
@@ -56,15 +48,15 @@ inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const n
     if (!LANE_INT(open, l)) continue;
     __global const node_t *corner = table + LANE_INT(cell, l);
     float b = LANE(share.y, l), c = LANE(share.z, l), slope = corner->by_i.w;
-    integer here = (cell == LANE_INT(cell, l)) & (share.y == b) & (share.z == c);
-    open &= !here;
+    integer same = (cell == LANE_INT(cell, l)) & (share.y == b) & (share.z == c);
+    open &= !same;
     if (!(slope >= 0)) continue;
     cell_end_t low = cell_end(nodes, corner, b, c), high = cell_end(nodes, corner + 1, b, c);
     vec x = {rest * (low.x.x + a * low.by_i.x) + a * (high.x.x - rest * high.by_i.x),
              rest * (low.x.y + a * low.by_i.y) + a * (high.x.y - rest * high.by_i.y),
              rest * (low.x.z + a * low.by_i.z) + a * (high.x.z - rest * high.by_i.z)};
-    start.x = vec_select(start.x, x, here);
-    start.slope = select(start.slope, (real)(slope), here);
+    start.x = vec_select(start.x, x, same);
+    start.slope = select(start.slope, (real)(slope), same);
   }
   return on_expected_side(map, start, expected);
 }

@@ -3,23 +3,27 @@
 #include "searches.cl"
 #endif
 
-// G(v) - v - mean displacement in three planes, local frame; with cuts in the rest frame the void
-// distance in a fourth.
-KERNEL void point_displacement(MAP_PARAMETERS, const long points_count,
-                               __global const float *restrict points,
-                               __global float *restrict displacement) {
-  const map_t map = MAP;
+// G(v) - v - mean displacement in three planes, local frame; the void distance in a fourth if cuts
+// belong to the material.
+__kernel EXPLICIT_VECTORS void point_displacement(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const long points_count, __global const float *restrict points,
+    __global float *restrict displacement) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
 #if AT_REST
   search_points(&map, points_count, points, 0, displacement);
 #else
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit = fit_at(&map, load_points(points, points_count, first));
-  vec d = moved(&map, &fit);
+  vec d = map_displacement(&map, &fit);
   store_points(displacement, d, points_count, first);
-#if RIVALS
-  real nothing = void_distance_at(&map, &fit, d);
-  store_plane(displacement + 3 * points_count, nothing, points_count, first);
+#if CUTS
+  if (map.cuts.params.regions_compete)
+    store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count, first);
 #endif
 #endif
 }

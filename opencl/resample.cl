@@ -1,5 +1,4 @@
-// Values of an array at continuous indices. The rules are those of vtk_mls/base/interpolation.py.
-// Build constants: README.md.
+// Values of an array at continuous indices, as vtk_mls/base/interpolation.py computes them.
 
 #include "types.cl"
 #include "sums.cl"
@@ -40,7 +39,7 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
 #if HAS_PIVOT
   const tap_t pivot = gathered(values, at->nearest);
 #else
-  const tap_t pivot = 0;  // which no term asks for
+  const tap_t pivot = 0;  // not used
 #endif
   sum_t sum = interpolated(box, at, is_whole, values, pivot);
 #if IS_INTEGER64
@@ -50,8 +49,8 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
   sum += pivot;
 #endif
 #if HAS_INFINITY
-  // The product of no weight and an infinity is not a number; differences of finite values may be
-  // infinite. Copies, for the compiler keeps in memory what a loop has by its address.
+  // 0 times infinity is NaN, and differences of finite values may be infinite. Copies: the compiler
+  // keeps variables in memory whose address a loop uses.
   if ((HAS_PIVOT || !is_whole) && !ALL(TO_INTEGER(isfinite(sum)))) {
     const box_t taps = *box;
     const offsets_t offsets = *at;
@@ -74,23 +73,21 @@ inline void store_values(__global VALUE *to, VALUES found, int lanes, int compon
 }
 
 #if COVARIANT
-// J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalise`. After the three planes of indices
+// J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalize`. After the three planes of indices
 // `grid_source_frame` stores nine of J = dG/dv.
-inline vec covariant(vec n, int normalise, __global const float *index, long count, long first) {
+inline vec covariant(vec n, int normalize, __global const float *index, long count, long first) {
   mat j;
   for (int i = 0; i < 9; ++i) j.a[i] = load_plane(index + (3 + i) * count, count, first);
   n = transposed_mat_vec(&j, n);
-  return normalise ? unit3(n) : n;
+  return normalize ? unit3(n) : n;
 }
-#define COVARIANT_PARAMETERS const int normalise,
-#else
-#define COVARIANT_PARAMETERS
 #endif
 
-// `index` holds three planes of `count` indices.
-KERNEL void resample(const long count, __global const float *restrict index, const array_t array,
-                     const VALUE background, COVARIANT_PARAMETERS
-                     __global const VALUE *restrict values, __global VALUE *restrict result) {
+// `index` holds three planes of `count` indices; `normalize` is for covariant vectors.
+__kernel EXPLICIT_VECTORS void resample(
+    const long count, __global const float *restrict index, const array_t array,
+    const VALUE background, const int normalize, __global const VALUE *restrict values,
+    __global VALUE *restrict result) {
   long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   const int lanes = (int)min((long)LANES, count - first);
@@ -99,22 +96,22 @@ KERNEL void resample(const long count, __global const float *restrict index, con
 #else
   const int components = array.components;
 #endif
-  const OFFSET line = (OFFSET)array.there[0] * components, slice = line * array.there[1];
-  const axis_t x = {array.size[0], array.first[0], array.there[0], components};
-  const axis_t y = {array.size[1], array.first[1], array.there[1], line};
-  const axis_t z = {array.size[2], array.first[2], array.there[2], slice};
+  const OFFSET line = (OFFSET)array.stored[0] * components, slice = line * array.stored[1];
+  const axis_t x = {array.size[0], array.first[0], array.stored[0], components};
+  const axis_t y = {array.size[1], array.first[1], array.stored[1], line};
+  const axis_t z = {array.size[2], array.first[2], array.stored[2], slice};
   const vec at = load_points(index, count, first);
   __global VALUE *to = result + first * components;
 #if COVARIANT
   real vectors[3];
-#define KEEP(c, values) vectors[c] = values
-#define STORE_KEPT                                                                            \
+#define SET_COMPONENT(c, values) vectors[c] = values
+#define STORE_COMPONENTS                                                                            \
   store_interleaved(                                                                          \
-      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalise, index, count, first), \
+      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalize, index, count, first), \
       lanes)
 #else
-#define KEEP(c, values) store_values(to + (c), values, lanes, components)
-#define STORE_KEPT
+#define SET_COMPONENT(c, values) store_values(to + (c), values, lanes, components)
+#define STORE_COMPONENTS
 #endif
 #if TAPS > 1
   box_t box = {.step_x = x.step, .step_y = y.step, .step_z = z.step};
@@ -130,20 +127,20 @@ KERNEL void resample(const long count, __global const float *restrict index, con
                       TO_OFFSET(nearest_to(&x, at.x)) * x.step;
 #endif
 #if COVARIANT && TAPS == 2 && LANES > 1
-    // the last vector has no number behind it
-    if (ALL(at_taps.corner < slice * array.there[2] - (slice + line + 6))) {
+    // not for the last vector, which ends at the end of the array
+    if (ALL(at_taps.corner < slice * array.stored[2] - (slice + line + 6))) {
       const vec found = interpolated_three(&box, &at_taps, values);
-      store_interleaved(to, covariant(found, normalise, index, count, first), lanes);
+      store_interleaved(to, covariant(found, normalize, index, count, first), lanes);
       return;
     }
 #elif !COVARIANT
-    if (components == 1) {  // a case of its own, which compilers make faster
-      KEEP(0, value_in(&box, &at_taps, 1, values));
+    if (components == 1) {  // compilers make this case faster
+      SET_COMPONENT(0, value_in(&box, &at_taps, 1, values));
       return;
     }
 #endif
-    for (int c = 0; c < components; ++c) KEEP(c, value_in(&box, &at_taps, 1, values + c));
-    STORE_KEPT;
+    for (int c = 0; c < components; ++c) SET_COMPONENT(c, value_in(&box, &at_taps, 1, values + c));
+    STORE_COMPONENTS;
     return;
   }
 #endif
@@ -171,7 +168,7 @@ KERNEL void resample(const long count, __global const float *restrict index, con
         LANE_VALUE(found, l) = values[LANE_OFFSET(nearest, l) + c];
       if (!LANE_INT(inside, l)) LANE_VALUE(found, l) = background;
     }
-    KEEP(c, found);
+    SET_COMPONENT(c, found);
   }
-  STORE_KEPT;
+  STORE_COMPONENTS;
 }

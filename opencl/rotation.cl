@@ -1,4 +1,4 @@
-// The rotation R (p = R q, columns) that maximises tr(R^T C), Eq. 9 to 22.
+// The rotation R (p = R q, columns) that maximizes tr(R^T C), Eq. 9 to 22.
 //
 // R - I is kept rather than R: it is exact where nothing moves.
 

@@ -1,5 +1,5 @@
-// Searches for the places of many points: where the search of a lane ends, the lane goes on with the
-// next point, so that none waits for the slowest. Only with cuts in the rest frame.
+// Searches for the origins of many points. A lane whose search ends continues with the next point, so
+// that no lane waits for the slowest. Only with cuts in the rest frame.
 
 // Loads point i into a lane.
 inline void load_lane(vec *x, int l, __global const float *planes, long count, long i) {
@@ -9,7 +9,7 @@ inline void load_lane(vec *x, int l, __global const float *planes, long count, l
 }
 
 // Stores three planes of displacements and one of void distances for points `first` + `at`.
-inline void scatter(__global float *planes, vec d, real nothing, long count, long first, integer at,
+inline void scatter(__global float *planes, vec d, real void_distance, long count, long first, integer at,
                     integer ended) {
   for (int l = 0; l < LANES; ++l) {
     if (!LANE_INT(ended, l)) continue;
@@ -17,15 +17,15 @@ inline void scatter(__global float *planes, vec d, real nothing, long count, lon
     to[0] = LANE(d.x, l);
     to[count] = LANE(d.y, l);
     to[2 * count] = LANE(d.z, l);
-    to[3 * count] = LANE(nothing, l);
+    to[3 * count] = LANE(void_distance, l);
   }
 }
 
-// Vectors of points of a work item; on GPUs there are no lanes to fill, but many work items.
+// Vectors of points of a work item. GPUs have one lane, and need many work items.
 #define VECTORS (LANES > 1 ? 16 : 1)
 
-// Searches begin at `starts`, and stay on their side of the cuts, or without these where the affine
-// map says. Every VECTORS-th work item does the work of all until the next.
+// Searches start at `starts` and stay on their side of the cuts; if null, at the affine map. Every
+// VECTORS-th work item does the work of VECTORS items.
 inline void search_points(const map_t *map, long count, __global const float *points,
                           __global const float *starts, __global float *displacement) {
   const long first = (long)get_global_id(0) * LANES;
@@ -33,23 +33,23 @@ inline void search_points(const map_t *map, long count, __global const float *po
   const int stop = (int)min(count - first, (long)(VECTORS * LANES));
   searches_t searches = {{0}};
   fit_t fit;
-  integer at = 0, ended = (real)(0) == 0, going = ended;
+  integer at = 0, ended = (real)(0) == 0, active = ended;
   vec v = {0, 0, 0};
   start_t start = {v, UNKNOWN_SLOPE};
   for (int next = 0;;) {
     for (int l = 0; l < LANES; ++l) {
       if (!LANE_INT(ended, l)) continue;
-      LANE_INT(going, l) = next < stop ? -1 : 0;
+      LANE_INT(active, l) = next < stop ? -1 : 0;
       LANE_INT(at, l) = min(next++, stop - 1);
       load_lane(&v, l, points, count, first + LANE_INT(at, l));
       if (starts) load_lane(&start.x, l, starts, count, first + LANE_INT(at, l));
     }
-    if (!ANY(going)) return;
+    if (!ANY(active)) return;
     if (!starts) start = affine_start(map, v);
-    search_from(&searches, v, start, starts != 0, ended & going);
-    ended = ends_here(map, &searches, &fit, going) & going;
+    search_from(&searches, v, start, starts != 0, ended & active);
+    ended = evaluate_searches(map, &searches, &fit, active) & active;
     if (!ANY(ended)) continue;
-    vec d = moved(map, &fit);
+    vec d = map_displacement(map, &fit);
     scatter(displacement, d, void_distance_at(map, &fit, d), count, first, at, ended);
   }
 }

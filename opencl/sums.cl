@@ -1,10 +1,10 @@
-// Sums whose terms may cancel, in float or double: SUM.
+// Sums whose terms may cancel: in double with USE_FP64, else in float.
 
-#ifndef SUM
-#error "SUM is missing: float or double"
-#endif
 #ifdef USE_FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#define SUM double
+#else
+#define SUM float
 #endif
 
 #if LANES == 1

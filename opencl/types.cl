@@ -1,6 +1,6 @@
-// Scalars and vectors of points. One source serves all devices: a work item computes LANES points
-// at once, in explicit vectors on CPUs (no compiler vectorises the loop over control points by
-// itself) and one by one on GPUs. Branches are written as select().
+// Scalars and vectors of points. A work item computes LANES points at once: explicit vectors on CPUs,
+// as no compiler vectorizes the loop over control points, and one point on GPUs. Branches that depend
+// on the point are written as select(). The macros of all files are listed in README.md.
 
 #ifndef LANES
 #error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
@@ -34,17 +34,17 @@ typedef GLUE(int, LANES) integer;
 #endif
 
 #if LANES > 1
-// Whether any lane is set, of lanes that are 0 or -1. For the built-in any(), PoCL compiles a branch
-// for each two lanes, which no processor foresees.
+// The bitwise or of all lanes. PoCL compiles the built-in any() to a branch per two lanes, which
+// processors predict badly.
 inline int union2(int2 lanes) { return lanes.x | lanes.y; }
 inline int union4(int4 lanes) { return union2(lanes.lo | lanes.hi); }
 inline int union8(int8 lanes) { return union4(lanes.lo | lanes.hi); }
 inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
 #endif
 
-// A kernel that needs no vectors of a compiler's own. Intel's would take ours apart for them, or fill
-// them with work items, whose results then depend in the last bit on those beside them.
-#define KERNEL __kernel __attribute__((vec_type_hint(float16)))
+// Attribute of all kernels: the compiler must not auto-vectorize. Intel's would split our vectors, or
+// combine work items, and results would depend in the last bit on neighboring work items.
+#define EXPLICIT_VECTORS __attribute__((vec_type_hint(float16)))
 
 // A function of the innermost loops: a call would pass vectors through memory.
 #define HOT inline __attribute__((always_inline))
@@ -53,16 +53,16 @@ inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
 #define LANE(vector, l) (((float *)&(vector))[l])
 #define LANE_INT(vector, l) (((int *)&(vector))[l])
 
-inline integer lane_numbers() {
-  integer numbers;
-  for (int l = 0; l < LANES; ++l) LANE_INT(numbers, l) = l;
-  return numbers;
+inline integer lane_indices() {
+  integer indices;
+  for (int l = 0; l < LANES; ++l) LANE_INT(indices, l) = l;
+  return indices;
 }
 
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
 
-// One instruction each, which fmin() and fmax() with their rules for NaN are not.
+// One instruction each, unlike fmin() and fmax() with their rules for NaN.
 inline real least(real a, real b) { return a < b ? a : b; }
 inline real most(real a, real b) { return a > b ? a : b; }
 
@@ -80,9 +80,9 @@ inline vec vec_select(vec a, vec b, integer c) {
   return (vec){select(a.x, b.x, c), select(a.y, b.y, c), select(a.z, b.z, c)};
 }
 
-// Planes: the coordinates x of `count` points, then y, then z, and so on.
+// Planes: the x coordinates of `count` points, then y, then z, and so on.
 
-// LANES numbers of a plane from `first` on; past the end the last one again.
+// LANES values of a plane from `first` on; past the end the last value is repeated.
 inline real load_plane(__global const float *plane, long count, long first) {
   if (first + LANES <= count) return LOAD(plane + first);
   real value;
@@ -109,8 +109,8 @@ inline void store_points(__global float *planes, vec value, long count, long fir
   store_plane(planes + 2 * count, value.z, count, first);
 }
 
-// Interleaved: x, y, z of a point, then those of the next. The n-th number of LANES points is the
-// coordinate n % 3 of the lane n / 3; compilers see by themselves only how to take them one by one.
+// Interleaved points: x, y, z of a point, then of the next. The n-th float of LANES points is
+// coordinate n % 3 of lane n / 3. Without explicit shuffles compilers store the floats one by one.
 #if LANES > 1
 #define EACH2(of, n) of(n), of((n) + 1)
 #define EACH4(of, n) EACH2(of, n), EACH2(of, (n) + 2)
@@ -176,7 +176,7 @@ inline void add_outer(mat *m, vec a, vec b) {
 // m -= a b^T
 inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)(-1), a), b); }
 
-// What rounding of a local x is relative to.
+// The size that rounding of a local x is relative to.
 inline real size_of(vec x) {
   return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
 }
@@ -193,7 +193,7 @@ inline vec identity_solve(const mat *j, vec r) {
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), d), r, singular);
 }
 
-// An affine transform t: columns for x, y, z, then the offset, three numbers each.
+// An affine transform t of x: columns for x, y, z, then the offset, three floats each.
 inline vec transformed(const float *t, vec x) {
   return (vec){
       fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),

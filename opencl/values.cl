@@ -4,9 +4,27 @@
 // the nearest value, to which the sum is added: a constant stays the same to the bit, and 64-bit
 // integers keep the digits that double does not have.
 
-#if !defined(VALUE) || !defined(VALUES) || !defined(CAST)
-#error "VALUE, VALUES or CAST is missing"
+#ifndef VALUE
+#error "VALUE is missing: type of the array"
 #endif
+
+// Vector of LANES values, and the conversion of sums to it; integers are rounded and clamped.
+#define ROUNDING_char _sat_rte
+#define ROUNDING_uchar _sat_rte
+#define ROUNDING_short _sat_rte
+#define ROUNDING_ushort _sat_rte
+#define ROUNDING_int _sat_rte
+#define ROUNDING_uint _sat_rte
+#define ROUNDING_long _sat_rte
+#define ROUNDING_ulong _sat_rte
+#define ROUNDING_float
+#define ROUNDING_double
+#if LANES == 1
+#define VALUES VALUE
+#else
+#define VALUES GLUE(VALUE, LANES)
+#endif
+#define CAST GLUE(GLUE(convert_, VALUES), GLUE(ROUNDING_, VALUE))
 
 #define LANE_VALUE(values, l) (((VALUE *)&(values))[l])
 

@@ -1,47 +1,55 @@
 // The weights of Eq. 2 and 27: c_i / |q_i - v|^(2 alpha), for every power and distance in float32.
 //
-// Behind a cut a control point is as far away as its damped weight makes it: all distances here are
-// such distances. k is the control point nearest to v, e the distance of the second nearest. All
-// other control points are summed with weights (e / d_i)^(2 alpha) <= 1, which neither vanish nor overflow; the
-// share r = (d_k / e)^(2 alpha) relates them to the weight of k. Coordinates are relative to k, so
-// k itself adds to no sum but the total weight, and r = 0 (v on a control point) is exact.
+// All distances are damped ones: a control point behind a cut counts as farther away. k is the control
+// point nearest to v, e the distance of the second nearest. The other control points are summed with
+// weights (e / d_i)^(2 alpha) <= 1, which never overflow; r = (d_k / e)^(2 alpha) relates them to the
+// weight of k. Coordinates are relative to k: k adds to the total weight only, and r = 0 (v on a
+// control point) is exact.
 
+// The map of a region. `kind_table` is that of `Kind.table`.
 typedef struct {
-  map_numbers_t numbers;
+  map_params_t params;
   __global const control_point_t *control_points;
-  __global const float *table;  // of the kind
+  __global const float *kind_table;
 #if CUTS
   cuts_t cuts;
 #endif
 } map_t;
 
-#define MAP_PARAMETERS                                                             \
-  const map_numbers_t map_numbers,                                                 \
-      __global const control_point_t *restrict control_points,                     \
-      __global const float *restrict table CUT_PARAMETERS
-#define MAP \
-  { map_numbers, control_points, table CUTS_OF_LAUNCH }
+// The map of a launch, from the first six arguments of each kernel of the map; the last three are of
+// the cuts, and null or zero without.
+inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
+                    __global const float *kind_table, const cut_params_t cut_params,
+                    __global const plane_t *planes, __global const float *obstacles) {
+  map_t map;
+  map.params = params;
+  map.control_points = control_points;
+  map.kind_table = kind_table;
+#if CUTS
+  map.cuts = cuts_of(cut_params, planes, obstacles);
+#endif
+  return map;
+}
 
 #if !CUTS
-#define CUT_PARAMETERS
-#define CUTS_OF_LAUNCH
-typedef struct { vec v; } view_t;
-#define KNOWN 0
+typedef struct { vec v; } evaluation_point_t;
+#define CACHED 0
 #endif
 
-inline void look_at(const map_t *map, view_t *view, vec v) {
+// Sets the evaluation point v, from which cuts see.
+inline void set_point_at(const map_t *map, evaluation_point_t *point, vec v) {
 #if CUTS
-  look(&map->cuts, view, v, v);
+  set_point(&map->cuts, point, v, v);
 #else
-  view->v = v;
+  point->v = v;
 #endif
 }
 
-// Control points are summed in blocks, and the blocks in turn: rounding grows with the fourth root
-// of their number.
-inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->numbers.count)); }
+// Control points are summed in blocks, then the blocks: rounding grows with the fourth root of their
+// number.
+inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->params.count)); }
 
-// What all sums at v are relative to.
+// The pivot: all sums at v are relative to it.
 typedef struct {
   integer k;  // nearest control point
   vec q;      // q_k
@@ -77,30 +85,30 @@ inline vec seen_point(const map_t *map, __global const control_point_t *at) {
 }
 #endif
 
-HOT real control_point_distance2(const map_t *map, int i, const view_t *view, integer *hides) {
+HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point, integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
-  real d2 = straight_distance2(at, view->v);
+  real d2 = straight_distance2(at, point->v);
 #if CUTS
-  d2 = damped_distance2(&map->cuts, view, i, seen_point(map, at), d2, hides);
+  d2 = damped_distance2(&map->cuts, point, i, seen_point(map, at), d2, hides_any);
 #endif
   return d2;
 }
 
-inline pivot_t find_pivot(const map_t *map, view_t *view) {
+inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real first = FLT_MAX, second = FLT_MAX;
-  integer k = 0, hides = 0;
-  for (int i = 0; i < map->numbers.count; ++i) {
-    real d2 = control_point_distance2(map, i, view, &hides);
+  integer k = 0, hides_any = 0;
+  for (int i = 0; i < map->params.count; ++i) {
+    real d2 = control_point_distance2(map, i, point, &hides_any);
     integer nearer = d2 < first;
     second = least(second, most(first, d2));
     first = least(first, d2);
     k = select(k, (integer)(i), nearer);
-#if KNOWN
-    if (i < KNOWN) view->known[i] = d2;
+#if CACHED
+    if (i < CACHED) point->distance2[i] = d2;
 #endif
   }
 #if AT_REST
-  view->hides = hides;
+  point->hides_any = hides_any;
 #endif
   pivot_t pivot;
   pivot.k = k;
@@ -108,7 +116,7 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
   pivot.q = point_of(nearest);
   pivot.c = nearest->c;
   pivot.u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
-  if (ANY(k != LANE_INT(k, 0)))  // neighbours mostly share their nearest control point
+  if (ANY(k != LANE_INT(k, 0)))  // neighbors mostly share their nearest control point
     for (int l = 1; l < LANES; ++l) {
       nearest = control_point_of(map, LANE_INT(k, l));
       LANE(pivot.q.x, l) = nearest->q[0];
@@ -119,24 +127,24 @@ inline pivot_t find_pivot(const map_t *map, view_t *view) {
       LANE(pivot.u.y, l) = nearest->u[1];
       LANE(pivot.u.z, l) = nearest->u[2];
     }
-  pivot.x = vec_sub(view->v, pivot.q);
+  pivot.x = vec_sub(point->v, pivot.q);
   pivot.d2 = first;
   pivot.e2 = most(second, 1e-30f);
-  pivot.r = power(first / pivot.e2, map->numbers.alpha);
+  pivot.r = power(first / pivot.e2, map->params.alpha);
   return pivot;
 }
 
 // Weight of a control point next to the others but k.
 HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
-                                 const view_t *view) {
-  integer hides = 0;
-#if KNOWN
-  real d2 = i < KNOWN ? view->known[i] : control_point_distance2(map, i, view, &hides);
+                                 const evaluation_point_t *point) {
+  integer hides_any = 0;
+#if CACHED
+  real d2 = i < CACHED ? point->distance2[i] : control_point_distance2(map, i, point, &hides_any);
 #else
-  real d2 = control_point_distance2(map, i, view, &hides);
+  real d2 = control_point_distance2(map, i, point, &hides_any);
 #endif
   real w = control_point_of(map, i)->c *
-           power(pivot->e2 / most(d2, pivot->e2), map->numbers.alpha);
+           power(pivot->e2 / most(d2, pivot->e2), map->params.alpha);
 #if CUTS
   w = select(w, (real)(0), d2 >= UNREACHABLE);
 #endif
@@ -144,51 +152,51 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 }
 
 // d log(w_i)/dv.
-inline vec weight_slope(const map_t *map, int i, const view_t *view) {
+inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
   vec q = point_of(at);
-  real d2 = straight_distance2(at, view->v);
-  vec slope = vec_scale(2 * map->numbers.alpha / most(d2, 1e-30f), vec_sub(q, view->v));
+  real d2 = straight_distance2(at, point->v);
+  vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), vec_sub(q, point->v));
 #if CUTS && !AT_REST
-  slope = vec_add(slope, damping_slope(&map->cuts, view, i, q, d2));
+  slope = vec_add(slope, damping_slope(&map->cuts, point, i, q, d2));
 #endif
   return slope;
 }
 
-// d log(w_k)/dv, to be taken from all slopes: a factor that all weights share changes nothing.
-inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
+// d log(w_k)/dv, which is subtracted from all slopes: a common factor of all weights has no effect.
+inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
 #if CUTS && !AT_REST
   vec slope = {0, 0, 0};
-  for (int i = 0; i < map->numbers.count; ++i)
+  for (int i = 0; i < map->params.count; ++i)
     if (ANY(pivot->k == i))  // as a rule once
-      slope = vec_select(slope, weight_slope(map, i, view), pivot->k == i);
+      slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
   return slope;
 #elif AT_REST
-  // pivot->d2 is longer where a cut hides k
-  return vec_scale(-2 * map->numbers.alpha / most(dot3(pivot->x, pivot->x), 1e-30f), pivot->x);
+  // not pivot->d2, which is longer where a cut hides k
+  return vec_scale(-2 * map->params.alpha / most(dot3(pivot->x, pivot->x), 1e-30f), pivot->x);
 #else
-  return vec_scale(-2 * map->numbers.alpha / most(pivot->d2, 1e-30f), pivot->x);
+  return vec_scale(-2 * map->params.alpha / most(pivot->d2, 1e-30f), pivot->x);
 #endif
 }
 
 #if AT_REST
-// d log(w_i)/dx for the place x of the material, view->seen.
-inline vec origin_slope(const map_t *map, int i, const view_t *view) {
+// d log(w_i)/dx for the origin x of the material.
+inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
   vec p = seen_point(map, control_point_of(map, i));
-  return damping_slope(&map->cuts, view, i, p, (real)(0));
+  return damping_slope(&map->cuts, point, i, p, (real)(0));
 }
 
-inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot, const view_t *view) {
+inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
   vec slope = {0, 0, 0};
-  for (int i = 0; i < map->numbers.count; ++i)
+  for (int i = 0; i < map->params.count; ++i)
     if (ANY(pivot->k == i))
-      slope = vec_select(slope, origin_slope(map, i, view), pivot->k == i);
+      slope = vec_select(slope, origin_slope(map, i, point), pivot->k == i);
   return slope;
 }
 #endif
 
-// How the fit changes as weights do: as v moves, and in the rest frame of cuts as the material's
-// place x does, from where the cuts see the control points.
+// Change of the fit with the weights: by v, and in the rest frame of cuts by the origin x, from which
+// the cuts see the control points. `near` is the slope of the pivot's weight.
 typedef struct {
   mat by_v;
   vec near;
@@ -199,24 +207,24 @@ typedef struct {
 } weight_jacobian_t;
 
 inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *pivot,
-                                            const view_t *view) {
+                                            const evaluation_point_t *point) {
   weight_jacobian_t jacobian;
   jacobian.by_v = (mat){{0}};
-  jacobian.near = pivot_slope(map, pivot, view);
+  jacobian.near = pivot_slope(map, pivot, point);
 #if AT_REST
   jacobian.by_x = (mat){{0}};
-  jacobian.near_x = pivot_origin_slope(map, pivot, view);
+  jacobian.near_x = pivot_origin_slope(map, pivot, point);
 #endif
   return jacobian;
 }
 
 // Adds the influence of control point i, of weight w, times the slopes of its weight.
-inline void add_influence(weight_jacobian_t *jacobian, const map_t *map, const view_t *view, int i,
+inline void add_influence(weight_jacobian_t *jacobian, const map_t *map, const evaluation_point_t *point, int i,
                           real w, vec influence) {
-  vec slope = vec_scale(w, vec_sub(weight_slope(map, i, view), jacobian->near));
+  vec slope = vec_scale(w, vec_sub(weight_slope(map, i, point), jacobian->near));
   add_outer(&jacobian->by_v, influence, slope);
 #if AT_REST
-  slope = vec_scale(w, vec_sub(origin_slope(map, i, view), jacobian->near_x));
+  slope = vec_scale(w, vec_sub(origin_slope(map, i, point), jacobian->near_x));
   add_outer(&jacobian->by_x, influence, slope);
 #endif
 }

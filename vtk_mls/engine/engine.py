@@ -144,12 +144,12 @@ class Engine:
                 distance = None
                 if deformation.cuts:
                     distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
-                for map_, is_rival in launches:
+                for map_, second_pass in launches:
                     outputs = [kernel_arguments.world(map_.control_points), out]
                     outputs += map_.void_outputs(distance)
                     map_.launch_on_grid(
                         *("grid_displacement", grid, part, *outputs),
-                        is_rival=is_rival,
+                        second_pass=second_pass,
                         coarsely=True,
                     )
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
@@ -163,9 +163,11 @@ class Engine:
         rivals = self._rivals(deformation, slabs)
         for part in progress.over(slabs):
             with self.memory.written(result[part]) as out:
-                for map_, is_rival in launches:
+                for map_, second_pass in launches:
                     outputs = [out, *map_.void_outputs(rivals)]
-                    map_.launch_on_grid("grid_jacobian", grid, part, *outputs, is_rival=is_rival)
+                    map_.launch_on_grid(
+                        "grid_jacobian", grid, part, *outputs, second_pass=second_pass
+                    )
         return result.reshape(*grid.shape, 3, 3)
 
     @_question
@@ -218,11 +220,12 @@ class Engine:
         launches = self._launches(deformation)
         for part in progress.over(self.launcher.slabs(len(numbers), deformation, 16)):
             with self.memory.exchanged(result[part]) as distance:
-                for map_, is_rival in launches:
+                for map_, second_pass in launches:
                     world = kernel_arguments.world(map_.control_points)
                     outputs = [world, None, *map_.void_outputs(distance)]
                     map_.launch_listed(
-                        *("grid_displacement", grid, numbers[part], *outputs), is_rival=is_rival
+                        *("grid_displacement", grid, numbers[part], *outputs),
+                        second_pass=second_pass,
                     )
         return result
 
@@ -258,9 +261,9 @@ class Engine:
         void_distance = np.full(len(points), np.inf)
         maps = list(enumerate(self._maps(deformation)))
 
-        def take(number, map_, rows, is_rival):
+        def take(number, map_, rows, second_pass):
             found, distance = map_.origins(points[rows])
-            if is_rival:
+            if second_pass:
                 rows, found, distance = (
                     a[distance > void_distance[rows]] for a in (rows, found, distance)
                 )
@@ -293,19 +296,19 @@ class Engine:
         sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
         rivals = self._rivals(deformation, slabs)
         launches = [
-            (map_, kernel_arguments.to_source(sampling, map_.control_points), is_rival)
-            for map_, is_rival in self._launches(deformation)
+            (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
+            for map_, second_pass in self._launches(deformation)
         ]
         for part in progress.over(slabs):
             with ExitStack() as buffers:
                 distance = rivals
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.exchanged(void_distance[part]))
-                for map_, to_source, is_rival in launches:
-                    outputs = [sources, *map_.void_outputs(distance, may_lack=True)]
+                for map_, to_source, second_pass in launches:
+                    outputs = [sources, *map_.void_outputs(distance)]
                     map_.launch_on_grid(
                         *(asked.kernel, sampling.target, part, to_source, *outputs),
-                        is_rival=is_rival,
+                        second_pass=second_pass,
                         coarsely=True,
                     )
             yield part, sources

@@ -79,7 +79,7 @@ class Kind:
         return 0
 
     def needs_float64(self, alpha) -> bool:
-        """Whether `SUM` in the kernels is double, where the device has it."""
+        """Whether the kernels sum in double, where the device has it."""
         return False
 
     def constants(self) -> dict:
@@ -87,9 +87,9 @@ class Kind:
         return {}
 
     def numbers(self, control_points) -> dict:
-        """`rank` and `flip_axis` of map_numbers_t in structs.h, if the kernel file needs them."""
+        """`rank` and `flip_axis` of map_params_t in structs.h, if the kernel file needs them."""
         return {}
 
     def table(self, control_points) -> np.ndarray:
-        """What the kernel file finds in `map->table`: float32 of any shape."""
+        """The `map->kind_table` of the kernel file: float32 of any shape."""
         return np.zeros(0, np.float32)

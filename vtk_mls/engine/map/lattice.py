@@ -52,7 +52,7 @@ class Lattice:
         cells = np.empty(count, np.int32)
         if count == 0:
             return cells
-        constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
+        constants = (("LANES", self.launcher.device.lanes),)
         with memory.read(points) as read, memory.written(cells) as out:
             self.launcher.launch(
                 *("lattice_cells", constants, count, np.int64(count), read, self._record, out)
