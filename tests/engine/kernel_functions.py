@@ -9,8 +9,8 @@ import numpy as np
 from vtk_mls.engine.device import devices as device
 
 _KERNEL = """
-KERNEL void call(__global const float *table, const long count, __global const float *in,
-                 __global float *out) {{
+__kernel EXPLICIT_VECTORS void call(__global const float *table, const long count,
+                                    __global const float *in, __global float *out) {{
   long first = (long)get_global_id(0) * LANES;
   real a[{inputs}], r[{outputs}];
   for (int i = 0; i < {inputs}; ++i) a[i] = LOAD(in + i * count + first);
@@ -45,7 +45,7 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     """
     import pyopencl as cl
 
-    chosen = next(each for each in device.list_devices() if each.key == key)
+    chosen = next(found for found in device.list_devices() if found.key == key)
     rows = np.atleast_2d(np.asarray(arguments, np.float32))
     padded = np.resize(rows, (-(-len(rows) // 16) * 16, rows.shape[1]))
     text = _KERNEL.format(inputs=rows.shape[1], outputs=outputs, body=body)
@@ -53,12 +53,12 @@ def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants)
     text = "\n".join([device.source(name, macros) for name in ("types.cl", *files)] + [text])
     context, queue = device.context(chosen), device.queue(chosen)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a compiler's praise of itself
+        warnings.simplefilter("ignore")  # of the compiler
         kernel = cl.Program(context, text).build(options=["-w"]).call
     copied = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     tables, planes = (
-        cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(each, np.float32))
-        for each in (table, padded.T)
+        cl.Buffer(context, copied, hostbuf=np.ascontiguousarray(array, np.float32))
+        for array in (table, padded.T)
     )
     result = np.empty((outputs, len(padded)), np.float32)
     out = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, result.nbytes)

@@ -39,7 +39,7 @@ class Kind:
     name : str
         As `Deformation` takes it; kinds without one are only bases of others.
     kernel : str
-        The file of opencl/ with its fit.
+        The file of opencl/fit/ with its fit.
     equation : float
         Its first equation in the paper: the order of the kinds.
     has_degree : bool
