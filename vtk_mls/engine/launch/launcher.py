@@ -19,6 +19,11 @@ from vtk_mls.engine.map.origin_nodes import OriginNodes
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 19
+# Structs of kernels that do not use them.
+_NO_CUTS, _NO_NODES, _NO_CELLS = map(
+    kernel_arguments.filled,
+    (kernel_arguments.CUT_PARAMS, kernel_arguments.NODES, kernel_arguments.COARSE),
+)
 # Points whose forward images are searched for at a time.
 _SEARCHED = 1 << 18
 
@@ -110,7 +115,7 @@ class Launcher:
             constants += extra
             arguments += [cut_params, *map(self.constant, tables)]
         else:
-            arguments += [kernel_arguments.filled(kernel_arguments.CUT_PARAMS), None, None]
+            arguments += [_NO_CUTS, None, None]
         return tuple(constants), arguments
 
 
@@ -214,16 +219,15 @@ class RegionMap:
         span = slice(indices[0], indices[-1] + 1)
         with self.memory.read(indices) as listed:
             items = self.grid_items(grid, span, listed=listed)
-            self.launch(name, (grid.whole, second_pass), len(indices), points, *items, *arguments)
+            self.launch(
+                *(name, (grid.whole, second_pass), len(indices), points, *items, *arguments),
+                constants=(("POINTS", "LISTED"),),
+            )
 
     def grid_items(self, grid, part, coarse=None, cells=None, listed=None):
         """Arguments of kernels over a grid: nodes of first guesses, listed cells, listed points."""
-        nodes = [kernel_arguments.filled(kernel_arguments.NODES), None]
-        if self._nodes:
-            nodes = self._nodes.around(grid, part)
-        if coarse is None:
-            coarse = kernel_arguments.filled(kernel_arguments.COARSE)
-        return [*nodes, coarse, cells, listed]
+        nodes = self._nodes.around(grid, part) if self._nodes else [_NO_NODES, None]
+        return [*nodes, _NO_CELLS if coarse is None else coarse, cells, listed]
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""

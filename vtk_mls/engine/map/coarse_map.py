@@ -87,7 +87,10 @@ class CoarseMap:
             kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
         )
         items = self.map.grid_items(grid, part, record, self._listed)
-        self.map.launch(name, described, (b - a) * STEP**3, points, *items, *arguments)
+        constants = (("POINTS", "CELLS"),)
+        self.map.launch(
+            *(name, described, (b - a) * STEP**3, points, *items, *arguments), constants=constants
+        )
 
     def _launch_blocks(self, name, described, here, *arguments):
         """Launch a kernel whose work items take so many cells along x as others take points."""
