@@ -1,8 +1,8 @@
-// Powers.
+// Powers and logarithms.
 
 #if LANES > 1
-// 2^x for |x| <= 126, relative error 2.2e-7. The built-in functions are exact to the last digit, and in
-// vectors several times slower.
+// 2^x for |x| <= 126, relative error 2.2e-7. The built-in functions are more exact, and several times
+// slower in vectors.
 inline real fast_exp2(real x) {
   x = least(most(x, (real)(-126)), (real)(126));
   real whole = rint(x), f = x - whole;
@@ -15,7 +15,7 @@ inline real fast_exp2(real x) {
   return AS_REAL(AS_INTEGER(power) + (TO_INTEGER(whole) << 23));
 }
 
-// log2(x) for normal x > 0, absolute error 1e-7 beside the rounding of the result.
+// log2(x) for normal x > 0, absolute error 1e-7 plus the rounding of the result.
 inline real fast_log2(real x) {
   // the exponent that leaves a mantissa in [sqrt(1/2), sqrt(2))
   integer exponent = (AS_INTEGER(x) - 0x3f3504f3) >> 23;
@@ -35,7 +35,8 @@ inline real fast_log2(real x) {
 #define fast_log2 log2
 #endif
 
-// x^alpha for 0 <= x <= 1; the common powers without logarithms.
+// x^alpha for 0 <= x <= 1; the common powers without logarithms. TWICE_ALPHA is a constant: tests of
+// alpha cost 5 % of a rigid fit.
 inline real power(real x, float alpha) {
 #if TWICE_ALPHA == 1
   return sqrt(x);

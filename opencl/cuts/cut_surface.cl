@@ -3,7 +3,7 @@
 // A record: number of triangles, number of edges, corners of the triangles, ends of the edges.
 
 #ifndef ASIDE
-#error "ASIDE is missing: a direction that surfaces do not have by design"
+#error "ASIDE is missing: a direction that occurs in no designed surface"
 #endif
 #define TRIANGLE_SIZE 9
 #define EDGE_SIZE 6

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from conftest import DEVICES
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface, engine
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
 from vtk_mls.engine import dispatch
+from vtk_mls.engine.launch import launcher
+from vtk_mls.engine.map import origin_nodes
 from vtk_mls.reference import engine as reference
 
 HALF_PLANE = HalfPlane((15, 13, 11), (0.2, 0.1, 1), (1, 0.3, 0))
@@ -13,7 +15,7 @@ CUTS = {
     "half-plane": [HALF_PLANE],
     "plane": [Plane((15, 13, 11), (0.2, 1, 0.1))],
     "surface": [Surface.polygon([(-9, 2, 9), (34, 2, 9.5), (33, 27, 14), (-9, 26, 13)])],
-    "rivals": [Plane((15, 13, 11), (0.2, 1, 0.1)), Plane((14, 12, 9), (1, 0.1, 0)), HALF_PLANE],
+    "competing regions": [Plane((15, 13, 11), (0.2, 1, 0.1)), Plane((14, 12, 9), (1, 0.1, 0)), HALF_PLANE],
 }
 GRID = Grid((31, 26, 23), (0.5, -0.3, 0.2), (0.9, 1, 1.1))
 PARTS = {"whole": GRID, "part": GRID.part((3, 2, 5), (20, 23, 11))}
@@ -54,7 +56,7 @@ def test_a_device_gets_them_in_pieces(opened, in_place, rng, monkeypatch):
     answers = dispatch.engine_for(DEVICES[0])
     expected = answers.displacement_field(opened, GRID)[1].ravel()
     monkeypatch.setattr(answers.memory, "in_place", in_place and answers.memory.in_place)
-    monkeypatch.setattr(engine.launcher, "_WORK_PER_LAUNCH", 12 * 4 * 2048)
+    monkeypatch.setattr(launcher, "_WORK_PER_LAUNCH", 12 * 4 * 2048)
     numbers = np.sort(rng.choice(GRID.size, 7000, replace=False))
     found = answers.void_distance_listed(opened, GRID, numbers)
     np.testing.assert_array_equal(found, expected[numbers])
@@ -65,6 +67,6 @@ def test_guesses_are_made_around_them(opened, monkeypatch):
     answers = dispatch.engine_for(DEVICES[0])
     expected = answers.displacement_field(opened, GRID)[1].ravel()
     numbers = np.arange(GRID.size * 3 // 4, GRID.size, 7)
-    monkeypatch.setattr(engine.origin_nodes, "_NODES", 1)
+    monkeypatch.setattr(origin_nodes, "_NODES", 1)
     found = answers.void_distance_listed(opened, GRID, numbers)
     np.testing.assert_array_equal(found, expected[numbers])
