@@ -76,7 +76,7 @@ inline real straight_distance2(__global const control_point_t *at, vec v) {
 
 #if CUTS
 // Where cuts see a control point: at p if they belong to the material, else at q.
-inline vec seen_point(const map_t *map, __global const control_point_t *at) {
+inline vec cut_target(const map_t *map, __global const control_point_t *at) {
 #if AT_REST
   return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
 #else
@@ -85,11 +85,12 @@ inline vec seen_point(const map_t *map, __global const control_point_t *at) {
 }
 #endif
 
-HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point, integer *hides_any) {
+HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point,
+                                 integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
   real d2 = straight_distance2(at, point->v);
 #if CUTS
-  d2 = damped_distance2(&map->cuts, point, i, seen_point(map, at), d2, hides_any);
+  d2 = damped_distance2(&map->cuts, point, i, cut_target(map, at), d2, hides_any);
 #endif
   return d2;
 }
@@ -182,11 +183,12 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_
 #if AT_REST
 // d log(w_i)/dx for the origin x of the material.
 inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
-  vec p = seen_point(map, control_point_of(map, i));
+  vec p = cut_target(map, control_point_of(map, i));
   return damping_slope(&map->cuts, point, i, p, (real)(0));
 }
 
-inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
+inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
+                              const evaluation_point_t *point) {
   vec slope = {0, 0, 0};
   for (int i = 0; i < map->params.count; ++i)
     if (ANY(pivot->k == i))
@@ -219,8 +221,8 @@ inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *piv
 }
 
 // Adds the influence of control point i, of weight w, times the slopes of its weight.
-inline void add_influence(weight_jacobian_t *jacobian, const map_t *map, const evaluation_point_t *point, int i,
-                          real w, vec influence) {
+inline void add_influence(weight_jacobian_t *jacobian, const map_t *map,
+                          const evaluation_point_t *point, int i, real w, vec influence) {
   vec slope = vec_scale(w, vec_sub(weight_slope(map, i, point), jacobian->near));
   add_outer(&jacobian->by_v, influence, slope);
 #if AT_REST

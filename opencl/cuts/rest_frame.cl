@@ -13,13 +13,13 @@
 #define CONVERGED 3e-7f
 #define CONVERGED_BY_RATE 3e-8f
 #define ACCURATE_START 1e-7f
-#define MAX_DEPTH_RATIO 4        // a search fails at this depth behind a cut, in residuals
+#define MAX_DEPTH_RATIO2 (4 * 4)  // squared depth behind a cut, in residuals, at which a search fails
 
 // Whether a cut hides any of the control points from point->origin.
 inline integer hides_any(const map_t *map, const evaluation_point_t *point) {
   integer hidden = 0;
   for (int i = 0; i < map->params.count; ++i)
-    hidden |= is_hidden(&map->cuts, point, i, seen_point(map, control_point_of(map, i)));
+    hidden |= is_hidden(&map->cuts, point, i, cut_target(map, control_point_of(map, i)));
   return hidden;
 }
 
@@ -62,7 +62,7 @@ inline integer is_accurate_start(const start_t *start, vec y) {
 // Whether a search with image y, `depth` behind a cut, will end behind it.
 inline integer will_end_behind(const search_t *search, vec y, real depth) {
   vec residual = vec_sub(y, search->x);
-  return (depth > 0) & (depth * depth > MAX_DEPTH_RATIO * MAX_DEPTH_RATIO * dot3(residual, residual));
+  return (depth > 0) & (depth * depth > MAX_DEPTH_RATIO2 * dot3(residual, residual));
 }
 
 // Sets the next x after the image y: a secant step, by two residuals.
@@ -91,9 +91,9 @@ typedef struct {
   vec v;
   real slope;  // at the start, as in start_t
   search_t search;
-  vec first;
+  vec first;  // image, depth behind the cut and crossed cuts of the failed first search
   real first_depth;
-  integer first_passed;
+  integer first_crossed;
   integer second, last;  // whether the second search has started, and whether none will follow
 } searches_t;
 
@@ -108,7 +108,8 @@ inline void search_from(searches_t *searches, vec v, start_t start, int one_side
 
 // Evaluates the map once for `active` searches; returns which have ended, at the current fit. If both
 // searches fail, the better one is continued to its end.
-inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *fit, integer active) {
+inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *fit,
+                                 integer active) {
   const cuts_t *cuts = &map->cuts;
   search_t *search = &searches->search;
   const integer none = 0, is_first = (search->rounds == 0) & !searches->second;
@@ -125,7 +126,8 @@ inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *
     set_point(cuts, &point, searches->v, y);
     ended |= clear & !hides_any(map, &point);
   }
-  integer retries = none, returns = none, behind = active & !searches->last & (search->crossed_cuts != 0);
+  integer retries = none, returns = none;
+  integer behind = active & !searches->last & (search->crossed_cuts != 0);
   if (ANY(behind)) {
     real depth = -void_distance_of(cuts, y, y, search->crossed_cuts);
     behind &= ended | will_end_behind(search, y, depth);
@@ -138,9 +140,9 @@ inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *
   if (ANY(active)) advance(cuts, search, y, active);
   search->rounds += 1;
   if (ANY(retries | returns)) {
-    begin(search, searches->first, searches->first_passed, returns);
+    begin(search, searches->first, searches->first_crossed, returns);
     searches->first = vec_select(searches->first, y, retries);
-    searches->first_passed = select(searches->first_passed, search->crossed_cuts, retries);
+    searches->first_crossed = select(searches->first_crossed, search->crossed_cuts, retries);
     begin(search, y, none, retries);
     searches->second |= retries;
   }

@@ -18,5 +18,6 @@ __kernel EXPLICIT_VECTORS void grid_displacement(
   if (!displacement) return;
   const vec mean = {world.mean_displacement[0], world.mean_displacement[1],
                     world.mean_displacement[2]};
-  store_masked_points(displacement, vec_madd(world.scale, map_displacement(&map, &fit), mean), &item);
+  const vec d = vec_madd(world.scale, map_displacement(&map, &fit), mean);
+  store_masked_points(displacement, d, &item);
 }

@@ -84,7 +84,7 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
     integer open = left > close;
     vec r = residual(map, x, *displacement, &fit);
     left = select(left, length3(r), open);
-    // the response to the last step was not `step`, as foreseen, but step - t
+    // the response to the last step was step - t instead of the predicted `step`
     vec t = mat_vec(response, r);
     real square = dot3(step, step), change = dot3(step, t);
     real gain = 1 / most(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
@@ -133,7 +133,8 @@ inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, 
                         vec *displacement, mat *response) {
   vec share;
   real shrink;
-  integer node_number, inside = lattice_cell(lattice, x, &share, &shrink, &node_number) < LATTICE_SIZE;
+  integer node_number;
+  integer inside = lattice_cell(lattice, x, &share, &shrink, &node_number) < LATTICE_SIZE;
   for (int l = 0; l < LANES; ++l) {
     __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_number, l) : 0);
     float u = LANE(share.x, l), v = LANE(share.y, l), w = LANE(share.z, l);

@@ -23,7 +23,8 @@ __kernel EXPLICIT_VECTORS void point_displacement(
   store_points(displacement, d, points_count, first);
 #if CUTS
   if (map.cuts.params.regions_compete)
-    store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count, first);
+    store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count,
+                first);
 #endif
 #endif
 }

@@ -9,8 +9,8 @@ inline void load_lane(vec *x, int l, __global const float *planes, long count, l
 }
 
 // Stores three planes of displacements and one of void distances for points `first` + `at`.
-inline void scatter(__global float *planes, vec d, real void_distance, long count, long first, integer at,
-                    integer ended) {
+inline void scatter(__global float *planes, vec d, real void_distance, long count, long first,
+                    integer at, integer ended) {
   for (int l = 0; l < LANES; ++l) {
     if (!LANE_INT(ended, l)) continue;
     __global float *to = planes + first + LANE_INT(at, l);

@@ -15,7 +15,11 @@ CUTS = {
     "half-plane": [HALF_PLANE],
     "plane": [Plane((15, 13, 11), (0.2, 1, 0.1))],
     "surface": [Surface.polygon([(-9, 2, 9), (34, 2, 9.5), (33, 27, 14), (-9, 26, 13)])],
-    "competing regions": [Plane((15, 13, 11), (0.2, 1, 0.1)), Plane((14, 12, 9), (1, 0.1, 0)), HALF_PLANE],
+    "competing regions": [
+        Plane((15, 13, 11), (0.2, 1, 0.1)),
+        Plane((14, 12, 9), (1, 0.1, 0)),
+        HALF_PLANE,
+    ],
 }
 GRID = Grid((31, 26, 23), (0.5, -0.3, 0.2), (0.9, 1, 1.1))
 PARTS = {"whole": GRID, "part": GRID.part((3, 2, 5), (20, 23, 11))}

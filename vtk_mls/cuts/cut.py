@@ -54,7 +54,7 @@ class Cut:
 class Obstacle(Cut):
     """A cut that one can go round, along a detour v - b - q that bends once.
 
-    A shape is a subclass in any file of this room, and a kernel file opencl/cuts/cut_`kernel`.cl with
+    A shape is a subclass in any file of this room, and a file opencl/cuts/cut_`kernel`.cl with
     the functions of "Cut shapes" in opencl/README.md. In the kernels, a cut is the `record` that it
     makes for a set of control points.
 
