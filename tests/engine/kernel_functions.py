@@ -1,4 +1,4 @@
-"""Calls single functions of the kernels, on many numbers at once."""
+"""Calls single functions of the kernels for many arguments at once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __kernel EXPLICIT_VECTORS void call(__global const float *table, const long coun
 
 
 def call(key, lanes, files, body, arguments, outputs, table=(0.0,), **constants):
-    """What lines of OpenCL C that call functions give, for each row of their arguments.
+    """Results of lines of OpenCL C for each row of arguments.
 
     Parameters
     ----------
