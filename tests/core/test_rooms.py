@@ -18,7 +18,7 @@ def test_kinds_are_in_the_order_of_the_paper():
 def test_a_kind_names_its_kernel_file_and_numbers_for_it(name):
     d = vtk_mls.Deformation(np.eye(3), 2 * np.eye(3), name)
     points = d.regions[0].control_points
-    assert (resource("opencl") / points.kind.kernel).is_file()
+    assert (resource("opencl") / "fit" / points.kind.kernel).is_file()
     assert points.kind.name == name
     assert points.kind.table(points).dtype == np.float32
     assert set(points.kind.params(points)) <= {"rank", "flip_axis"}
@@ -30,7 +30,7 @@ def test_full_planes_are_no_obstacles_and_all_others_are():
     for name in cuts.SHAPES[1:]:
         shape = getattr(cuts, name)
         assert issubclass(shape, cuts.Obstacle)
-        assert (resource("opencl") / f"cut_{shape.kernel}.cl").is_file()
+        assert (resource("opencl") / "cuts" / f"cut_{shape.kernel}.cl").is_file()
 
 
 def test_only_the_polynomial_kind_has_a_degree():

@@ -1,9 +1,9 @@
-"""The kernels as GPUs get them, one point per work item, held against the specification.
+"""Compares the kernels, built for one point per work item as on GPUs, with the specification.
 
-    check_kernels.py PLATFORM [STEP ...]    on the first device of a platform; some of the steps
+    check_kernels.py PLATFORM [STEP ...]    on the first device of a platform; all steps by default
 
-Says each step with its error, the bound for it, and the time, and ends with status 1 if one is
-wrong. A simulator that keeps a log (`OCLGRIND_LOG`) must not have complained.
+Prints the error and time of each step; the status is 1 if an error exceeds its bound, or if the
+simulator has written errors to its log (`OCLGRIND_LOG`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ KINDS = {"affine": 1.0, "rigid": 1.0, "similarity": 1.3, "polynomial": 1.0}  # a
 
 
 def steps(engine):
-    """Names and functions that give the errors, next to the extent or to 1."""
+    """Names of steps, and functions that return errors relative to the extent or to 1."""
     rng = np.random.default_rng(1)
     deformed = rng.uniform(0, EXTENT, (12, 3))
     rest = deformed + rng.normal(0, 1.5, (12, 3))
@@ -126,12 +126,12 @@ def steps(engine):
 
 
 def worst(name, errors):
-    """The largest but few: next to a cut and half way between voxels rounding decides."""
+    """The largest error except for a few: at cuts and midway between voxels rounding decides."""
     return np.percentile(errors, 90 if "nearest" in name else 97)
 
 
-def main(platform, *wanted):
-    found = [each for each in device.list_devices() if each.platform == platform]
+def main(platform, *selected):
+    found = [d for d in device.list_devices() if d.platform == platform]
     if not found:
         print(f"no device of the platform {platform}: {device.list_devices()}")
         return 1
@@ -139,19 +139,18 @@ def main(platform, *wanted):
     print(f"{found[0]}, {found[0].driver}")
     wrong = 0
     for name, errors in steps(engine):
-        if wanted and name not in wanted:
+        if selected and name not in selected:
             continue
         start = time.monotonic()
         error = worst(name, errors())
-        right = error <= BOUND
-        wrong += not right
+        is_right = error <= BOUND
+        wrong += not is_right
         seconds = time.monotonic() - start
-        print(
-            f"{'ok   ' if right else 'WRONG'} {name:40s} {error:8.1e} {seconds:6.1f} s", flush=True
-        )
+        result = "ok   " if is_right else "WRONG"
+        print(f"{result} {name:40s} {error:8.1e} {seconds:6.1f} s", flush=True)
     log = os.environ.get("OCLGRIND_LOG")
-    if log and Path(log).exists() and (complaints := Path(log).read_text().strip()):
-        print(complaints[:3000])
+    if log and Path(log).exists() and (errors := Path(log).read_text().strip()):
+        print(errors[:3000])
         wrong += 1
     return wrong > 0
 

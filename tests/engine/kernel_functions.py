@@ -1,4 +1,4 @@
-"""Calls single functions of the kernels, on many numbers at once."""
+"""Calls single functions of the kernels for many arguments at once."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from vtk_mls.engine.device import devices as device
 
 _KERNEL = """
-KERNEL void call(__global const float *table, const long count, __global const float *in,
-                 __global float *out) {{
+__kernel EXPLICIT_VECTORS void call(__global const float *table, const long count,
+                                    __global const float *in, __global float *out) {{
   long first = (long)get_global_id(0) * LANES;
   real a[{inputs}], r[{outputs}];
   for (int i = 0; i < {inputs}; ++i) a[i] = LOAD(in + i * count + first);

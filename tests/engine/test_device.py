@@ -9,6 +9,7 @@ import pytest
 from conftest import DEVICES, LOCAL_POINTS
 
 from vtk_mls import Deformation, DeviceError
+from vtk_mls.base.resources import resource
 from vtk_mls.engine import dispatch, engine
 from vtk_mls.engine.device import device_check
 from vtk_mls.engine.device import devices as device
@@ -272,6 +273,12 @@ def test_sources_are_one_text():
     text = device.source("grid_jacobian.cl", (("FIT", "fit_rotation.cl"),))
     assert "#include" not in text
     assert text.count("inline quaternion_t whole_rotation") == 1
+
+
+def test_kernel_files_have_names_of_their_own():
+    """`#include` finds them by name in all folders."""
+    paths = list(resource("opencl").rglob("*.[ch]*"))
+    assert len({path.name for path in paths}) == len(paths)
 
 
 @pytest.mark.parametrize("launcher", device._PROCESS_VARIABLES)

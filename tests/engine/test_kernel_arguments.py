@@ -1,4 +1,4 @@
-"""Structs that the host fills and kernels take."""
+"""Structs and constants that host and kernels share."""
 
 import re
 import warnings
@@ -10,7 +10,7 @@ from conftest import DEVICES, OTHER_DEVICES
 pytest.importorskip("pyopencl", reason="there is no OpenCL without pyopencl")
 
 from vtk_mls.engine.device import devices as device
-from vtk_mls.engine.launch.kernel_arguments import STRUCTS
+from vtk_mls.engine.launch.kernel_arguments import COARSE_STEP, CONSTANTS, STRUCTS
 
 _KERNEL = """
 #include_structs
@@ -57,3 +57,25 @@ def test_structs_end_with_a_member(dtype):
     """rusticl 22.3 does not count padding at the end."""
     last = dtype.names[-1]
     assert dtype.fields[last][1] + dtype[last].itemsize == dtype.itemsize
+
+
+def test_constants_of_the_header_are_those_of_the_host():
+    members = re.search(r"enum \{(.*?)\n\};", device.source("structs.h"), re.DOTALL)[1]
+    assert {n: int(v) for n, v in re.findall(r"(\w+) = (\d+)", members)} == CONSTANTS
+
+
+@pytest.mark.parametrize(("name", "order"), [("tap_weight", 0), ("tap_slope", 1)])
+def test_weights_between_nodes_are_those_of_lagrange_polynomials(name, order):
+    text = re.search(rf"{name}\[.*?= \{{(.*?)\}};", device.source("coarse_map.cl"), re.DOTALL)[1]
+    weights = [float(weight) for weight in re.findall(r"(-?[\d.]+)f", text)]
+    nodes = np.arange(-2, 4)
+    polynomials = [
+        np.poly1d(np.delete(nodes, i), r=True) / np.prod(nodes[i] - np.delete(nodes, i))
+        for i in range(len(nodes))
+    ]
+    expected = [
+        polynomial.deriv(order)(k / COARSE_STEP) / COARSE_STEP**order
+        for k in range(COARSE_STEP)
+        for polynomial in polynomials
+    ]
+    np.testing.assert_allclose(weights, expected, rtol=6e-8, atol=1e-18)

@@ -54,9 +54,9 @@ class Cut:
 class Obstacle(Cut):
     """A cut with an edge: influence goes around it, along a detour v - b - q that bends once.
 
-    A shape is a subclass in any file of this folder, and a kernel file opencl/cut_`kernel`.cl with
-    the functions of "Cut shapes" in opencl/README.md. The kernels read the `record` of a cut for a
-    set of control points.
+    A shape is a subclass in any file of this folder, and a kernel file opencl/cuts/cut_`kernel`.cl
+    with the functions of "Cut shapes" in opencl/README.md. The kernels read the `record` of a cut
+    for a set of control points.
 
     Attributes
     ----------

@@ -297,7 +297,7 @@ class Engine:
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.inout_buffer(void_distance[part]))
                 for map_, to_source, second_pass in launches:
-                    outputs = [sources, *map_.void_outputs(distance, may_lack=True)]
+                    outputs = [sources, *map_.void_outputs(distance)]
                     map_.launch_on_grid(
                         *(output.kernel, sampling.target, part, to_source, *outputs),
                         second_pass=second_pass,

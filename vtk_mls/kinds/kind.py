@@ -39,7 +39,7 @@ class Kind:
     name : str
         As in `Deformation`; None for a base class.
     kernel : str
-        The file in opencl/ with the fit.
+        The file in opencl/fit/ with the fit.
     equation : float
         The first equation in the paper, by which kinds are sorted.
     has_degree : bool
@@ -87,9 +87,9 @@ class Kind:
         return {}
 
     def params(self, control_points) -> dict:
-        """`rank` and `flip_axis` of the kernels' map parameters, if the kernel file uses them."""
+        """`rank` and `flip_axis` of map_params_t in structs.h, if the kernel file uses them."""
         return {}
 
     def table(self, control_points) -> np.ndarray:
-        """The data of `map->table` in the kernel file: float32 of any shape."""
+        """The `map->kind_table` of the kernel file: float32 of any shape."""
         return np.zeros(0, np.float32)

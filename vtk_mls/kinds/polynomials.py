@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.kinds.kind import Fit, Kind
 
-# Exponents of the monomials of degree 1, 2 and 3, in the order of the kernels.
+# Exponents of the monomials of degree 1, 2 and 3, in the order of basis.cl.
 MONOMIALS = np.array(
     [
         *[(1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -51,9 +51,7 @@ class Polynomial(Kind):
         return alpha > 1 or self.degree == 3
 
     def constants(self):
-        count = MONOMIAL_COUNT[self.degree]
-        order = ", ".join(_name(exponents) for exponents in MONOMIALS[:count])
-        return {"FUNCTIONS": count, "MONOMIAL_ORDER": order}
+        return {"FUNCTIONS": MONOMIAL_COUNT[self.degree]}
 
     def params(self, control_points):
         return {"rank": len(control_points.determined)}
@@ -157,11 +155,6 @@ def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
         lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
         gradients.append(exponents[:, axis] * np.prod(x[:, None, :] ** lowered, axis=2))
     return np.stack(gradients, axis=2)
-
-
-def _name(exponents) -> str:
-    """The name of a monomial in opencl/basis.cl: XXY for x^2 y."""
-    return "".join(axis * int(power) for axis, power in zip("XYZ", exponents))
 
 
 def _multinomial(exponents) -> float:

@@ -122,10 +122,6 @@ class MeshDeformer(Algorithm):
         self._deformation, self._is_exact = None, True
         self._rest_surface, self._coarse_map = CachedValue(), CachedValue()
         self._output = CachedValue()
-            CachedValue(),
-            CachedValue(),
-            CachedValue(),
-        )
 
     def deform(self, deformation, exact):
         """Set the Deformation, and update the output; unchanged after an error."""

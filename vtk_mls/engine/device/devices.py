@@ -281,7 +281,7 @@ def driver_errors(device: Device):
 
 @functools.cache
 def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
-    """The kernel `name` of opencl/`name`.cl, built once for `device` with macros `constants`.
+    """The kernel `name` of the file `name`.cl, built once for `device` with macros `constants`.
 
     Raises
     ------
@@ -324,17 +324,24 @@ def _compiler_errors(error) -> str:
 
 
 def source(file: str, constants: tuple[tuple[str, object], ...] = ()) -> str:
-    """The text of `opencl/file` behind macros, with its includes in place.
+    """The text of a kernel file after macros, with its includes expanded.
 
-    Driver caches see all of it then. `#include NAME` takes the files that the constant NAME lists.
+    So driver caches see the whole text. File names are unique in the folders of opencl/;
+    `#include NAME` includes the files that the constant NAME lists.
     """
     macros = [f"#define {name} {value}" for name, value in constants]
     return "\n".join([*macros, _included(file, dict(constants))])
 
 
+@functools.cache
+def _kernel_files():
+    """The files of opencl/ by name."""
+    return {path.name: path for path in resource("opencl").rglob("*.[ch]*")}
+
+
 def _included(file, constants):
     lines = []
-    for line in (resource("opencl") / file).read_text().splitlines():
+    for line in _kernel_files()[file].read_text().splitlines():
         include = re.match(r'\s*#include (?:"(.+)"|(\w+))', line)
         files = (include[1] or constants.get(include[2], "")).split() if include else ()
         lines += [_included(name, constants) for name in files] if include else [line]

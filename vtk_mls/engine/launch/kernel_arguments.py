@@ -1,8 +1,10 @@
-"""Host data as the kernels read it: the layouts of structs, and what fills them."""
+"""Data in the layout of the kernels: structs of structs.h, and functions that fill them."""
 
 from __future__ import annotations
 
 import numpy as np
+
+from vtk_mls.queries import void_cells
 
 
 def _struct(members):
@@ -16,8 +18,9 @@ def _struct(members):
 _TRANSFORM = ("f4", 12)
 
 CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
-MAP_NUMBERS = _struct([("count", "i4"), ("alpha", "f4"), ("rank", "i4"), ("flip_axis", "f4", 3)])
+MAP_PARAMS = _struct([("count", "i4"), ("alpha", "f4"), ("rank", "i4"), ("flip_axis", "f4", 3)])
 WORLD = _struct([("scale", "f4"), ("mean_displacement", "f4", 3)])
+LOCAL_FRAME = _struct([("center", "f4", 3), ("center_rest", "f4", 3)])
 GRID = _struct(
     [
         *[("first", "i8"), ("stop", "i8"), ("nx", "i4"), ("ny", "i4"), ("start", "i4", 3)],
@@ -30,6 +33,7 @@ SOURCE = _struct(
 LATTICE = _struct([("center", "f4", 3), ("density", "f4", 3)])
 SAMPLE = _struct([("v", "f4", 3), ("image", "f4", 3)])
 NODES = _struct([("first", "i4", 3), ("nx", "i4"), ("ny", "i4")])
+NODE = _struct([("x", "f4", 4), ("by_i", "f4", 4), ("by_j", "f4", 4), ("by_k", "f4", 4)])
 COARSE = _struct(
     [
         *[("first_listed", "i8"), ("listed", "i8"), ("first_cell", "i4", 3), ("cells", "i4", 3)],
@@ -37,11 +41,11 @@ COARSE = _struct(
     ]
 )
 CHECK = _struct([("to_index", *_TRANSFORM), ("limit2", "f4")])
-ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("there", "i4", 3), ("components", "i4")])
+ARRAY = _struct([("size", "i4", 3), ("first", "i4", 3), ("stored", "i4", 3), ("components", "i4")])
 LAYERS = _struct(
     [
-        *[("size", "i4", 3), ("first", "i4"), ("there", "i4"), ("start", "i4"), ("stop", "i4")],
-        ("least", "f4"),
+        *[("size", "i4", 3), ("first", "i4"), ("stored", "i4"), ("start", "i4"), ("stop", "i4")],
+        *[("min_distance", "f4"), ("far_factor", "f4")],
     ]
 )
 SLICES = _struct(
@@ -51,45 +55,60 @@ SLICES = _struct(
     ]
 )
 PLANE = _struct([("plane", "f4", 4), ("index_plane", "f4", 4), ("side", "f4")])
-CUT_NUMBERS = _struct(
+CUT_PARAMS = _struct(
     [
-        *[("damping", "f4"), ("nu", "f4"), ("mean_displacement", "f4", 3)],
-        *[("affine", *_TRANSFORM), ("plane_count", "i4"), ("is_rival", "i4")],
+        *[("damping", "f4"), ("nu", "f4"), ("on_plane", "f4"), ("mean_displacement", "f4", 3)],
+        *[("affine", *_TRANSFORM), ("plane_count", "i4"), ("regions_compete", "i4")],
+        ("second_pass", "i4"),
     ]
 )
 # The structs of structs.h, where their members are described.
 STRUCTS = {
     "control_point_t": CONTROL_POINT,
-    "map_numbers_t": MAP_NUMBERS,
+    "map_params_t": MAP_PARAMS,
     "world_t": WORLD,
+    "local_frame_t": LOCAL_FRAME,
     "grid_t": GRID,
     "source_t": SOURCE,
     "lattice_t": LATTICE,
     "sample_t": SAMPLE,
     "nodes_t": NODES,
+    "node_t": NODE,
     "coarse_t": COARSE,
     "check_t": CHECK,
     "array_t": ARRAY,
     "layers_t": LAYERS,
     "slices_t": SLICES,
     "plane_t": PLANE,
-    "cut_numbers_t": CUT_NUMBERS,
+    "cut_params_t": CUT_PARAMS,
 }
-# Cells of the lattice along each axis, and its levels, each twice as large as the one before.
+# The constants of structs.h, where they are described.
+NODE_STEP, COARSE_STEP = 4, 4
 LATTICE_CELLS, LATTICE_LEVELS = 20, 8
-# Points of the grid from node to node, and 16 floats at each node.
-NODE_STEP, NODE_BYTES = 4, 64
+CELL_ROWS, CELL_LAYERS = 4, 16
+INACCURATE, OTHER_REGION = 1, 2
+CONSTANTS = {
+    "NODE_STEP": NODE_STEP,
+    "COARSE_STEP": COARSE_STEP,
+    "LATTICE_CELLS": LATTICE_CELLS,
+    "LATTICE_LEVELS": LATTICE_LEVELS,
+    "CELL_ROWS": CELL_ROWS,
+    "CELL_LAYERS": CELL_LAYERS,
+    "VOID": void_cells.VOID,
+    "TOUCHED": void_cells.TOUCHED,
+    "UNKNOWN": void_cells.UNKNOWN,
+    "INACCURATE": INACCURATE,
+    "OTHER_REGION": OTHER_REGION,
+}
 
 
-def local_frame(dtype, scale, center):
-    """The local_frame_t of local_points.cl, whose `REAL` is `dtype`."""
-    frame = _struct([("density", dtype), ("center", "f4", 3), ("center_rest", "f4", 3)])
-    rest = center - np.float32(center)
-    return filled(frame, density=1 / scale, center=center, center_rest=rest)
+def local_frame(center):
+    """The LOCAL_FRAME of a center (3,) float64."""
+    return filled(LOCAL_FRAME, center=center, center_rest=center - np.float32(center))
 
 
 def planes(points):
-    """Points (m, 3) as the kernels take them: (3, m) float32."""
+    """The coordinate planes of points (m, 3): (3, m) float32."""
     return np.ascontiguousarray(points.T, dtype=np.float32)
 
 
@@ -136,7 +155,7 @@ def grid_points(grid, part, control_points):
 
 
 def to_source(sampling, control_points):
-    """What tells where in the source of a `Sampling` points of its target come from: a SOURCE."""
+    """Transforms from the target of a `Sampling` to its source: a SOURCE."""
     source = sampling.source.whole
     matrix, offset = sampling.target.whole.index_transform(source)
     to_index = source.world_to_index
@@ -156,10 +175,5 @@ def samples(v, image):
 
 
 def transform(matrix, offset):
-    """An affine transform as `transformed` in grid.cl takes it."""
+    """An affine transform in the layout of `transformed` in types.cl: (12,)."""
     return np.concatenate([np.asarray(matrix).T.ravel(), offset])
-
-
-# Build constants of kernels that find cells of the lattice, and of all kernels of the map.
-LATTICE_CONSTANTS = (("LATTICE_CELLS", LATTICE_CELLS), ("LATTICE_LEVELS", LATTICE_LEVELS))
-MAP_CONSTANTS = (*LATTICE_CONSTANTS, ("NODE_STEP", NODE_STEP))

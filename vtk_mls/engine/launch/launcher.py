@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import numpy as np
 
 from vtk_mls.engine.device import devices
-from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch import array_types, kernel_arguments
 from vtk_mls.engine.launch.memory import Memory
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
@@ -19,6 +19,11 @@ from vtk_mls.engine.map.origin_nodes import OriginNodes
 _WORK_PER_LAUNCH = 3e8
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 19
+# Structs of kernels that do not use them.
+_NO_CUTS, _NO_NODES, _NO_CELLS = map(
+    kernel_arguments.filled,
+    (kernel_arguments.CUT_PARAMS, kernel_arguments.NODES, kernel_arguments.COARSE),
+)
 # Points whose forward images are searched for at a time.
 _SEARCHED = 1 << 18
 
@@ -83,15 +88,15 @@ class Launcher:
     def sums(self, double):
         """Build constants of kernels that sum in double or in float."""
         if double:
-            return [("LANES", self.device.double_lanes), ("SUM", "double"), ("USE_FP64", 1)]
-        return [("LANES", self.device.lanes), ("SUM", "float")]
+            return [("LANES", self.device.double_lanes), ("USE_FP64", 1)]
+        return [("LANES", self.device.lanes)]
 
     def map(self, deformation, region, grid, second_pass):
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
-        numbers = kernel_arguments.filled(
-            kernel_arguments.MAP_NUMBERS,
+        params = kernel_arguments.filled(
+            kernel_arguments.MAP_PARAMS,
             count=len(control_points),
             alpha=alpha,
             **kind.params(control_points),
@@ -99,7 +104,6 @@ class Launcher:
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
-            *kernel_arguments.MAP_CONSTANTS,
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
@@ -108,11 +112,13 @@ class Launcher:
             self._uploaded[control_points] = [
                 self.constant(kernel_arguments.not_empty(table)) for table in tables
             ]
-        arguments = [numbers, *self._uploaded[control_points]]
+        arguments = [params, *self._uploaded[control_points]]
         if deformation.cuts:
-            extra, numbers, tables = cut_tables(deformation, region, grid, second_pass)
+            extra, cut_params, tables = cut_tables(deformation, region, grid, second_pass)
             constants += extra
-            arguments += [numbers, *map(self.constant, tables)]
+            arguments += [cut_params, *map(self.constant, tables)]
+        else:
+            arguments += [_NO_CUTS, None, None]
         return tuple(constants), arguments
 
 
@@ -132,7 +138,7 @@ class RegionMap:
         self.control_points = region.control_points
         # planes of "point_displacement": in the rest frame of cuts also the void distance
         self.displacements = 4 if deformation.in_rest_frame else 3
-        # by grid, None at points, and whether a rival: a question launches many kernels on one
+        # by grid, None at points, and whether it is the second pass
         self._described = {}
         searches = deformation.in_rest_frame and deformation.obstacles
         self._nodes = OriginNodes(self) if searches else None
@@ -196,49 +202,38 @@ class RegionMap:
                 self.launch_at(name, at, [buffer], outputs=[result])
         return result
 
-    def void_outputs(self, buffer, may_lack=False):
-        """Kernel arguments for void distances in a buffer.
-
-        Without one there are none; for kernels that may lack it, if there are cuts, null.
-        """
-        if buffer is None and not (may_lack and self.deformation.cuts):
-            return []
+    def void_outputs(self, buffer):
+        """Kernel arguments for void distances: a buffer or None, and the scale."""
         return [buffer, np.float32(self.control_points.scale)]
 
     def launch_on_grid(self, name, grid, part, *arguments, second_pass=False, coarsely=False):
         """Launch a kernel for the points `part` of a grid.
 
-        A rival has those of other regions that are void. Coarsely, displacements may be
-        interpolated between nodes, as far as the deformation's `map_tolerance` lets them.
+        The second pass computes the void points of other regions. Coarsely, displacements may be
+        interpolated between nodes, within the deformation's `map_tolerance`.
         """
-
-        def nodes():
-            return self._nodes.around(grid, part) if self._nodes else []
-
         if coarsely and not second_pass and self._coarse_map and self._coarse_map.pays_off(grid):
-            return self._coarse_map.launch(name, grid, part, nodes, *arguments)
+            return self._coarse_map.launch(name, grid, part, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start
-        self.launch(name, (grid.whole, second_pass), count, points, *nodes(), *arguments)
+        items = self.grid_items(grid, part)
+        self.launch(name, (grid.whole, second_pass), count, points, *items, *arguments)
 
-    def launch_listed(self, name, grid, numbers, *arguments, second_pass=False):
-        """Launch a kernel for the points of a grid with the `numbers` (m,) int64, which grow."""
-        points = kernel_arguments.grid_points(grid, slice(0, len(numbers)), self.control_points)
-        span = slice(numbers[0], numbers[-1] + 1)
-        nodes = self._nodes.around(grid, span) if self._nodes else []
-        with self.memory.input_buffer(numbers) as listed:
+    def launch_listed(self, name, grid, indices, *arguments, second_pass=False):
+        """Launch a kernel for the points of a grid with ascending `indices` (m,) int64."""
+        points = kernel_arguments.grid_points(grid, slice(0, len(indices)), self.control_points)
+        span = slice(indices[0], indices[-1] + 1)
+        with self.memory.input_buffer(indices) as listed:
+            items = self.grid_items(grid, span, listed=listed)
             self.launch(
-                *(
-                    name,
-                    (grid.whole, second_pass),
-                    len(numbers),
-                    points,
-                    *nodes,
-                    listed,
-                    *arguments,
-                ),
-                constants=(("LISTED", 1),),
+                *(name, (grid.whole, second_pass), len(indices), points, *items, *arguments),
+                constants=(("POINTS", "LISTED"),),
             )
+
+    def grid_items(self, grid, part, coarse=None, cells=None, listed=None):
+        """Arguments of kernels over a grid: nodes of first guesses, listed cells, listed points."""
+        nodes = self._nodes.around(grid, part) if self._nodes else [_NO_NODES, None]
+        return [*nodes, _NO_CELLS if coarse is None else coarse, cells, listed]
 
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
@@ -250,12 +245,9 @@ class RegionMap:
         if len(points) == 0:
             return local
         real = np.float64 if device.has_float64 else np.float32
-        frame = kernel_arguments.local_frame(real, self.control_points.scale, centre)
-        constants = [
-            ("LANES", device.lanes),
-            ("COORDINATE", "double" if points.dtype == np.float64 else "float"),
-            ("REAL", "double" if device.has_float64 else "float"),
-        ]
+        frame = kernel_arguments.local_frame(centre)
+        density = real(1 / self.control_points.scale)
+        constants = [("LANES", device.lanes), ("VALUE", array_types.c_type(points))]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
         read, written = self.memory.input_buffer, self.memory.output_buffer
@@ -267,6 +259,7 @@ class RegionMap:
                 np.int64(len(points)),
                 x,
                 frame,
+                density,
                 out,
             )
         return local
@@ -275,9 +268,9 @@ class RegionMap:
         of_map, shared = self.described(*described)
         self.launcher.launch(name, (*of_map, *constants), count, *shared, *arguments)
 
-    def described(self, *grid_and_rival):
+    def described(self, *grid_and_pass):
         """Build constants and shared kernel arguments of the map, as `Launcher.map` has them."""
-        if grid_and_rival not in self._described:
-            shared = self.launcher.map(self.deformation, self.region, *grid_and_rival)
-            self._described[grid_and_rival] = shared
-        return self._described[grid_and_rival]
+        if grid_and_pass not in self._described:
+            shared = self.launcher.map(self.deformation, self.region, *grid_and_pass)
+            self._described[grid_and_pass] = shared
+        return self._described[grid_and_pass]

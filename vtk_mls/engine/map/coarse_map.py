@@ -8,7 +8,7 @@ import pyopencl as cl
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 
-STEP = 4  # points of the grid from node to node
+STEP = kernel_arguments.COARSE_STEP
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
 # Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
 # most so many times: 6.5 times in the worst of 2,100 random sets.
@@ -16,41 +16,12 @@ _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
-_OFF, _ELSEWHERE = 1, 2  # bits of what coarse_check.cl says of a cell
-# What interpolates what a kernel computes, and its own build constants.
+# The kernel that interpolates the outputs of another one, and its additional arguments.
 _COARSE = {
-    "grid_displacement": ("coarse_displacement", ()),
-    "grid_source_index": ("coarse_source_index", ()),
-    "grid_source_frame": ("coarse_source_index", (("FRAMES", 1),)),
+    "grid_displacement": ("coarse_displacement", []),
+    "grid_source_index": ("coarse_source_index", [np.int32(False)]),
+    "grid_source_frame": ("coarse_source_index", [np.int32(True)]),
 }
-
-
-def _polynomials():
-    """Of each node around a cell the polynomial that is 1 there and 0 at the others."""
-    for node in _AROUND:
-        others = [other for other in _AROUND if other != node]
-        yield np.poly1d(others, r=True) / float(np.prod([node - other for other in others]))
-
-
-def _weights(t):
-    """Of the nodes around a cell, for what is at t between its first and the next node."""
-    return [float(polynomial(t)) for polynomial in _polynomials()]
-
-
-def _slopes(t):
-    """The same for the derivative there, from point to point."""
-    return [float(polynomial.deriv()(t)) / STEP for polynomial in _polynomials()]
-
-
-def _in_c(rows):
-    return "{" + ", ".join("{" + ", ".join(f"{w!r}f" for w in row) + "}" for row in rows) + "}"
-
-
-CONSTANTS = (
-    ("COARSE_STEP", STEP),
-    ("COARSE_WEIGHTS", _in_c([_weights(k / STEP) for k in range(STEP)])),
-    ("COARSE_SLOPES", _in_c([_slopes(k / STEP) for k in range(STEP)])),
-)
 
 
 class CoarseMap:
@@ -84,12 +55,11 @@ class CoarseMap:
         bound = 27 * len(self.map.control_points) / np.prod(cells_of(whole)[1])
         return bound < MAX_NEAR_FRACTION or self._near(whole).mean() < MAX_NEAR_FRACTION
 
-    def launch(self, name, grid, part, between, *arguments):
+    def launch(self, name, grid, part, *arguments):
         """Launch a kernel for the points `part` of a grid.
 
-        It gets all points of cells that are far from the map; the kernel that interpolates those of
-        all others. Both take the `arguments`, the former the nodes `between` which searches begin
-        before.
+        It computes the points of inaccurate cells, after another kernel has interpolated those of
+        all cells. Both take the `arguments`.
         """
         if grid is not self._grid:
             self._find(grid)
@@ -105,9 +75,9 @@ class CoarseMap:
         record = kernel_arguments.filled(
             kernel_arguments.COARSE, **here, **self._around, to_slopes=to_slopes
         )
-        kernel, constants = _COARSE[name]
+        kernel, additional = _COARSE[name]
         self._launch_blocks(
-            *(kernel, described, here, points, record, self._nodes, *arguments), constants=constants
+            kernel, described, here, points, record, self._nodes, *arguments, *additional
         )
         layer = cells[0] * cells[1]
         a, b = np.searchsorted(self._far, [(low - first[2]) * layer, (high + 1 - first[2]) * layer])
@@ -116,20 +86,17 @@ class CoarseMap:
         record = kernel_arguments.filled(
             kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
         )
+        items = self.map.grid_items(grid, part, record, self._listed)
+        constants = (("POINTS", "CELLS"),)
         self.map.launch(
-            *(name, described, (b - a) * STEP**3, points, *between(), record, self._listed),
-            *arguments,
-            constants=(*CONSTANTS, ("CELLS", 1)),
+            *(name, described, (b - a) * STEP**3, points, *items, *arguments), constants=constants
         )
 
-    def _launch_blocks(self, name, described, here, *arguments, constants=()):
+    def _launch_blocks(self, name, described, here, *arguments):
         """Launch a kernel whose work items take so many cells along x as others take points."""
         lanes = dict(self.map.launcher.sums(False))["LANES"]
         nx, ny, nz = map(int, here["cells"])
-        self.map.launch(
-            *(name, described, -(-nx // lanes) * lanes * ny * nz, *arguments),
-            constants=(*CONSTANTS, *constants),
-        )
+        self.map.launch(name, described, -(-nx // lanes) * lanes * ny * nz, *arguments)
 
     def _find(self, grid):
         """Find the nodes around a grid, and its cells that are far from the map."""
@@ -141,10 +108,10 @@ class CoarseMap:
         self._around = {"first_node": low, "nodes": checked + len(_AROUND) - 1}
         self._nodes = self._at_nodes(grid, low, checked + len(_AROUND) - 1, _AROUND[0] * STEP)
         far = self._check(grid, low, checked)
-        elsewhere = (far & _ELSEWHERE).astype(bool)
+        elsewhere = (far & kernel_arguments.OTHER_REGION).astype(bool)
         off = np.zeros(cells[::-1] + 2, bool)
         inner = tuple(slice(a, a + n) for a, n in zip((low - first + 1)[::-1], checked[::-1]))
-        off[inner] = far & _OFF
+        off[inner] = far & kernel_arguments.INACCURATE
         far = _beside(off) | self._near(grid)
         far &= ~elsewhere[tuple(slice(a, a + n) for a, n in zip((first - low)[::-1], cells[::-1]))]
         self._far = np.flatnonzero(far).astype(np.int32)

@@ -1,28 +1,30 @@
-"""Cuts as the kernels read them: build constants, and tables in the local frame of a region."""
+"""Cuts in the layout of the kernels: build constants, and tables in the local frame of a region."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.launch.kernel_arguments import CUT_NUMBERS, PLANE, filled, not_empty, transform
+from vtk_mls.engine.launch.kernel_arguments import CUT_PARAMS, PLANE, filled, not_empty, transform
 from vtk_mls.model.regions import ON_PLANE
 
 
-def cut_tables(deformation, region, grid=None, is_rival=False):
-    """Build constants of the cuts of `deformation`; their numbers, then their tables.
+def cut_tables(deformation, region, grid=None, second_pass=False):
+    """Build constants of the cuts of a deformation; the CUT_PARAMS, and the tables.
 
-    All in the local frame of `region`; planes also by index of `grid`. A rival has the points of
-    other regions that are void.
+    The tables are those of planes and of all obstacles, in the local frame of `region`; planes also
+    in indices of `grid`. See on_grid.cl for the second pass.
     """
     control_points = region.control_points
-    numbers = filled(
-        CUT_NUMBERS,
+    params = filled(
+        CUT_PARAMS,
         damping=deformation.nu / (2 * deformation.alpha),
         nu=deformation.nu,
+        on_plane=ON_PLANE,
         mean_displacement=control_points.mean_displacement / control_points.scale,
         affine=_local_affine(control_points),
         plane_count=len(deformation.planes),
-        is_rival=is_rival,
+        regions_compete=deformation.has_competing_regions,
+        second_pass=second_pass,
     )
     shapes = {}
     for cut in deformation.obstacles:
@@ -31,17 +33,15 @@ def cut_tables(deformation, region, grid=None, is_rival=False):
     constants = [
         ("CUTS", 1),
         ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
-        ("RIVALS", int(deformation.has_competing_regions)),
-        ("ON_PLANE", f"{ON_PLANE}f"),
         ("SHAPE_FILES", " ".join(f"cut_{shape.kernel}.cl" for shape in shapes)),
         ("SHAPES(X)", " ".join(f"X({shape.kernel})" for shape in shapes)),
     ]
     for shape, cuts in shapes.items():
         constants += shape.constants(len(cuts)).items()
-    seen = control_points.rest if deformation.in_rest_frame else control_points.deformed
-    tables = [_shape_table(cuts, control_points, seen) for cuts in shapes.values()]
+    positions = control_points.rest if deformation.in_rest_frame else control_points.deformed
+    tables = [_shape_table(cuts, control_points, positions) for cuts in shapes.values()]
     planes = _plane_table(deformation, region, grid)
-    return constants, numbers, [not_empty(table) for table in (planes, *tables)]
+    return constants, params, [not_empty(table) for table in (planes, _joined(tables))]
 
 
 def _local_affine(control_points):
@@ -64,20 +64,25 @@ def _plane_table(deformation, region, grid):
     return table
 
 
-def _shape_table(cuts, control_points, seen):
-    """Cuts of one shape, as `record_of` in cuts.cl finds them.
+def _shape_table(cuts, control_points, positions):
+    """The table of one shape, as `record_of` in cuts.cl reads it: (m,) float32.
 
-    Their number, where each record begins, and the records; ints are there by their bits. The cuts
-    see the control points at `seen` (n, 3), world coordinates.
+    Number of cuts, start of each record, and the records; ints are stored by their bits. The cuts
+    see the control points at `positions` (n, 3), world coordinates.
     """
-    records = [_packed(cut.record(control_points, seen)) for cut in cuts]
-    starts = np.cumsum([1 + len(cuts), *map(len, records)])[:-1]
-    return np.concatenate([_packed([[len(cuts)], starts]), *records])
+    records = [_packed(cut.record(control_points, positions)) for cut in cuts]
+    offsets = np.cumsum([1 + len(cuts), *map(len, records)])[:-1]
+    return np.concatenate([_packed([[len(cuts)], offsets]), *records])
+
+
+def _joined(tables):
+    """The start of each table, and the tables, as `cuts_of` in cuts.cl reads them: (m,) float32."""
+    offsets = np.cumsum([len(tables), *map(len, tables)])[:-1] if tables else []
+    return np.concatenate([_packed([offsets]), *tables])
 
 
 def _packed(arrays):
-    """Arrays of floats or ints one behind the other, float32 with the bits of int32."""
+    """Arrays of floats or ints, concatenated: float32, ints by their bits."""
     arrays = [np.asarray(array).ravel() for array in arrays]
-    return np.concatenate(
-        [a.astype(np.int32 if a.dtype.kind in "iu" else np.float32).view("f4") for a in arrays]
-    )
+    types = [np.int32 if array.dtype.kind in "iu" else np.float32 for array in arrays]
+    return np.concatenate([a.astype(type_).view("f4") for a, type_ in zip(arrays, types)])

@@ -79,7 +79,7 @@ class InverseSearch:
         cells = np.empty(count, np.int32)
         if count == 0:
             return cells
-        constants = ("LANES", self.launcher.device.lanes), *kernel_arguments.LATTICE_CONSTANTS
+        constants = (("LANES", self.launcher.device.lanes),)
         with memory.input_buffer(local) as x, memory.output_buffer(cells) as out:
             self.launcher.launch(
                 *("lattice_cells", constants, count, np.int64(count), x, self.lattice.record, out)

@@ -114,22 +114,16 @@ class Sampler:
         """Launch the kernel for one piece of a slab."""
         array, count = self.array, piece.stop - piece.first
         shared = array_types.constants(array, self.launcher)
-        lanes = dict(shared)["LANES"]
-        values = array_types.c_type(array) + (str(lanes) if lanes > 1 else "")
-        rounding = "_sat_rte" if array.dtype.kind in "iu" else ""
-        constants = (
-            *(*shared, ("VALUES", values), ("CAST", f"convert_{values}{rounding}")),
-            ("TAPS", _TAPS[self.rule.method]),
-        )
-        background, covariant = self.rule.background, []
+        constants = (*shared, ("TAPS", _TAPS[self.rule.method]))
+        background = self.rule.background
         if self.rule.covariant is not None:
             constants += (("COVARIANT", 1),)
-            background, covariant = 0, [np.int32(self.rule.covariant)]
+            background = 0
         described = kernel_arguments.filled(
             kernel_arguments.ARRAY,
             size=self.source.whole.dimensions,
             first=piece.grid.first,
-            there=piece.grid.dimensions,
+            stored=piece.grid.dimensions,
             components=np.prod(array.shape[3:]),
         )
         with self.memory.output_buffer(result) as out:
@@ -141,7 +135,7 @@ class Sampler:
                 piece.index,
                 described,
                 array.dtype.type(interpolation.cast(background, array.dtype)),
-                *covariant,
+                np.int32(bool(self.rule.covariant)),
                 piece.values,
                 out,
             )

@@ -8,7 +8,6 @@ from vtk_mls.base import buffer_pool
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.queries import void_cells
 
-_HEIGHT, _DEPTH = 4, 16  # rows and layers of cells of a work item
 MAX_LAUNCH_CELLS = 1 << 24  # so that progress is reported
 
 
@@ -17,11 +16,7 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
     memory, (nz, ny, nx) = launcher.memory, void_distance.shape
     cells = tuple(max(n - 1, 1) for n in void_distance.shape)
     result = buffer_pool.empty(cells, np.uint8)
-    constants = (
-        *launcher.sums(double=False),
-        *(("HEIGHT", _HEIGHT), ("DEPTH", _DEPTH)),
-        *((name, getattr(void_cells, name)) for name in ("FAR", "VOID", "TOUCHED", "UNKNOWN")),
-    )
+    constants = tuple(launcher.sums(double=False))
     lanes = dict(constants)["LANES"]
     step = max(1, MAX_LAUNCH_CELLS // (nx * ny))
     if not memory.in_place:
@@ -35,13 +30,14 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
             kernel_arguments.LAYERS,
             size=(nx, ny, nz),
             first=low,
-            there=high - low,
+            stored=high - low,
             start=start,
             stop=stop,
-            least=min_distance,
+            min_distance=min_distance,
+            far_factor=void_cells.FAR,
         )
-        columns = -(-cells[2] // lanes) * -(-cells[1] // _HEIGHT)
-        count = columns * -(-(stop - start) // _DEPTH) * lanes
+        columns = -(-cells[2] // lanes) * -(-cells[1] // kernel_arguments.CELL_ROWS)
+        count = columns * -(-(stop - start) // kernel_arguments.CELL_LAYERS) * lanes
         with (
             memory.input_buffer(void_distance[low:high]) as values,
             memory.output_buffer(result[start:stop]) as out,

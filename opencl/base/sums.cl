@@ -1,0 +1,19 @@
+// Sums whose terms may cancel: in double with USE_FP64, else in float.
+
+#ifdef USE_FP64
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#define SUM double
+#else
+#define SUM float
+#endif
+
+#if LANES == 1
+typedef SUM sum_t;
+#define TO_SUM(x) ((SUM)(x))
+#define SUM_TO_REAL(sum) ((float)(sum))
+#else
+typedef GLUE(SUM, LANES) sum_t;
+#define TO_SUM(x) GLUE(GLUE(convert_, SUM), LANES)(x)
+#define SUM_TO_REAL(sum) GLUE(convert_float, LANES)(sum)
+#endif
+#define LANE_SUM(vector, l) (((SUM *)&(vector))[l])

@@ -1,0 +1,202 @@
+// Scalars and vectors of points. A work item computes LANES points at once: explicit vectors on CPUs,
+// as no compiler vectorizes the loop over control points, and one point on GPUs. Branches that depend
+// on the point are written as select(). The macros of all files are listed in README.md.
+
+#ifndef LANES
+#error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
+#endif
+
+#include "structs.h"
+
+#define GLUE_(a, b) a##b
+#define GLUE(a, b) GLUE_(a, b)
+
+#if LANES == 1
+typedef float real;
+typedef int integer;
+#define ANY(condition) (condition)
+#define ALL(condition) (condition)
+#define TO_INTEGER(x) ((int)(x))
+#define TO_REAL(i) ((float)(i))
+#define LOAD(from) (*(from))
+#define STORE(value, to) (*(to) = (value))
+#else
+typedef GLUE(float, LANES) real;
+typedef GLUE(int, LANES) integer;
+#define ANY(condition) (GLUE(union, LANES)(condition) != 0)
+#define ALL(condition) (!ANY(!(condition)))
+#define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
+#define TO_REAL(i) GLUE(convert_float, LANES)(i)
+#define AS_INTEGER(x) GLUE(as_int, LANES)(x)
+#define AS_REAL(i) GLUE(as_float, LANES)(i)
+#define LOAD(from) GLUE(vload, LANES)(0, from)
+#define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
+#endif
+
+#if LANES > 1
+// The bitwise or of all lanes. PoCL compiles the built-in any() to a branch per two lanes, which
+// processors predict badly.
+inline int union2(int2 lanes) { return lanes.x | lanes.y; }
+inline int union4(int4 lanes) { return union2(lanes.lo | lanes.hi); }
+inline int union8(int8 lanes) { return union4(lanes.lo | lanes.hi); }
+inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
+#endif
+
+// Attribute of all kernels: the compiler must not auto-vectorize. Intel's would split our vectors, or
+// combine work items, and results would depend in the last bit on neighboring work items.
+#define EXPLICIT_VECTORS __attribute__((vec_type_hint(float16)))
+
+// A function of the innermost loops: a call would pass vectors through memory.
+#define HOT inline __attribute__((always_inline))
+
+// Lane l of a vector, to read or to write.
+#define LANE(vector, l) (((float *)&(vector))[l])
+#define LANE_INT(vector, l) (((int *)&(vector))[l])
+
+inline integer lane_indices() {
+  integer indices;
+  for (int l = 0; l < LANES; ++l) LANE_INT(indices, l) = l;
+  return indices;
+}
+
+typedef struct { real x, y, z; } vec;
+typedef struct { real a[9]; } mat;  // row by row
+
+// One instruction each, unlike fmin() and fmax() with their rules for NaN.
+inline real least(real a, real b) { return a < b ? a : b; }
+inline real most(real a, real b) { return a > b ? a : b; }
+
+inline vec vec_add(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline vec vec_sub(vec a, vec b) { return (vec){a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline vec vec_scale(real s, vec a) { return (vec){s * a.x, s * a.y, s * a.z}; }
+inline vec vec_madd(real s, vec a, vec b) {
+  return (vec){fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+inline real dot3(vec a, vec b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+inline vec cross3(vec a, vec b) {
+  return (vec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline vec vec_select(vec a, vec b, integer c) {
+  return (vec){select(a.x, b.x, c), select(a.y, b.y, c), select(a.z, b.z, c)};
+}
+
+// Planes: the x coordinates of `count` points, then y, then z, and so on.
+
+// LANES values of a plane from `first` on; past the end the last value is repeated.
+inline real load_plane(__global const float *plane, long count, long first) {
+  if (first + LANES <= count) return LOAD(plane + first);
+  real value;
+  for (int l = 0; l < LANES; ++l) LANE(value, l) = plane[min(first + l, count - 1)];
+  return value;
+}
+
+inline void store_plane(__global float *plane, real value, long count, long first) {
+  if (first + LANES <= count) {
+    STORE(value, plane + first);
+    return;
+  }
+  for (int l = 0; l < (int)(count - first); ++l) plane[first + l] = LANE(value, l);
+}
+
+inline vec load_points(__global const float *planes, long count, long first) {
+  return (vec){load_plane(planes, count, first), load_plane(planes + count, count, first),
+               load_plane(planes + 2 * count, count, first)};
+}
+
+inline void store_points(__global float *planes, vec value, long count, long first) {
+  store_plane(planes, value.x, count, first);
+  store_plane(planes + count, value.y, count, first);
+  store_plane(planes + 2 * count, value.z, count, first);
+}
+
+// Interleaved points: x, y, z of a point, then of the next. The n-th float of LANES points is
+// coordinate n % 3 of lane n / 3. Without explicit shuffles compilers store the floats one by one.
+#if LANES > 1
+#define EACH2(of, n) of(n), of((n) + 1)
+#define EACH4(of, n) EACH2(of, n), EACH2(of, (n) + 2)
+#define EACH8(of, n) EACH4(of, n), EACH4(of, (n) + 4)
+#define EACH16(of, n) EACH8(of, n), EACH8(of, (n) + 8)
+#define EACH_LANE(of, n) GLUE(EACH, LANES)(of, n)
+#define X_OR_Y(n) ((n) % 3 == 2 ? -1 : (n) % 3 * LANES + (n) / 3)
+#define OR_Z(n) ((n) % 3 == 2 ? LANES + (n) / 3 : (n) % LANES)
+#define INTERLEAVED(a, n)                                                                  \
+  __builtin_shufflevector(__builtin_shufflevector(a.x, a.y, EACH_LANE(X_OR_Y, n)), a.z,    \
+                          EACH_LANE(OR_Z, n))
+#endif
+inline void store_point(__global float *to, vec a, int l) {
+  to[0] = LANE(a.x, l);
+  to[1] = LANE(a.y, l);
+  to[2] = LANE(a.z, l);
+}
+
+HOT void store_interleaved(__global float *to, vec a, int lanes) {
+#if LANES > 1
+  if (lanes == LANES) {
+    STORE(INTERLEAVED(a, 0), to);
+    STORE(INTERLEAVED(a, LANES), to + LANES);
+    STORE(INTERLEAVED(a, 2 * LANES), to + 2 * LANES);
+    return;
+  }
+#endif
+  for (int l = 0; l < lanes; ++l) store_point(to + 3 * l, a, l);
+}
+
+// a / |a|, and 0 for a = 0.
+inline vec unit3(vec a) {
+  real square = dot3(a, a);
+  integer vanishes = square < 1e-30f;
+  return vec_scale(select(rsqrt(square), (real)(0), vanishes), a);
+}
+
+inline vec mat_vec(const mat *m, vec v) {
+  return (vec){fma(m->a[0], v.x, fma(m->a[1], v.y, m->a[2] * v.z)),
+               fma(m->a[3], v.x, fma(m->a[4], v.y, m->a[5] * v.z)),
+               fma(m->a[6], v.x, fma(m->a[7], v.y, m->a[8] * v.z))};
+}
+
+inline vec transposed_mat_vec(const mat *m, vec v) {
+  return (vec){fma(m->a[0], v.x, fma(m->a[3], v.y, m->a[6] * v.z)),
+               fma(m->a[1], v.x, fma(m->a[4], v.y, m->a[7] * v.z)),
+               fma(m->a[2], v.x, fma(m->a[5], v.y, m->a[8] * v.z))};
+}
+
+// m += a b^T
+inline void add_outer(mat *m, vec a, vec b) {
+  m->a[0] = fma(a.x, b.x, m->a[0]);
+  m->a[1] = fma(a.x, b.y, m->a[1]);
+  m->a[2] = fma(a.x, b.z, m->a[2]);
+  m->a[3] = fma(a.y, b.x, m->a[3]);
+  m->a[4] = fma(a.y, b.y, m->a[4]);
+  m->a[5] = fma(a.y, b.z, m->a[5]);
+  m->a[6] = fma(a.z, b.x, m->a[6]);
+  m->a[7] = fma(a.z, b.y, m->a[7]);
+  m->a[8] = fma(a.z, b.z, m->a[8]);
+}
+
+// m -= a b^T
+inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)(-1), a), b); }
+
+// The size that rounding of a local x is relative to.
+inline real size_of(vec x) {
+  return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
+}
+
+// d with (I + J) d = r for a matrix J; r itself where I + J is singular.
+inline vec identity_solve(const mat *j, vec r) {
+  vec a = {1 + j->a[0], j->a[1], j->a[2]};
+  vec b = {j->a[3], 1 + j->a[4], j->a[5]};
+  vec c = {j->a[6], j->a[7], 1 + j->a[8]};
+  vec bc = cross3(b, c), ca = cross3(c, a), ab = cross3(a, b);
+  real det = dot3(a, bc);
+  vec d = vec_madd(r.x, bc, vec_madd(r.y, ca, vec_scale(r.z, ab)));
+  integer singular = fabs(det) < 1e-6f;
+  return vec_select(vec_scale(1 / select(det, (real)(1), singular), d), r, singular);
+}
+
+// An affine transform t of x: columns for x, y, z, then the offset, three floats each.
+inline vec transformed(const float *t, vec x) {
+  return (vec){
+      fma((real)(t[0]), x.x, fma((real)(t[3]), x.y, fma((real)(t[6]), x.z, (real)(t[9])))),
+      fma((real)(t[1]), x.x, fma((real)(t[4]), x.y, fma((real)(t[7]), x.z, (real)(t[10])))),
+      fma((real)(t[2]), x.x, fma((real)(t[5]), x.y, fma((real)(t[8]), x.z, (real)(t[11]))))};
+}

@@ -1,0 +1,232 @@
+// The weights of Eq. 2 and 27: c_i / |q_i - v|^(2 alpha), for every power and distance in float32.
+//
+// All distances are damped ones: a control point behind a cut counts as farther away. k is the control
+// point nearest to v, e the distance of the second nearest. The other control points are summed with
+// weights (e / d_i)^(2 alpha) <= 1, which never overflow; r = (d_k / e)^(2 alpha) relates them to the
+// weight of k. Coordinates are relative to k: k adds to the total weight only, and r = 0 (v on a
+// control point) is exact.
+
+// The map of a region. `kind_table` is that of `Kind.table`.
+typedef struct {
+  map_params_t params;
+  __global const control_point_t *control_points;
+  __global const float *kind_table;
+#if CUTS
+  cuts_t cuts;
+#endif
+} map_t;
+
+// The map of a launch, from the first six arguments of each kernel of the map; the last three are of
+// the cuts, and null or zero without.
+inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
+                    __global const float *kind_table, const cut_params_t cut_params,
+                    __global const plane_t *planes, __global const float *obstacles) {
+  map_t map;
+  map.params = params;
+  map.control_points = control_points;
+  map.kind_table = kind_table;
+#if CUTS
+  map.cuts = cuts_of(cut_params, planes, obstacles);
+#endif
+  return map;
+}
+
+#if !CUTS
+typedef struct { vec v; } evaluation_point_t;
+#define CACHED 0
+#endif
+
+// Sets the evaluation point v, from which cuts see.
+inline void set_point_at(const map_t *map, evaluation_point_t *point, vec v) {
+#if CUTS
+  set_point(&map->cuts, point, v, v);
+#else
+  point->v = v;
+#endif
+}
+
+// Control points are summed in blocks, then the blocks: rounding grows with the fourth root of their
+// number.
+inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->params.count)); }
+
+// The pivot: all sums at v are relative to it.
+typedef struct {
+  integer k;  // nearest control point
+  vec q;      // q_k
+  vec x;      // v - q_k
+  vec u;      // p_k - q_k - mean displacement
+  real c;     // its weight factor
+  real d2;    // |x|^2
+  real e2;    // squared distance of the second nearest
+  real r;     // (d_k / e)^(2 alpha)
+} pivot_t;
+
+inline __global const control_point_t *control_point_of(const map_t *map, int i) {
+  return map->control_points + i;
+}
+
+inline vec point_of(__global const control_point_t *at) {
+  return (vec){at->q[0], at->q[1], at->q[2]};
+}
+
+inline real straight_distance2(__global const control_point_t *at, vec v) {
+  real dx = at->q[0] - v.x, dy = at->q[1] - v.y, dz = at->q[2] - v.z;
+  return fma(dx, dx, fma(dy, dy, dz * dz));
+}
+
+#if CUTS
+// Where cuts see a control point: at p if they belong to the material, else at q.
+inline vec cut_target(const map_t *map, __global const control_point_t *at) {
+#if AT_REST
+  return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
+#else
+  return point_of(at);
+#endif
+}
+#endif
+
+HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point,
+                                 integer *hides_any) {
+  __global const control_point_t *at = control_point_of(map, i);
+  real d2 = straight_distance2(at, point->v);
+#if CUTS
+  d2 = damped_distance2(&map->cuts, point, i, cut_target(map, at), d2, hides_any);
+#endif
+  return d2;
+}
+
+inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
+  real first = FLT_MAX, second = FLT_MAX;
+  integer k = 0, hides_any = 0;
+  for (int i = 0; i < map->params.count; ++i) {
+    real d2 = control_point_distance2(map, i, point, &hides_any);
+    integer nearer = d2 < first;
+    second = least(second, most(first, d2));
+    first = least(first, d2);
+    k = select(k, (integer)(i), nearer);
+#if CACHED
+    if (i < CACHED) point->distance2[i] = d2;
+#endif
+  }
+#if AT_REST
+  point->hides_any = hides_any;
+#endif
+  pivot_t pivot;
+  pivot.k = k;
+  __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
+  pivot.q = point_of(nearest);
+  pivot.c = nearest->c;
+  pivot.u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
+  if (ANY(k != LANE_INT(k, 0)))  // neighbors mostly share their nearest control point
+    for (int l = 1; l < LANES; ++l) {
+      nearest = control_point_of(map, LANE_INT(k, l));
+      LANE(pivot.q.x, l) = nearest->q[0];
+      LANE(pivot.q.y, l) = nearest->q[1];
+      LANE(pivot.q.z, l) = nearest->q[2];
+      LANE(pivot.c, l) = nearest->c;
+      LANE(pivot.u.x, l) = nearest->u[0];
+      LANE(pivot.u.y, l) = nearest->u[1];
+      LANE(pivot.u.z, l) = nearest->u[2];
+    }
+  pivot.x = vec_sub(point->v, pivot.q);
+  pivot.d2 = first;
+  pivot.e2 = most(second, 1e-30f);
+  pivot.r = power(first / pivot.e2, map->params.alpha);
+  return pivot;
+}
+
+// Weight of a control point next to the others but k.
+HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
+                                 const evaluation_point_t *point) {
+  integer hides_any = 0;
+#if CACHED
+  real d2 = i < CACHED ? point->distance2[i] : control_point_distance2(map, i, point, &hides_any);
+#else
+  real d2 = control_point_distance2(map, i, point, &hides_any);
+#endif
+  real w = control_point_of(map, i)->c *
+           power(pivot->e2 / most(d2, pivot->e2), map->params.alpha);
+#if CUTS
+  w = select(w, (real)(0), d2 >= UNREACHABLE);
+#endif
+  return w;
+}
+
+// d log(w_i)/dv.
+inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
+  __global const control_point_t *at = control_point_of(map, i);
+  vec q = point_of(at);
+  real d2 = straight_distance2(at, point->v);
+  vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), vec_sub(q, point->v));
+#if CUTS && !AT_REST
+  slope = vec_add(slope, damping_slope(&map->cuts, point, i, q, d2));
+#endif
+  return slope;
+}
+
+// d log(w_k)/dv, which is subtracted from all slopes: a common factor of all weights has no effect.
+inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
+#if CUTS && !AT_REST
+  vec slope = {0, 0, 0};
+  for (int i = 0; i < map->params.count; ++i)
+    if (ANY(pivot->k == i))  // as a rule once
+      slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
+  return slope;
+#elif AT_REST
+  // not pivot->d2, which is longer where a cut hides k
+  return vec_scale(-2 * map->params.alpha / most(dot3(pivot->x, pivot->x), 1e-30f), pivot->x);
+#else
+  return vec_scale(-2 * map->params.alpha / most(pivot->d2, 1e-30f), pivot->x);
+#endif
+}
+
+#if AT_REST
+// d log(w_i)/dx for the origin x of the material.
+inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
+  vec p = cut_target(map, control_point_of(map, i));
+  return damping_slope(&map->cuts, point, i, p, (real)(0));
+}
+
+inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
+                              const evaluation_point_t *point) {
+  vec slope = {0, 0, 0};
+  for (int i = 0; i < map->params.count; ++i)
+    if (ANY(pivot->k == i))
+      slope = vec_select(slope, origin_slope(map, i, point), pivot->k == i);
+  return slope;
+}
+#endif
+
+// Change of the fit with the weights: by v, and in the rest frame of cuts by the origin x, from which
+// the cuts see the control points. `near` is the slope of the pivot's weight.
+typedef struct {
+  mat by_v;
+  vec near;
+#if AT_REST
+  mat by_x;
+  vec near_x;
+#endif
+} weight_jacobian_t;
+
+inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *pivot,
+                                            const evaluation_point_t *point) {
+  weight_jacobian_t jacobian;
+  jacobian.by_v = (mat){{0}};
+  jacobian.near = pivot_slope(map, pivot, point);
+#if AT_REST
+  jacobian.by_x = (mat){{0}};
+  jacobian.near_x = pivot_origin_slope(map, pivot, point);
+#endif
+  return jacobian;
+}
+
+// Adds the influence of control point i, of weight w, times the slopes of its weight.
+inline void add_influence(weight_jacobian_t *jacobian, const map_t *map,
+                          const evaluation_point_t *point, int i, real w, vec influence) {
+  vec slope = vec_scale(w, vec_sub(weight_slope(map, i, point), jacobian->near));
+  add_outer(&jacobian->by_v, influence, slope);
+#if AT_REST
+  slope = vec_scale(w, vec_sub(origin_slope(map, i, point), jacobian->near_x));
+  add_outer(&jacobian->by_x, influence, slope);
+#endif
+}

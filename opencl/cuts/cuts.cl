@@ -1,0 +1,289 @@
+// Cuts (section 4): the damping of Eq. 28, and the void. Rules of the shapes: vtk_mls/cuts.
+//
+// Full planes are no obstacles here: the host gives each of their sides its own control points, and a
+// launch computes the points of one side (`in_region`). SHAPES(X) expands to X(shape) for each other
+// shape of the deformation; each has a table of cuts.
+
+#define SHAPE_TABLE(shape) __global const float *shape;
+typedef struct {
+  cut_params_t params;
+  __global const plane_t *planes;
+  SHAPES(SHAPE_TABLE)
+} cuts_t;
+
+// The cuts of a launch. `obstacles` holds the start of the table of each shape, then the tables.
+inline cuts_t cuts_of(const cut_params_t params, __global const plane_t *planes,
+                      __global const float *obstacles) {
+  cuts_t cuts;
+  int shape_index = 0;
+  cuts.params = params;
+  cuts.planes = planes;
+#define SET_TABLE(shape) cuts.shape = obstacles + as_int(obstacles[shape_index++]);
+  SHAPES(SET_TABLE)
+  return cuts;
+}
+
+// A table of cuts: number of cuts, start of each record, the records.
+inline int count_of(__global const float *table) { return as_int(table[0]); }
+inline __global const float *record_of(__global const float *table, int i) {
+  return table + as_int(table[1 + i]);
+}
+
+inline vec load3(__global const float *from) { return (vec){from[0], from[1], from[2]}; }
+
+inline real distance3(vec a, vec b) {
+  vec d = vec_sub(a, b);
+  return sqrt(dot3(d, d));
+}
+
+inline real clamp01(real x) { return least(most(x, (real)(0)), (real)(1)); }
+
+// The functions of a shape that uses points as they are and caches nothing (README.md, Cut shapes).
+#define PLAIN_POINTS(shape)                                                                       \
+  typedef vec shape##_point_t;                                                                    \
+  typedef vec shape##_cache_t;                                                                    \
+  inline int shape##_count(__global const float *table) { return count_of(table); }               \
+  inline vec shape##_point(__global const float *cut, vec x) { return x; }                        \
+  inline vec shape##_cache(__global const float *table, vec v) { return v; }                      \
+  inline vec shape##_cached(const vec *cache, int i) { return *cache; }                           \
+  inline vec shape##_control_point(__global const float *cut, int k, vec q) { return q; }         \
+  inline real shape##_distance2(vec a, vec b) { return dot3(vec_sub(a, b), vec_sub(a, b)); }
+
+#define NO_DETOUR -1.0f
+
+// Squared distances from here on are those of control points that a closed surface separates from v.
+#define UNREACHABLE 1e29f
+
+#include SHAPE_FILES
+
+inline real plane_height(const float4 plane, vec x) {
+  return fma(plane.x, x.x, fma(plane.y, x.y, fma(plane.z, x.z, (real)(plane.w))));
+}
+
+// Whether the grid point `index` is on this launch's side of all planes. Indices are the same floats in
+// every launch, so each point belongs to exactly one launch.
+inline integer in_region(const cuts_t *cuts, vec index) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
+    integer below = plane_height(vload4(0, cuts->planes[i].index_plane), index) < 0;
+    inside &= cuts->planes[i].side < 0 ? below : !below;
+  }
+  return inside;
+}
+
+// Whether a local x is on this launch's side of all planes, or on one; rounding is relative to `size`.
+inline integer on_side(const cuts_t *cuts, vec x, real size) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
+    real height = plane_height(vload4(0, cuts->planes[i].plane), x);
+    inside &= cuts->planes[i].side * height >= -cuts->params.on_plane * size;
+  }
+  return inside;
+}
+
+inline vec mean_displacement_of(const cuts_t *cuts) {
+  const float *mean_displacement = cuts->params.mean_displacement;
+  return (vec){mean_displacement[0], mean_displacement[1], mean_displacement[2]};
+}
+
+// Local origin of the material at v, for its displacement d less the mean displacement.
+inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
+  return vec_add(vec_add(v, d), mean_displacement_of(cuts));
+}
+
+// Whether an obstacle is between v and g.
+inline integer blocked(const cuts_t *cuts, vec v, vec g) {
+  integer any = 0;
+#define BLOCK(shape)                                                                              \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    any |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));                \
+  }
+  SHAPES(BLOCK)
+  return any;
+}
+
+// The obstacles between v and g: bit i for cut i.
+inline integer crossed(const cuts_t *cuts, vec v, vec g) {
+  integer bits = 0;
+  int number = 0;
+#define CROSS(shape)                                                                              \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    integer between = shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));          \
+    bits |= select((integer)(0), (integer)(1 << number), between);                                \
+  }
+  SHAPES(CROSS)
+  return bits;
+}
+
+// Distances cached between the two passes over the control points; a GPU has too few registers.
+#if LANES > 1
+#define CACHED 64
+#else
+#define CACHED 0
+#endif
+
+// A point at which the map is evaluated, with the values that the cuts reuse.
+#define SHAPE_CACHE(shape) shape##_cache_t shape;
+typedef struct {
+  vec v;
+#if CACHED
+  real distance2[CACHED];  // damped squared distances of the first control points
+#endif
+#if AT_REST
+  vec origin;            // of the material, in the undeformed space: cuts see from there
+  integer crossed_cuts;  // bit i: the material is behind cut i, but as if in front (rest_frame.cl)
+  integer hides_any;     // whether a cut hides any control point
+#endif
+  SHAPES(SHAPE_CACHE)
+} evaluation_point_t;
+
+// Sets the evaluation point v; in the rest frame cuts see from `origin`, else from v = `origin`.
+inline void set_point(const cuts_t *cuts, evaluation_point_t *point, vec v, vec origin) {
+  point->v = v;
+#if AT_REST
+  point->origin = origin;
+  point->crossed_cuts = point->hides_any = (integer)(0);
+#endif
+#define SET_CACHE(shape) point->shape = shape##_cache(cuts->shape, origin);
+  SHAPES(SET_CACHE)
+}
+
+// The point from which cuts see the control points.
+inline vec viewpoint(const evaluation_point_t *point) {
+#if AT_REST
+  return point->origin;
+#else
+  return point->v;
+#endif
+}
+
+// Whether cut `number` counts as in front of the viewpoint while it is behind, or the reverse.
+inline integer is_exchanged(integer crossed_cuts, int number) {
+#if AT_REST
+  return (crossed_cuts & (1 << number)) != 0;
+#else
+  return 0;
+#endif
+}
+
+inline integer crossed_cuts_of(const evaluation_point_t *point) {
+#if AT_REST
+  return point->crossed_cuts;
+#else
+  return 0;
+#endif
+}
+
+// ratio^damping; the common powers, nu / alpha = 2, 3 and 4, without logarithms.
+inline real to_damping(real ratio, float damping) {
+  if (damping == 1) return ratio;
+  if (damping == 1.5f) return ratio * sqrt(ratio);
+  if (damping == 2) return ratio * ratio;
+  return fast_exp2(damping * fast_log2(ratio));
+}
+
+// The cuts between v and a control point: their effect on the squared distance.
+typedef struct {
+  real ratio;  // product of (detour / distance)^2
+  integer any, unreachable;
+} detours_t;
+
+inline void add_detour(detours_t *detours, integer blocked, real length2, real d2) {
+  real longer = most(length2 / most(d2, 1e-30f), (real)(1));
+  detours->ratio = select(detours->ratio, detours->ratio * longer, blocked);
+  detours->any |= blocked;
+  detours->unreachable |= blocked & (length2 < 0);
+}
+
+// Runs `statement` for each cut that blocks the segment from the viewpoint to control point k, which
+// it sees at q: `blocked` lanes, squared length `length2` and bend `bend` of the detour.
+#define FOR_EACH_DETOUR(shape, statement)                                                             \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    shape##_point_t from = shape##_cached(&point->shape, i),                                      \
+                    to = shape##_control_point(cut, k, q);                                        \
+    integer blocked =                                                                             \
+        shape##_blocks(cut, from, to) ^ is_exchanged(crossed_cuts_of(point), number);             \
+    if (ANY(blocked)) {                                                                           \
+      vec bend;                                                                                   \
+      real length2 = shape##_detour(cut, from, to, &bend);                                        \
+      statement                                                                                   \
+    }                                                                                             \
+  }
+
+// Whether a cut is between the viewpoint and control point k, which it sees at q.
+inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
+  integer hidden = 0;
+#define HIDE(shape)                                                                               \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    shape##_point_t from = shape##_cached(&point->shape, i);                                      \
+    hidden |= shape##_blocks(cut, from, shape##_control_point(cut, k, q));                        \
+  }
+  SHAPES(HIDE)
+  return hidden;
+}
+
+// Squared length of the segment to which a detour is compared.
+#if AT_REST
+#define SEGMENT2(shape) shape##_distance2(from, to)
+#else
+#define SEGMENT2(shape) d2
+#endif
+
+// Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
+// product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
+HOT real damped_distance2(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2,
+                             integer *hides_any) {
+  detours_t detours = {1, 0, 0};
+  int number = 0;
+#define LENGTHEN(shape)                                                                           \
+  FOR_EACH_DETOUR(shape, add_detour(&detours, blocked, length2, SEGMENT2(shape));)
+  SHAPES(LENGTHEN)
+  if (!ANY(detours.any)) return d2;
+  *hides_any |= detours.any;
+  real damped = d2 * to_damping(detours.ratio, cuts->params.damping);
+  d2 = select(d2, damped, detours.any);
+  return select(d2, (real)(2 * UNREACHABLE), detours.unreachable);
+}
+
+// Change of log(detour / distance) as v moves, for the leg from the bend to v.
+inline vec detour_slope(vec leg, real length2, vec away) {
+  real scale = 1 / most(sqrt(dot3(leg, leg)) * sqrt(most(length2, (real)(0))), 1e-30f);
+  return vec_sub(away, vec_scale(scale, leg));
+}
+
+// d log(d)/dv for the damping d of Eq. 28; in the rest frame d log(d)/dx.
+inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2) {
+  vec segment = vec_sub(viewpoint(point), q), slope = {0, 0, 0};
+  int number = 0;
+#define INCLINE(shape)                                                                            \
+  FOR_EACH_DETOUR(shape, vec away = vec_scale(1 / most(SEGMENT2(shape), 1e-30f), segment);           \
+              vec change = detour_slope(vec_sub(viewpoint(point), bend), length2, away);                \
+              slope = vec_select(slope, vec_add(slope, change), blocked);)
+  SHAPES(INCLINE)
+  return vec_scale((real)(cuts->params.nu), slope);
+}
+
+// The void distance of a point v with origin g, local units; continuous on each side of the cuts. Below
+// 0 where the segment between the two crosses a cut, so that v is void; in the rest frame, where v is
+// g, behind a cut of `crossed_cuts`.
+inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer crossed_cuts) {
+  real void_distance = FLT_MAX;
+  int number = 0;
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
+    real height = plane_height(vload4(0, cuts->planes[i].plane), g);
+    void_distance = least(void_distance, cuts->planes[i].side * height);
+  }
+#define OPEN(shape)                                                                               \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    real distance = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
+    distance = select(distance, -distance, is_exchanged(crossed_cuts, number));                   \
+    void_distance = least(void_distance, distance);                                                   \
+  }
+  SHAPES(OPEN)
+  return void_distance;
+}

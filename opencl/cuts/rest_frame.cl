@@ -1,0 +1,185 @@
+// Cuts that belong to the material see it in the undeformed space: control point i at p_i, and the
+// material at its origin x. So the map is the fixed point x = G(v; damping as seen from x).
+//
+// The search for x starts at the affine map that fits all control points best, or on grids nearer
+// (origin_nodes.cl). After a step across a cut the search goes on as if the cut were still ahead (bit i
+// of `crossed_cuts`): its blocking is exchanged, and the map is continued smoothly behind the face. If
+// the search ends there, the material on that side of the cut does not reach v; a second search for
+// the other side starts from that end. If it ends behind the cut too, v is void.
+
+#define MAX_ROUNDS 12            // of one search
+// Tolerances relative to the size of x: the residual, the error estimated from two residuals, and the
+// error estimated from the first residual if the slope of the map is given.
+#define CONVERGED 3e-7f
+#define CONVERGED_BY_RATE 3e-8f
+#define ACCURATE_START 1e-7f
+#define MAX_DEPTH_RATIO2 (4 * 4)  // squared depth behind a cut, in residuals, at which a search fails
+
+// Whether a cut hides any of the control points from point->origin.
+inline integer hides_any(const map_t *map, const evaluation_point_t *point) {
+  integer hidden = 0;
+  for (int i = 0; i < map->params.count; ++i)
+    hidden |= is_hidden(&map->cuts, point, i, cut_target(map, control_point_of(map, i)));
+  return hidden;
+}
+
+// The start of a search, and the norm of dG/dx there: an error in x times it is one in G.
+typedef struct {
+  vec x;
+  real slope;
+} start_t;
+
+#define UNKNOWN_SLOPE 1e15f
+
+// The origin of the material at v by the affine map.
+inline start_t affine_start(const map_t *map, vec v) {
+  return (start_t){transformed(map->cuts.params.affine, v), UNKNOWN_SLOPE};
+}
+
+// A search for x: current x and crossed cuts, last residual and last image.
+typedef struct {
+  vec x, residual, image;
+  integer crossed_cuts, rounds;
+  integer has_residual;  // whether `residual` and `image` are set
+} search_t;
+
+// Whether the search has converged to y, its image under the map.
+inline integer has_converged(const search_t *search, vec y) {
+  vec residual = vec_sub(y, search->x);
+  real left2 = dot3(residual, residual), before2 = dot3(search->residual, search->residual);
+  real size = size_of(y), limit = CONVERGED_BY_RATE * size;
+  return (left2 <= CONVERGED * CONVERGED * size * size) |
+         (search->has_residual & (left2 * left2 <= limit * limit * before2));
+}
+
+// Whether the start already is accurate, by its image y.
+inline integer is_accurate_start(const start_t *start, vec y) {
+  vec residual = vec_sub(y, start->x);
+  real limit = ACCURATE_START * size_of(y);
+  return start->slope * start->slope * dot3(residual, residual) <= limit * limit;
+}
+
+// Whether a search with image y, `depth` behind a cut, will end behind it.
+inline integer will_end_behind(const search_t *search, vec y, real depth) {
+  vec residual = vec_sub(y, search->x);
+  return (depth > 0) & (depth * depth > MAX_DEPTH_RATIO2 * dot3(residual, residual));
+}
+
+// Sets the next x after the image y: a secant step, by two residuals.
+inline void advance(const cuts_t *cuts, search_t *search, vec y, integer active) {
+  vec residual = vec_sub(y, search->x), change = vec_sub(residual, search->residual);
+  real share = dot3(residual, change) / most(dot3(change, change), 1e-30f);
+  share = select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->has_residual);
+  vec x = vec_madd(-share, vec_sub(y, search->image), y);
+  search->crossed_cuts ^= select((integer)(0), crossed(cuts, search->x, x), active);
+  search->residual = vec_select(search->residual, residual, active);
+  search->x = vec_select(search->x, x, active);
+  search->image = vec_select(search->image, y, active);
+  search->has_residual |= active;
+}
+
+// Restarts at x where `restarts` is set.
+inline void begin(search_t *search, vec x, integer crossed_cuts, integer restarts) {
+  search->x = vec_select(search->x, x, restarts);
+  search->crossed_cuts = select(search->crossed_cuts, crossed_cuts, restarts);
+  search->rounds = select(search->rounds, (integer)(0), restarts);
+  search->has_residual &= !restarts;
+}
+
+// Up to two searches at v, one at a time, and the last image of the first one if it has failed.
+typedef struct {
+  vec v;
+  real slope;  // at the start, as in start_t
+  search_t search;
+  vec first;  // image, depth behind the cut and crossed cuts of the failed first search
+  real first_depth;
+  integer first_crossed;
+  integer second, last;  // whether the second search has started, and whether none will follow
+} searches_t;
+
+// Starts searches at v from `start` where `restarts` is set. With `one_side` no second search follows.
+inline void search_from(searches_t *searches, vec v, start_t start, int one_side, integer restarts) {
+  searches->v = vec_select(searches->v, v, restarts);
+  searches->slope = select(searches->slope, start.slope, restarts);
+  begin(&searches->search, start.x, (integer)(0), restarts);
+  searches->second &= !restarts;
+  searches->last = select(searches->last, (integer)(one_side ? -1 : 0), restarts);
+}
+
+// Evaluates the map once for `active` searches; returns which have ended, at the current fit. If both
+// searches fail, the better one is continued to its end.
+inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *fit,
+                                 integer active) {
+  const cuts_t *cuts = &map->cuts;
+  search_t *search = &searches->search;
+  const integer none = 0, is_first = (search->rounds == 0) & !searches->second;
+  set_point(cuts, &fit->point, searches->v, search->x);
+  fit->point.crossed_cuts = search->crossed_cuts;
+  fit_map(map, fit);
+  vec y = origin_of(cuts, searches->v, map_displacement(map, fit));
+  integer ended = has_converged(search, y) | (search->rounds >= MAX_ROUNDS - 1);
+  const start_t start = {search->x, searches->slope};
+  ended |= is_first & is_accurate_start(&start, y);
+  integer clear = is_first & !ended & !fit->point.hides_any;
+  if (ANY(active & clear)) {  // no cut may hide any control point from y, either
+    evaluation_point_t point;
+    set_point(cuts, &point, searches->v, y);
+    ended |= clear & !hides_any(map, &point);
+  }
+  integer retries = none, returns = none;
+  integer behind = active & !searches->last & (search->crossed_cuts != 0);
+  if (ANY(behind)) {
+    real depth = -void_distance_of(cuts, y, y, search->crossed_cuts);
+    behind &= ended | will_end_behind(search, y, depth);
+    retries = behind & !searches->second;
+    searches->last |= behind & searches->second;
+    returns = behind & searches->second & (searches->first_depth < depth);
+    searches->first_depth = select(searches->first_depth, depth, retries);
+  }
+  active &= !(ended | retries | returns);
+  if (ANY(active)) advance(cuts, search, y, active);
+  search->rounds += 1;
+  if (ANY(retries | returns)) {
+    begin(search, searches->first, searches->first_crossed, returns);
+    searches->first = vec_select(searches->first, y, retries);
+    searches->first_crossed = select(searches->first_crossed, search->crossed_cuts, retries);
+    begin(search, y, none, retries);
+    searches->second |= retries;
+  }
+  return ended & !(retries | returns);
+}
+
+// The fit at v, for the origin that searches from `start` find.
+inline fit_t solve_origin(const map_t *map, vec v, start_t start) {
+  integer active = (real)(0) == 0;
+  searches_t searches = {v};
+  search_from(&searches, v, start, 0, active);
+  fit_t fit;
+  while (ANY(active)) active &= !evaluate_searches(map, &searches, &fit, active);
+  return fit;
+}
+
+inline fit_t fit_at(const map_t *map, vec v) {
+  return solve_origin(map, v, affine_start(map, v));
+}
+
+// d(G - v)/dv from both parts of the Jacobian: the origin x, from which cuts see, moves too.
+inline mat with_moving_origin(const fit_t *fit, const weight_jacobian_t *jacobian) {
+  integer still = fit->pivot.d2 >= UNREACHABLE;
+  mat by_v = still_if(jacobian->by_v, still), by_x = still_if(jacobian->by_x, still), by_x_less;
+  for (int i = 0; i < 9; ++i) by_x_less.a[i] = -by_x.a[i];
+  for (int column = 0; column < 3; ++column) {
+    vec right = {by_v.a[column] + by_x.a[column], by_v.a[3 + column] + by_x.a[3 + column],
+                 by_v.a[6 + column] + by_x.a[6 + column]};
+    vec d = identity_solve(&by_x_less, right);
+    by_v.a[column] = d.x;
+    by_v.a[3 + column] = d.y;
+    by_v.a[6 + column] = d.z;
+  }
+  return by_v;
+}
+
+inline mat map_jacobian(const map_t *map, const fit_t *fit) {
+  weight_jacobian_t jacobian = displacement_jacobian(map, fit);
+  return with_moving_origin(fit, &jacobian);
+}

@@ -1,0 +1,244 @@
+// The rigid and similarity kinds, Eq. 8 to 22: p = mu R (q - q*) + p*.
+//
+// Where two control points outweigh all others by far, or all are near a line, rounding of C loses the
+// twist about that line. There C is summed again with p and q reflected so that the line is the x axis:
+// the twist then has rows and columns of its own.
+
+#include "rotation.cl"
+
+// Distance between the roots of Eq. 22 below which the twist is ill-conditioned.
+#define ILL_CONDITIONED_ROOTS 0.3f
+
+typedef struct {
+  evaluation_point_t point;
+  pivot_t pivot;
+  real share;       // r / W: weight of the sums next to the total weight
+  vec u;            // p* - q*, less the mean displacement
+  vec s;            // v - q*
+  quaternion_t rotation;
+  integer ill_conditioned;  // lanes that are reflected
+  vec p_mirror, q_mirror;  // normals of their reflections
+  vec p, q;         // p* - p_k and q* - q_k, reflected
+  mat c;            // C of Eq. 11, divided by r, reflected
+  quaternion_t between;    // the rotation from q to p, reflected
+  real factor;      // mu - 1
+  real spread;      // sum of w |q - q*|^2, divided by r
+} fit_t;
+
+typedef struct {
+  real weight;
+  vec q, u;
+  mat c;
+#if SIMILARITY
+  real spread;
+#endif
+} sums_t;
+
+// A control point: q and u = p - q, relative to k.
+HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
+  vec wq = vec_scale(w, q);
+  sums->weight += w;
+  sums->q = vec_add(sums->q, wq);
+  sums->u = vec_madd(w, u, sums->u);
+  add_outer(&sums->c, vec_add(q, u), wq);
+#if SIMILARITY
+  sums->spread = fma(wq.x, q.x, fma(wq.y, q.y, fma(wq.z, q.z, sums->spread)));
+#endif
+}
+
+HOT void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+                       const evaluation_point_t *point) {
+  __global const control_point_t *at = control_point_of(map, i);
+  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  add_pair(sums, control_point_weight(map, i, pivot, point), q, u);
+}
+
+inline void add_sums(sums_t *total, const sums_t *part) {
+  total->weight += part->weight;
+  total->q = vec_add(total->q, part->q);
+  total->u = vec_add(total->u, part->u);
+  for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
+#if SIMILARITY
+  total->spread += part->spread;
+#endif
+}
+
+// A vector in the reflected frame of p or q, or out of it.
+inline vec reflected(const fit_t *fit, vec normal, vec a) {
+  if (ANY(fit->ill_conditioned)) a = mirrored(normal, a);
+  return a;
+}
+
+inline vec on_axis(vec a, integer ill_conditioned) {
+  integer rounding = ill_conditioned & (fma(a.y, a.y, a.z * a.z) < 1e-12f * a.x * a.x);
+  return (vec){a.x, select(a.y, (real)(0), rounding), select(a.z, (real)(0), rounding)};
+}
+
+// p - p_k and q - q_k of a control point.
+inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *q) {
+  __global const control_point_t *at = control_point_of(map, i);
+  *q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  *p = (vec){q->x + (at->u[0] - pivot->u.x), q->y + (at->u[1] - pivot->u.y),
+             q->z + (at->u[2] - pivot->u.z)};
+}
+
+// The same, reflected in ill-conditioned lanes; rounding off the x axis becomes 0.
+inline void reflected_pair(const map_t *map, int i, const fit_t *fit, vec *p, vec *q) {
+  pair_of(map, i, &fit->pivot, p, q);
+  if (ANY(fit->ill_conditioned)) {
+    *p = on_axis(mirrored(fit->p_mirror, *p), fit->ill_conditioned);
+    *q = on_axis(mirrored(fit->q_mirror, *q), fit->ill_conditioned);
+  }
+}
+
+// Reflects ill-conditioned lanes by the control point that adds most to C, and fits them again.
+inline void reflect(const map_t *map, fit_t *fit) {
+  const pivot_t *pivot = &fit->pivot;
+  real heaviest = 0;
+  vec p_axis = {0, 0, 0}, q_axis = {0, 0, 0};
+  for (int i = 0; i < map->params.count; ++i) {
+    vec p, q;
+    pair_of(map, i, pivot, &p, &q);
+    real w = control_point_weight(map, i, pivot, &fit->point);
+    real size = w * w * dot3(p, p) * dot3(q, q);
+    p_axis = vec_select(p_axis, p, size > heaviest);
+    q_axis = vec_select(q_axis, q, size > heaviest);
+    heaviest = most(heaviest, size);
+  }
+  const vec none = {0, 0, 0};
+  fit->ill_conditioned &= heaviest > 0;
+  fit->p_mirror = vec_select(none, mirror_of(p_axis), fit->ill_conditioned);
+  fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->ill_conditioned);
+  sums_t sums = {0};
+  int block = block_of(map);
+  for (int start = 0; start < map->params.count; start += block) {
+    sums_t part = {0};
+    int stop = min(start + block, map->params.count);
+    for (int i = start; i < stop; ++i) {
+      vec p, q;
+      reflected_pair(map, i, fit, &p, &q);
+      add_pair(&part, control_point_weight(map, i, pivot, &fit->point), q, vec_sub(p, q));
+    }
+    add_sums(&sums, &part);
+  }
+  vec q = vec_scale(fit->share, sums.q), p = vec_madd(fit->share, sums.u, q);
+  subtract_outer(&sums.c, p, sums.q);
+  fit->p = vec_select(fit->p, p, fit->ill_conditioned);
+  fit->q = vec_select(fit->q, q, fit->ill_conditioned);
+  for (int i = 0; i < 9; ++i)
+    fit->c.a[i] = select(fit->c.a[i], sums.c.a[i], fit->ill_conditioned);
+  real slope;
+  quaternion_t between = whole_rotation(&sums.c, &slope);
+  fit->between = select4(fit->between, between, fit->ill_conditioned);
+  fit->rotation = select4(fit->rotation, unmirrored(fit->p_mirror, between, fit->q_mirror),
+                          fit->ill_conditioned);
+}
+
+// Fits the map at fit->point.
+inline void fit_map(const map_t *map, fit_t *fit) {
+  fit->pivot = find_pivot(map, &fit->point);
+  const pivot_t *pivot = &fit->pivot;
+  sums_t sums = {0};
+  int block = block_of(map);
+  for (int start = 0; start < map->params.count; start += block) {
+    sums_t part = {0};
+    int stop = min(start + block, map->params.count);
+    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit->point);
+    add_sums(&sums, &part);
+  }
+  // k itself, in the sum with weight c, has its own share
+  real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
+  fit->share = pivot->r / total;
+  vec q = vec_scale(fit->share, sums.q), u = vec_scale(fit->share, sums.u);
+  fit->u = vec_add(pivot->u, u);
+  fit->s = vec_sub(pivot->x, q);
+  fit->p = vec_add(q, u);
+  fit->q = q;
+  fit->c = sums.c;
+  subtract_outer(&fit->c, fit->p, sums.q);
+  fit->ill_conditioned = (integer)(0);
+  if (map->params.rank == 2) {
+    real slope;
+    fit->between = fit->rotation = whole_rotation(&fit->c, &slope);
+    fit->ill_conditioned = slope < ILL_CONDITIONED_ROOTS;
+    if (ANY(fit->ill_conditioned)) reflect(map, fit);
+  } else if (map->params.rank == 1) {
+    vec a, b;
+    line_of(&fit->c, &a, &b);
+    const float *axis = map->params.flip_axis;
+    fit->between = fit->rotation = line_rotation(a, b, (float4)(axis[0], axis[1], axis[2], 0));
+  } else {
+    fit->between = fit->rotation = (quaternion_t){1, 0, 0, 0};
+  }
+  fit->factor = 0;
+#if SIMILARITY
+  mat change = rotation_change(fit->between);
+  mat s = rotated_back(&change, &fit->c);
+  fit->spread = sums.spread - dot3(q, sums.q);
+  integer flat = fit->spread <= 1e-30f;
+  real r_max = s.a[0] + s.a[4] + s.a[8];
+  fit->factor = select((r_max - fit->spread) / fit->spread, (real)(0), flat);
+#endif
+}
+
+// G(v) - v - mean displacement.
+inline vec displacement_of(const map_t *map, const fit_t *fit) {
+  mat change = rotation_change(fit->rotation);
+  vec moved = mat_vec(&change, fit->s);
+#if SIMILARITY
+  moved = vec_madd(fit->factor, vec_add(moved, fit->s), moved);
+#endif
+  return vec_add(fit->u, moved);
+}
+
+// d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
+// control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py.
+inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
+  const pivot_t *pivot = &fit->pivot;
+  mat change = rotation_change(fit->between), rotation = change, c = fit->c;
+  for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
+  mat s = rotated_back(&change, &c);
+  real mu = 1 + fit->factor;
+  vec rotated_s = mat_vec(&rotation, reflected(fit, fit->q_mirror, fit->s));
+  vec moved = vec_scale(mu, rotated_s);
+  real stiffness[6], flexibility[6];
+  stiffness_of(&s, stiffness);
+  invert_symmetric(stiffness, flexibility);
+  vec a, b;
+  line_of(&c, &a, &b);
+  vec both = vec_add(a, b);
+  real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
+  real gain = 1 / most(1 + dot3(a, b), 1e-10f);
+
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
+  for (int i = 0; i < map->params.count; ++i) {
+    real w = control_point_weight(map, i, pivot, &fit->point);
+    vec p, q;
+    reflected_pair(map, i, fit, &p, &q);
+    p = vec_sub(p, fit->p);
+    q = vec_sub(q, fit->q);
+    vec rotated = mat_vec(&rotation, q);
+    vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
+    if (map->params.rank == 2) {
+      vec torque = cross3(q, transposed_mat_vec(&rotation, p));
+      vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
+      influence = vec_add(influence, cross3(omega, moved));
+    } else if (map->params.rank == 1) {
+      vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
+      vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
+      vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
+      influence = vec_madd(gain, cross3(omega, moved), influence);
+    }
+#if SIMILARITY
+    real stretch = dot3(p, rotated) - mu * dot3(q, q);
+    integer flat = fit->spread <= 1e-30f;
+    influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
+#endif
+    add_influence(&jacobian, map, &fit->point, i, w, reflected(fit, fit->p_mirror, influence));
+  }
+  change = rotation_change(fit->rotation);
+  for (int i = 0; i < 9; ++i)
+    jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
+  return jacobian;
+}

@@ -1,0 +1,78 @@
+#include "on_grid.cl"
+#include "coarse_map.cl"
+
+#if CUTS
+// The point from which cuts see the material at v, for its displacement d.
+inline vec viewpoint_of(const cuts_t *cuts, vec v, vec d) {
+#if AT_REST
+  return origin_of(cuts, v, d);
+#else
+  return v;
+#endif
+}
+
+// Whether a cut may be in the cells: between the middle and a corner, or no farther from the middle,
+// or the void covers a part of them only. `index` is that of the first corners.
+inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t *coarse,
+                            __global const float *node_planes, long node, vec index, vec d,
+                            real distance) {
+  const cuts_t *cuts = &map->cuts;
+  const long plane = node_count(coarse), along = coarse->nodes[0];
+  const real share = COARSE_STEP / 2;
+  const vec middle = viewpoint_of(
+      cuts, transformed(grid->frame, vec_add(index, (vec){share, share, share})), d);
+  integer separated = 0;
+  if (cuts->params.regions_compete) separated |= distance < 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+    __global const float *at =
+        node_planes + node + i + along * (j + (long)coarse->nodes[1] * k);
+    const vec step = {(real)(i * COARSE_STEP), (real)(j * COARSE_STEP), (real)(k * COARSE_STEP)};
+    const vec end = viewpoint_of(cuts, transformed(grid->frame, vec_add(index, step)),
+                                 (vec){LOAD(at), LOAD(at + plane), LOAD(at + 2 * plane)});
+    const vec apart = vec_sub(end, middle);
+    separated |= (LOAD(at + 3 * plane) < 0) != (distance < 0);
+    separated |= blocked(cuts, middle, end) | !(dot3(apart, apart) < distance * distance);
+  }
+  return separated;
+}
+#endif
+
+// Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
+__kernel EXPLICIT_VECTORS void coarse_check(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const grid_t grid, const coarse_t coarse, const check_t check,
+    __global const float *restrict node_planes, __global const float *restrict middles,
+    __global uchar *restrict flags) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  strip_t strip;
+  if (!find_strip(&coarse, &strip)) return;
+  const int middle = COARSE_STEP / 2, x = strip.x - coarse.first_cell[0];
+  layer_t layer;
+  interpolate_layer(&layer, &coarse, node_planes, &strip, middle, NO_SLOPE);
+  const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
+  const long at = x + coarse.cells[0] * (strip.y - coarse.first_cell[1] +
+                                        (long)coarse.cells[1] * (strip.z - coarse.first_cell[2]));
+  real exact[PLANES], error[PLANES];
+  for (int p = 0; p < PLANES; ++p) {
+    exact[p] = LOAD(middles + p * plane + at);
+    error[p] = interpolate_points(&layer, p, middle, middle, 0) - exact[p];
+  }
+  vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
+  integer bits = select((integer)(INACCURATE), (integer)(0), dot3(off, off) <= check.limit2);
+#if CUTS
+  const vec index = first_corners(&strip);
+  const vec d = {exact[0], exact[1], exact[2]};
+  const real distance = exact[3];
+  integer separated = is_separated(&map, &grid, &coarse, node_planes, node_of(&coarse, &strip),
+                                   index, d, distance);
+  separated |= !(fabs(error[3]) <= 0.25f * fabs(distance));
+  bits = select(bits, (integer)(INACCURATE), separated);
+  bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
+#endif
+  for (int l = 0; l < LANES && x + l < coarse.cells[0]; ++l)
+    flags[at + l] = (uchar)LANE_INT(bits, l);
+}

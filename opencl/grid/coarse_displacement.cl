@@ -1,0 +1,50 @@
+#include "on_grid.cl"
+#include "coarse_map.cl"
+
+// As grid_displacement, interpolated between the nodes of `node_planes`.
+__kernel EXPLICIT_VECTORS void coarse_displacement(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
+    const world_t world, __global float *restrict displacement,
+    __global float *restrict void_distance, const float scale) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  const real scale_to_world = world.scale;
+  const vec mean = {world.mean_displacement[0], world.mean_displacement[1],
+                    world.mean_displacement[2]};
+  strip_t strip;
+  if (!find_strip(&coarse, &strip)) return;
+#if CUTS
+  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
+#endif
+  for (int k = 0; k < COARSE_STEP; ++k) {
+    layer_t layer;
+    int has_layer = 0;
+    for (int j = 0; j < COARSE_STEP; ++j) {
+      row_t row;
+      if (!find_row(&row, &grid, &strip, j, k)) continue;
+      if (!has_layer) interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
+      has_layer = 1;
+      real values[PLANES][COARSE_STEP];
+      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
+      for (int n = 0; n < COARSE_STEP; ++n) {
+        integer mask = are_in_launch(&row, n);
+#if CUTS
+        mask &= in_region(&map.cuts, indices_in(&row, n));
+        store_in_row(void_distance, scale * values[3][n], &row, n, mask);
+#endif
+        const vec d =
+            vec_madd(scale_to_world, (vec){values[0][n], values[1][n], values[2][n]}, mean);
+        __global float *to = displacement + 3 * (row.position + n * LANES);
+        if (ALL(mask)) {
+          store_interleaved(to, d, LANES);
+          continue;
+        }
+        for (int l = 0; l < LANES; ++l)
+          if (LANE_INT(mask, l)) store_point(to + 3 * l, d, l);
+      }
+    }
+  }
+}

@@ -1,0 +1,206 @@
+// The map of a grid between nodes, every COARSE_STEP-th point of the whole grid along each axis: in a
+// cell the polynomial of degree 5 through the six surrounding nodes along each axis. The result depends
+// on the index of a point only: parts are computed like the whole. The host decides which cells are
+// accurate (vtk_mls/engine/map/coarse_map.py).
+
+#define TAPS 6
+#define BEFORE 2  // nodes before the first node of a cell
+
+// Planes of nodes: a displacement, with cuts a void distance.
+#if CUTS
+#define PLANES 4
+#else
+#define PLANES 3
+#endif
+
+// Vectors that hold a row of nodes around LANES cells.
+#define VECTORS_AROUND ((LANES + TAPS - 1 + LANES - 1) / LANES)
+
+// Lagrange weights of the nodes -2 to 3 at k / COARSE_STEP, and of the derivative from point to point.
+// tests/engine/test_kernel_arguments.py computes them in float64.
+__constant float tap_weight[COARSE_STEP][TAPS] = {
+    {0.0f, 0.0f, 1.0f, 0.0f, -0.0f, 0.0f},
+    {0.00939941406f, -0.0845947266f, 0.845947266f, 0.281982422f, -0.0604248047f, 0.00769042969f},
+    {0.01171875f, -0.09765625f, 0.5859375f, 0.5859375f, -0.09765625f, 0.01171875f},
+    {0.00769042969f, -0.0604248047f, 0.281982422f, 0.845947266f, -0.0845947266f, 0.00939941406f}};
+__constant float tap_slope[COARSE_STEP][TAPS] = {
+    {0.0125000002f, -0.125f, -0.0833333358f, 0.25f, -0.0625f, 0.00833333377f},
+    {0.00594889326f, -0.0460205078f, -0.216552734f, 0.303792328f, -0.0535888672f, 0.00642089825f},
+    {-0.00117187505f, 0.016276041f, -0.29296875f, 0.29296875f, -0.016276041f, 0.00117187505f},
+    {-0.00642089825f, 0.0535888672f, -0.303792328f, 0.216552734f, 0.0460205078f, -0.00594889326f}};
+
+#define UNROLL_TAPS _Pragma("unroll")
+
+// LANES cells along x: the index of the first in all cells of the whole grid.
+typedef struct { int x, y, z; } strip_t;
+
+inline long strips_along(const coarse_t *coarse) { return (coarse->cells[0] + LANES - 1) / LANES; }
+
+// Finds the strip of a work item; false without one.
+inline int find_strip(const coarse_t *coarse, strip_t *strip) {
+  const long across = strips_along(coarse), item = get_global_id(0), row = item / across;
+  if (row >= (long)coarse->cells[1] * coarse->cells[2]) return 0;
+  strip->x = coarse->first_cell[0] + (int)(item % across) * LANES;
+  strip->y = coarse->first_cell[1] + (int)(row % coarse->cells[1]);
+  strip->z = coarse->first_cell[2] + (int)(row / coarse->cells[1]);
+  return 1;
+}
+
+// The first corners of its cells, as indices of the whole grid.
+inline vec first_corners(const strip_t *strip) {
+  real x = 0;
+  for (int l = 0; l < LANES; ++l) LANE(x, l) = (strip->x + l) * COARSE_STEP;
+  return (vec){x, (real)(strip->y * COARSE_STEP), (real)(strip->z * COARSE_STEP)};
+}
+
+#if CUTS
+// Whether cells may have points on this launch's side of all planes: with a margin of one point, so
+// that rounding loses none.
+inline integer may_be_in_region(const cuts_t *cuts, vec index) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
+    const float4 plane = vload4(0, cuts->planes[i].index_plane);
+    const float side = cuts->planes[i].side;
+    const float reach = fabs(plane.x) + fabs(plane.y) + fabs(plane.z) +
+                        COARSE_STEP * (fmax(side * plane.x, 0) + fmax(side * plane.y, 0) +
+                                       fmax(side * plane.z, 0));
+    inside &= side * plane_height(plane, index) + reach >= 0;
+  }
+  return inside;
+}
+#endif
+
+inline long node_count(const coarse_t *coarse) {
+  return (long)coarse->nodes[0] * coarse->nodes[1] * coarse->nodes[2];
+}
+
+// The node that begins the first cell of a strip, in a plane.
+inline long node_of(const coarse_t *coarse, const strip_t *strip) {
+  const int *first = coarse->first_node;
+  return strip->x - first[0] + BEFORE +
+         coarse->nodes[0] * (strip->y - first[1] + BEFORE +
+                             (long)coarse->nodes[1] * (strip->z - first[2] + BEFORE));
+}
+
+#define ROW_LENGTH (VECTORS_AROUND * LANES)
+
+// Points of a strip, interpolated along z and x: rows of them, one behind the other along y at nodes.
+typedef struct { real at[TAPS][PLANES][COARSE_STEP]; } layer_t;
+
+// Interpolates at k / COARSE_STEP after the first node of a cell; with `is_slope` the derivative from
+// point to point.
+HOT real interpolate(const real tap[TAPS], int k, const int is_slope) {
+  if (k == 0 && !is_slope) return tap[BEFORE];
+  __constant const float *weight = is_slope ? tap_slope[k] : tap_weight[k];
+  real sum = weight[0] * tap[0];
+  UNROLL_TAPS for (int c = 1; c < TAPS; ++c) sum = fma((real)(weight[c]), tap[c], sum);
+  return sum;
+}
+
+#define NO_SLOPE (-1)
+
+// Interpolates the layer k / COARSE_STEP after the first nodes of a strip; or its derivative along axis
+// 0 or 2.
+HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global const float *node_planes,
+                       const strip_t *strip, int k, const int slope_along) {
+  const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
+  __global const float *corner = node_planes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
+  float rows[TAPS][PLANES][ROW_LENGTH];
+  for (int a = 0; a < TAPS; ++a)
+    for (int p = 0; p < PLANES; ++p)
+      for (int n = 0; n < VECTORS_AROUND; ++n) {
+        __global const float *from = corner + a * along + p * plane + n * LANES;
+        real tap[TAPS];
+        UNROLL_TAPS for (int b = 0; b < TAPS; ++b) tap[b] = LOAD(from + b * deep);
+        STORE(interpolate(tap, k, slope_along == 2), rows[a][p] + n * LANES);
+      }
+  for (int a = 0; a < TAPS; ++a)
+    for (int p = 0; p < PLANES; ++p) {
+      real tap[TAPS];
+      UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(rows[a][p] + c);
+      UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+        layer->at[a][p][i] = interpolate(tap, i, slope_along == 0);
+    }
+}
+
+// The points of row j of a layer that are i / COARSE_STEP after the first nodes of the cells; with
+// `is_slope` their derivative along y.
+HOT real interpolate_points(const layer_t *layer, int p, int i, int j, const int is_slope) {
+  real tap[TAPS];
+  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->at[a][p][i];
+  return interpolate(tap, j, is_slope);
+}
+
+// A row of points of a strip, LANES * COARSE_STEP of them, of which those from `low` to `high` (not
+// included) are in the launch; `position` is that of the first in the launch.
+typedef struct {
+  int low, high;
+  long position;
+  vec index;  // in the whole grid, of the first LANES
+} row_t;
+
+// Finds the row j, k of a strip; false if none of it is in the launch.
+inline int find_row(row_t *row, const grid_t *grid, const strip_t *strip, int j, int k) {
+  const int x = strip->x * COARSE_STEP, y = strip->y * COARSE_STEP + j,
+            z = strip->z * COARSE_STEP + k;
+  const int line = y - grid->start[1];
+  if (line < 0 || line >= grid->ny || z < grid->start[2]) return 0;
+  const long begin = grid->nx * (line + (long)grid->ny * (z - grid->start[2])) - grid->first;
+  row->position = begin + x - grid->start[0];
+  const long low = max(max((long)0, -begin), (long)x - grid->start[0]),
+             high = min(min((long)grid->nx, grid->stop - grid->first - begin),
+                        (long)x - grid->start[0] + LANES * COARSE_STEP);
+  row->low = (int)(low - (x - grid->start[0]));
+  row->high = (int)(high - (x - grid->start[0]));
+  row->index = (vec){TO_REAL(lane_indices() + x), (real)(y), (real)(z)};
+  return row->low < row->high;
+}
+
+// The indices of the n-th LANES of a row.
+inline vec indices_in(const row_t *row, int n) {
+  return (vec){row->index.x + n * LANES, row->index.y, row->index.z};
+}
+
+// Which of them are in the launch.
+inline integer are_in_launch(const row_t *row, int n) {
+  const integer number = lane_indices() + n * LANES;
+  return (number >= row->low) & (number < row->high);
+}
+
+#if LANES > 1
+#define OF_TWO(n) ((n) % 2 * LANES + (n) / 2)
+#define OF_TWO_PAIRS(n) ((n) % 4 / 2 * LANES + (n) / 4 * 2 + (n) % 2)
+#define MERGED(a, b, of, n) __builtin_shufflevector(a, b, EACH_LANE(of, n))
+#define ORDERED_HALF(half)                                                       \
+  {                                                                              \
+    const real even = MERGED(by_cell[0], by_cell[1], OF_TWO, half * LANES);      \
+    const real odd = MERGED(by_cell[2], by_cell[3], OF_TWO, half * LANES);       \
+    row[2 * half] = MERGED(even, odd, OF_TWO_PAIRS, 0);                          \
+    row[2 * half + 1] = MERGED(even, odd, OF_TWO_PAIRS, LANES);                  \
+  }
+#else
+#define ORDERED_HALF(half)                                                       \
+  {                                                                              \
+    row[2 * half] = by_cell[2 * half];                                           \
+    row[2 * half + 1] = by_cell[2 * half + 1];                                   \
+  }
+#endif
+// `interpolate_points` for all points of a row, in their order.
+HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int j, const int is_slope) {
+  real by_cell[COARSE_STEP];
+  UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+    by_cell[i] = interpolate_points(layer, p, i, j, is_slope);
+  ORDERED_HALF(0)
+  ORDERED_HALF(1)
+}
+
+// Stores the n-th LANES of a row in a plane, where `mask` is set.
+inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer mask) {
+  __global float *to = plane + row->position + n * LANES;
+  if (ALL(mask)) {
+    STORE(value, to);
+    return;
+  }
+  for (int l = 0; l < LANES; ++l)
+    if (LANE_INT(mask, l)) to[l] = LANE(value, l);
+}

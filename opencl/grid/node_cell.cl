@@ -1,0 +1,51 @@
+#include "map.cl"
+#include "grid.cl"
+#include "origin_nodes.cl"
+
+#define MAX_GUESS_ERROR 0.01f  // local units
+
+// Member `at` of nodes: at 0 x, at 1 to 3 its changes; the fourth component goes to `w`.
+inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) {
+  vec value;
+  for (int l = 0; l < LANES; ++l) {
+    float4 node = ((__global const float4 *)(nodes + LANE_INT(n, l)))[at];
+    LANE(value.x, l) = node.x;
+    LANE(value.y, l) = node.y;
+    LANE(value.z, l) = node.z;
+    LANE(*w, l) = node.w;
+  }
+  return value;
+}
+
+// For the cells above nodes, of `count` in all, the largest norm of dG/dx at the corners; -1 where the
+// cell gives no guess: a cut separates its corners, one is behind a cut, or its first node does not
+// predict the others.
+__kernel EXPLICIT_VECTORS void node_cell(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const grid_t grid, const int count, __global node_t *restrict nodes) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  long first = grid.first + (long)get_global_id(0) * LANES;
+  if (first >= grid.stop) return;
+  integer n, usable = (real)(0) == 0;
+  for (int l = 0; l < LANES; ++l) LANE_INT(n, l) = min((int)first + l, count - 1);
+  real largest = 0, slope;
+  vec x = load_nodes(nodes, n, 0, &slope), by[3];
+  for (int axis = 0; axis < 3; ++axis) by[axis] = load_nodes(nodes, n, 1 + axis, &slope);
+  for (int corner = 0; corner < 8; ++corner) {
+    const int up[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    const int above = up[0] + grid.nx * (up[1] + grid.ny * up[2]);
+    vec corner_x = load_nodes(nodes, min(n + above, (integer)(count - 1)), 0, &slope), guess = x;
+    for (int axis = 0; axis < 3; ++axis)
+      guess = vec_madd((real)(up[axis]), by[axis], guess);
+    vec miss = vec_sub(corner_x, guess);
+    usable &= (slope >= 0) & (dot3(miss, miss) < MAX_GUESS_ERROR * MAX_GUESS_ERROR);
+    usable &= !blocked(&map.cuts, x, corner_x);
+    largest = most(largest, slope);
+  }
+  slope = select((real)(-1), largest, usable);
+  for (int l = 0; l < LANES && first + l < grid.stop; ++l)
+    nodes[first + l].by_i.w = LANE(slope, l);
+}

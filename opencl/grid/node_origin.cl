@@ -1,0 +1,38 @@
+#include "map.cl"
+#include "grid.cl"
+#include "origin_nodes.cl"
+
+// The nodes of first guesses at the points of a grid; node_cell sets by_i.w.
+__kernel EXPLICIT_VECTORS void node_origin(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const grid_t grid, __global node_t *restrict nodes) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  // before all branches: Mesa's compiler crashes where arguments are read below
+  const long stop = grid.stop;
+  vec by_index[3];
+  for (int axis = 0; axis < 3; ++axis)
+    by_index[axis] = (vec){grid.frame[3 * axis], grid.frame[3 * axis + 1], grid.frame[3 * axis + 2]};
+  long first = grid.first + (long)get_global_id(0) * LANES;
+  if (first >= stop) return;
+  const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
+  const vec x = origin_of(&map.cuts, fit.point.v, map_displacement(&map, &fit));
+  const weight_jacobian_t jacobian = displacement_jacobian(&map, &fit);
+  const mat by_v = with_moving_origin(&fit, &jacobian);
+  for (int axis = 0; axis < 3; ++axis)
+    by_index[axis] = vec_add(by_index[axis], mat_vec(&by_v, by_index[axis]));
+  real slope2 = 0;
+  for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.by_x.a[i], jacobian.by_x.a[i], slope2);
+  real slope = select(sqrt(slope2), (real)(-1), fit.point.crossed_cuts != 0);
+  for (int l = 0; l < LANES && first + l < stop; ++l) {
+    __global node_t *node = nodes + first + l;
+    node->x = (float4)(LANE(x.x, l), LANE(x.y, l), LANE(x.z, l), LANE(slope, l));
+    __global float4 *by = &node->by_i;
+    for (int axis = 0; axis < 3; ++axis) {
+      vec d = by_index[axis];
+      by[axis] = (float4)(LANE(d.x, l), LANE(d.y, l), LANE(d.z, l), 0);
+    }
+  }
+}

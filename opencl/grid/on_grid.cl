@@ -1,0 +1,142 @@
+// Points of kernels over a grid, and stores of their values.
+//
+// Where full cuts belong to the material (`regions_compete`), material of several regions may come to
+// a point. The first pass of a region computes the points where its own material is expected. The
+// second pass computes those of other regions that are void so far, and keeps a point where its own
+// void distance is larger.
+
+#include "map.cl"
+#include "grid.cl"
+#if AT_REST
+#include "origin_nodes.cl"
+#endif
+
+// Which points a work item has: CONSECUTIVE ones, those with the numbers `listed`, or those of `cells`;
+// the pointers of the others are null. A constant: tests of the pointers cost 2 to 3 % of the time of
+// small fits.
+enum { CONSECUTIVE = 0, LISTED = 1, CELLS = 2 };
+#ifndef POINTS
+#define POINTS CONSECUTIVE
+#endif
+
+enum { CELL_POINTS = COARSE_STEP * COARSE_STEP * COARSE_STEP };
+
+// LANES points of a work item.
+typedef struct {
+  long first, count;  // position of the first point, number of points in the launch
+  int lanes;          // 0 where there is nothing to do
+  int is_of_cells;    // whether the points are those of listed cells
+  int is_scattered;   // whether the points are not consecutive, or not all in the launch
+  vec index;          // in the whole grid
+  integer mask;       // lanes that are in the launch
+  integer positions;  // of the lanes in the launch, of points of listed cells
+} item_t;
+
+// Points of listed cells.
+inline void set_cell_points(item_t *item, const grid_t *grid, const coarse_t *coarse,
+                            __global const int *cells) {
+  const long first = (long)get_global_id(0) * LANES, number = first / CELL_POINTS;
+  item->lanes = number < coarse->listed ? LANES : 0;
+  if (item->lanes == 0) return;
+  const int cell = cells[coarse->first_listed + number], nx = coarse->cells[0];
+  const int x = (coarse->first_cell[0] + cell % nx) * COARSE_STEP - grid->start[0],
+            y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * COARSE_STEP,
+            z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * COARSE_STEP;
+  integer i, j, k;
+  for (int l = 0; l < LANES; ++l) {
+    const int point = (int)(first % CELL_POINTS) + l;
+    const int a = x + point % COARSE_STEP,
+              b = y - grid->start[1] + point / COARSE_STEP % COARSE_STEP,
+              c = z - grid->start[2] + point / COARSE_STEP / COARSE_STEP;
+    const long position = a + grid->nx * (b + (long)grid->ny * c) - grid->first;
+    const int is_in_launch = a >= 0 && a < grid->nx && b >= 0 && b < grid->ny && c >= 0 &&
+                             position >= 0 && position < item->count;
+    LANE_INT(item->mask, l) = is_in_launch ? -1 : 0;
+    LANE_INT(item->positions, l) = (int)position;
+    LANE_INT(i, l) = a + grid->start[0];
+    LANE_INT(j, l) = b + grid->start[1];
+    LANE_INT(k, l) = c + grid->start[2];
+  }
+  item->index = (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
+  if (!ANY(item->mask)) item->lanes = 0;
+}
+
+// The points of a work item.
+inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coarse,
+                      __global const int *cells, __global const long *listed,
+                      __global const float *void_distance) {
+  item_t item;
+  item.first = (long)get_global_id(0) * LANES;
+  item.count = grid->stop - grid->first;
+  item.is_scattered = item.is_of_cells = POINTS == CELLS;
+  if (POINTS == CELLS) {
+    set_cell_points(&item, grid, coarse, cells);
+    if (item.lanes == 0) return item;
+  } else {
+    item.lanes = (int)clamp(item.count - item.first, (long)0, (long)LANES);
+    if (item.lanes == 0) return item;
+    item.mask = (real)(0) == 0;
+    if (POINTS == LISTED)
+      item.index = listed_index(grid, listed, item.count, item.first);
+    else
+      item.index = grid_index(grid, grid->first + item.first);
+  }
+#if CUTS
+  item.mask &= in_region(&map->cuts, item.index);
+  if (map->cuts.params.second_pass)
+    item.mask = !item.mask & (load_plane(void_distance, item.count, item.first) < 0);
+  item.is_scattered |= !ALL(item.mask);
+  if (!ANY(item.mask)) item.lanes = 0;
+#endif
+  return item;
+}
+
+// Position in the launch of lane l.
+inline long position_of(const item_t *item, int l) {
+  return item->is_of_cells ? LANE_INT(item->positions, l) : item->first + l;
+}
+
+// Stores the masked lanes of a plane.
+inline void store_masked(__global float *plane, real value, const item_t *item) {
+  if (!item->is_scattered) {
+    store_plane(plane, value, item->count, item->first);
+    return;
+  }
+  for (int l = 0; l < item->lanes; ++l)
+    if (LANE_INT(item->mask, l)) plane[position_of(item, l)] = LANE(value, l);
+}
+
+// The same of interleaved points.
+inline void store_masked_points(__global float *points, vec value, const item_t *item) {
+  if (!item->is_scattered) {
+    store_interleaved(points + 3 * item->first, value, item->lanes);
+    return;
+  }
+  for (int l = 0; l < item->lanes; ++l)
+    if (LANE_INT(item->mask, l)) store_point(points + 3 * position_of(item, l), value, l);
+}
+
+// Stores the void distance (cuts.cl) in world units, `scale` times the local one. The second pass
+// masks points where it is not larger.
+inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
+                                __global float *void_distance, float scale) {
+#if CUTS
+  real distance = scale * void_distance_at(map, fit, map_displacement(map, fit));
+  if (map->cuts.params.second_pass) {
+    item->mask &= distance > load_plane(void_distance, item->count, item->first);
+    item->is_scattered |= !ALL(item->mask);
+  }
+  store_masked(void_distance, distance, item);
+#endif
+}
+
+// The fit at the points of a work item. In the rest frame searches start from nodes.
+inline fit_t fit_on_grid(const map_t *map, const grid_t *grid, const item_t *item,
+                         const nodes_t *nodes, __global const node_t *node_table) {
+  vec v = transformed(grid->frame, item->index);
+#if AT_REST
+  return solve_origin(map, v, start_at(map, nodes, node_table, item->index, v));
+#else
+  return fit_at(map, v);
+#endif
+}

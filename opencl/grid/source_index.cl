@@ -1,0 +1,29 @@
+// Source indices of the points of a grid: where their material comes from.
+
+#include "on_grid.cl"
+
+// Continuous source indices of the target indices `index`, for local displacements d.
+inline vec source_index_of(const source_t *source, vec index, vec d) {
+  vec step = transformed(source->from_displacement, d);
+  return vec_add(transformed(source->from_target, index), step);
+}
+
+// An index outside of any source where points are void.
+inline vec outside_if(vec from, integer is_void) {
+  from.x = select(from.x, (real)(-1e9f), is_void);
+  return from;
+}
+
+// Stores the source indices of the points of a work item in three planes.
+inline void store_source_index_of_fit(const map_t *map, const fit_t *fit, const item_t *item,
+                                      const source_t *source, __global float *index) {
+  vec d = map_displacement(map, fit);
+  integer is_void = 0;
+#if CUTS
+  if (!source->continued) is_void = void_distance_at(map, fit, d) < 0;
+#endif
+  vec from = outside_if(source_index_of(source, item->index, d), is_void);
+  store_masked(index, from.x, item);
+  store_masked(index + item->count, from.y, item);
+  store_masked(index + 2 * item->count, from.z, item);
+}

@@ -1,0 +1,167 @@
+// The inverse of the backward map: for points x the displacement v - x to v with G(v) = x.
+//
+// All x are local, less the mean displacement. The displacement d(v) = G(v) - v of the map is small
+// relative to v: the solver finds s with s + d(x + s) = 0, and v - x loses no digits.
+
+#include "map.cl"
+#include "lattice.cl"
+
+#define MAX_TRIALS 32
+#define MIN_SHARE 0.03f
+#define MIN_DECREASE 0.1f        // of the residual, relative to the predicted decrease
+#define INVERSE_TOLERANCE 3e-7f  // relative to x: about the resolution of float32
+#define MAX_CHORDS 5
+#define CHORD_TOLERANCE 5e-6f    // before the last step, which is not checked
+
+inline real length3(vec a) { return sqrt(dot3(a, a)); }
+
+// x - G(x + displacement), and the fit there. In the rest frame cuts see from x.
+inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
+#if AT_REST
+  vec origin = origin_of(&map->cuts, x, (vec){0, 0, 0});
+  set_point(&map->cuts, &fit->point, vec_add(x, displacement), origin);
+  fit_map(map, fit);
+#else
+  *fit = fit_at(map, vec_add(x, displacement));
+#endif
+  return vec_scale((real)(-1), vec_add(displacement, map_displacement(map, fit)));
+}
+
+// Whether the displacement leads through an obstacle, so that the material is elsewhere. Only for cuts
+// that stay: in the rest frame the origin x is on its side of the cuts.
+inline integer is_blocked(const map_t *map, vec x, vec displacement) {
+#if CUTS && !AT_REST
+  if (!map->cuts.params.regions_compete)
+    return blocked(&map->cuts, origin_of(&map->cuts, x, (vec){0, 0, 0}), vec_add(x, displacement));
+#endif
+  return 0;
+}
+
+// The same for any cut.
+inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
+#if CUTS && !AT_REST
+  if (!map->cuts.params.regions_compete)
+    return is_blocked(map, x, displacement) |
+           !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
+#endif
+  return 0;
+}
+
+// Newton's method from a first guess in `displacement`; returns the residual relative to the size of x.
+// A step that reduces the residual too little is halved, and the next one is at most twice as long, so
+// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. A lane
+// that has ended keeps its result while others go on.
+inline real newton(const map_t *map, vec x, vec *displacement) {
+  real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
+  vec step = {0, 0, 0}, trial = *displacement;
+  integer open = (real)(0) == 0;
+  for (int i = 0; i < MAX_TRIALS; ++i) {
+    fit_t fit;
+    vec r = residual(map, x, trial, &fit);
+    real distance = length3(r);
+    integer better = open & (distance < left * fma(-MIN_DECREASE, share, (real)(1)));
+    *displacement = vec_select(*displacement, trial, better);
+    left = select(left, distance, better);
+    share = select(share * 0.5f, least(2 * share, (real)(1)), better);
+    open &= (left > close) & (share > MIN_SHARE);
+    if (!ANY(open)) break;
+    if (ANY(open & better)) {
+      mat jacobian = material_jacobian(map, &fit);
+      step = vec_select(step, identity_solve(&jacobian, r), better);
+    }
+    trial = vec_madd(share, step, *displacement);
+  }
+  return left / size_of(x);
+}
+
+// Broyden's method from first guesses of `displacement` and of dv/dx in `response`: no Jacobians, no
+// step control. Returns the residual relative to the size of x, before the last step.
+inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
+  real left = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
+  vec step = {0, 0, 0};
+  for (int i = 0; i < MAX_CHORDS; ++i) {
+    fit_t fit;
+    integer open = left > close;
+    vec r = residual(map, x, *displacement, &fit);
+    left = select(left, length3(r), open);
+    // the response to the last step was step - t instead of the predicted `step`
+    vec t = mat_vec(response, r);
+    real square = dot3(step, step), change = dot3(step, t);
+    real gain = 1 / most(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
+    add_outer(response, vec_scale(gain, t), transposed_mat_vec(response, step));
+    step = vec_scale(fma(change, gain, (real)(1)), t);
+    *displacement = vec_select(*displacement, vec_add(*displacement, step), open);
+    if (!ANY(left > close)) break;
+  }
+  return left / size_of(x);
+}
+
+// Whether a cut separates x from a sample of the map, in the frame of the cuts.
+inline integer is_separated(const map_t *map, vec x, vec image, vec displacement) {
+#if AT_REST
+  const vec none = {0, 0, 0};
+  return blocked(&map->cuts, origin_of(&map->cuts, x, none), origin_of(&map->cuts, image, none));
+#else
+  return is_blocked(map, x, displacement);
+#endif
+}
+
+// The displacement to the sample with the image nearest to x, but farther than `*tried` (squared),
+// which becomes its distance.
+inline vec displacement_to_nearest(const map_t *map, vec x, int count,
+                                   __global const sample_t *samples, real *tried) {
+  real nearest = FLT_MAX;
+  vec displacement = {0, 0, 0};
+  for (int i = 0; i < count; ++i) {
+    __global const sample_t *at = samples + i;
+    vec miss = vec_sub(x, (vec){at->image[0], at->image[1], at->image[2]});
+    real d2 = dot3(miss, miss);
+    integer nearer = (d2 < nearest) & (d2 > *tried);
+    if (!ANY(nearer)) continue;
+    vec to_sample = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
+    nearer &= !is_separated(map, x, vec_sub(x, miss), to_sample);
+    displacement = vec_select(displacement, to_sample, nearer);
+    nearest = select(nearest, d2, nearer);
+  }
+  *tried = nearest;
+  return displacement;
+}
+
+// The displacement at x, trilinear in the displacements at the lattice nodes, and dv/dx. Returns whether
+// x is in a cell. Nodes are numbered like cells.
+inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, vec x,
+                        vec *displacement, mat *response) {
+  vec share;
+  real shrink;
+  integer node_number;
+  integer inside = lattice_cell(lattice, x, &share, &shrink, &node_number) < LATTICE_SIZE;
+  for (int l = 0; l < LANES; ++l) {
+    __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_number, l) : 0);
+    float u = LANE(share.x, l), v = LANE(share.y, l), w = LANE(share.z, l);
+    float density = 0.5f * LATTICE_CELLS * LANE(shrink, l);
+    float4 n00 = node[0], n10 = node[NODES_ALONG], d00 = node[1] - n00,
+           d10 = node[NODES_ALONG + 1] - n10;
+    node += NODES_ALONG * NODES_ALONG;
+    float4 n01 = node[0], n11 = node[NODES_ALONG], d01 = node[1] - n01,
+           d11 = node[NODES_ALONG + 1] - n11;
+    n00 += u * d00, n10 += u * d10, n01 += u * d01, n11 += u * d11;
+    float4 d0 = d00 + v * (d10 - d00), d1 = d01 + v * (d11 - d01);
+    float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
+    float4 dx = density * lattice->density[0] * (d0 + w * (d1 - d0)),
+           dy = density * lattice->density[1] * (e0 + w * (e1 - e0)),
+           dz = density * lattice->density[2] * (n1 - n0), n = n0 + w * (n1 - n0);
+    LANE(displacement->x, l) = n.x;
+    LANE(displacement->y, l) = n.y;
+    LANE(displacement->z, l) = n.z;
+    LANE(response->a[0], l) = 1 + dx.x;
+    LANE(response->a[1], l) = dy.x;
+    LANE(response->a[2], l) = dz.x;
+    LANE(response->a[3], l) = dx.y;
+    LANE(response->a[4], l) = 1 + dy.y;
+    LANE(response->a[5], l) = dz.y;
+    LANE(response->a[6], l) = dx.z;
+    LANE(response->a[7], l) = dy.z;
+    LANE(response->a[8], l) = 1 + dz.z;
+  }
+  return inside;
+}

@@ -1,0 +1,22 @@
+#include "map.cl"
+
+// d(G - v)/dv in nine planes, for material with given `origins`, from which cuts see; only with cuts in
+// the rest frame.
+__kernel EXPLICIT_VECTORS void origin_jacobian(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const long points_count, __global const float *restrict points,
+    __global const float *restrict origins,
+    __global float *restrict jacobian) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= points_count) return;
+  fit_t fit;
+  set_point(&map.cuts, &fit.point, load_points(points, points_count, first),
+       load_points(origins, points_count, first));
+  fit_map(&map, &fit);
+  mat j = map_jacobian(&map, &fit);
+  for (int i = 0; i < 9; ++i) store_plane(jacobian + i * points_count, j.a[i], points_count, first);
+}

@@ -1,0 +1,30 @@
+#include "map.cl"
+#if AT_REST
+#include "searches.cl"
+#endif
+
+// G(v) - v - mean displacement in three planes, local frame; the void distance in a fourth if cuts
+// belong to the material.
+__kernel EXPLICIT_VECTORS void point_displacement(
+    const map_params_t map_params, __global const control_point_t *restrict control_points,
+    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    const long points_count, __global const float *restrict points,
+    __global float *restrict displacement) {
+  const map_t map =
+      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+#if AT_REST
+  search_points(&map, points_count, points, 0, displacement);
+#else
+  long first = (long)get_global_id(0) * LANES;
+  if (first >= points_count) return;
+  fit_t fit = fit_at(&map, load_points(points, points_count, first));
+  vec d = map_displacement(&map, &fit);
+  store_points(displacement, d, points_count, first);
+#if CUTS
+  if (map.cuts.params.regions_compete)
+    store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count,
+                first);
+#endif
+#endif
+}

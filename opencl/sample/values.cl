@@ -1,0 +1,105 @@
+// Values of an array, as interpolation sums them.
+//
+// Sums in float are of the values themselves. Sums in double are of their differences from a pivot,
+// the nearest value, to which the sum is added: a constant stays the same to the bit, and 64-bit
+// integers keep the digits that double does not have.
+
+#ifndef VALUE
+#error "VALUE is missing: type of the array"
+#endif
+
+// Vector of LANES values, and the conversion of sums to it; integers are rounded and clamped.
+#define ROUNDING_char _sat_rte
+#define ROUNDING_uchar _sat_rte
+#define ROUNDING_short _sat_rte
+#define ROUNDING_ushort _sat_rte
+#define ROUNDING_int _sat_rte
+#define ROUNDING_uint _sat_rte
+#define ROUNDING_long _sat_rte
+#define ROUNDING_ulong _sat_rte
+#define ROUNDING_float
+#define ROUNDING_double
+#if LANES == 1
+#define VALUES VALUE
+#else
+#define VALUES GLUE(VALUE, LANES)
+#endif
+#define CAST GLUE(GLUE(convert_, VALUES), GLUE(ROUNDING_, VALUE))
+
+#define LANE_VALUE(values, l) (((VALUE *)&(values))[l])
+
+#ifdef USE_FP64
+#define HAS_PIVOT 1
+#else
+#define HAS_PIVOT 0
+#endif
+
+#define BITS64_long 1
+#define BITS64_ulong 1
+#define IS_INTEGER64 (HAS_PIVOT && GLUE(BITS64_, VALUE))
+#define HAS_INFINITY_float 1
+#define HAS_INFINITY_double 1
+#define HAS_INFINITY GLUE(HAS_INFINITY_, VALUE)
+
+// Values of taps: of 64-bit integers as they are, of others as the sums have them.
+#if IS_INTEGER64
+#define TAP VALUE
+#define TO_TAP(x) (x)
+typedef VALUES tap_t;
+#else
+#define TAP SUM
+#define TO_TAP(x) TO_SUM(x)
+typedef sum_t tap_t;
+#endif
+#define LANE_TAP(vector, l) (((TAP *)&(vector))[l])
+
+inline tap_t gathered(__global const VALUE *values, offset_t from) {
+  tap_t taps;
+  UNROLL for (int l = 0; l < LANES; ++l) LANE_TAP(taps, l) = (TAP)values[LANE_OFFSET(from, l)];
+  return taps;
+}
+
+// The part of a tap that is summed. The difference of 64-bit integers has up to 65 bits: those of
+// the upper and lower halves have 33, and their sum is rounded once.
+#if IS_INTEGER64
+#define TERM(to_sum, to_long, tap, pivot)                                \
+  (to_sum(to_long((tap) >> 32) - to_long((pivot) >> 32)) * 4294967296.0 + \
+   to_sum(to_long((tap) & 0xffffffff) - to_long((pivot) & 0xffffffff)))
+#elif HAS_PIVOT
+#define TERM(to_sum, to_long, tap, pivot) ((tap) - (pivot))
+#else
+#define TERM(to_sum, to_long, tap, pivot) (tap)
+#endif
+#if LANES == 1
+#define TO_LONG(x) ((long)(x))
+#else
+#define TO_LONG(x) GLUE(convert_long, LANES)(x)
+#endif
+
+#if IS_INTEGER64
+#if LANES == 1
+typedef ulong bits_t;
+#define TO_BITS(x) ((ulong)(x))
+#define TO_COUNT(x) convert_ulong_sat_rte(x)
+#else
+typedef GLUE(ulong, LANES) bits_t;
+#define TO_BITS(x) GLUE(as_ulong, LANES)(x)
+#define TO_COUNT(x) GLUE(GLUE(convert_ulong, LANES), _sat_rte)(x)
+#endif
+#define SIGN_long 0x8000000000000000ul
+#define SIGN_ulong 0ul
+
+// pivot + sum, rounded to the nearest (ties to even) and kept in range. With its sign bit flipped a
+// signed integer is ordered as an unsigned one, whose range holds every difference.
+HOT VALUES rounded_sum(tap_t pivot, sum_t sum) {
+  const bits_t bits = TO_BITS(pivot) ^ GLUE(SIGN_, VALUE), odd = bits & 1;
+  sum += TO_SUM(odd);
+  const bits_t up = TO_COUNT(fmax(sum, (sum_t)(0))), down = TO_COUNT(fmax(-sum, (sum_t)(0)));
+  const bits_t found = sub_sat(add_sat(bits - odd, up), down) ^ GLUE(SIGN_, VALUE);
+#if LANES == 1
+  return (VALUE)found;
+#else
+  return GLUE(GLUE(as_, VALUE), LANES)(found);
+#endif
+}
+#endif
