@@ -41,8 +41,8 @@ class Finder(importlib.abc.MetaPathFinder):
 
 sys.meta_path.insert(0, Finder())
 if "{place}" == "the replacing":
-    from vtk_mls.files import replacing
-    replacing._move_over = lambda *_: meet()
+    from vtk_mls.files import paths
+    paths._move_over = lambda *_: meet()
 # here
 import runpy
 runpy.run_path(sys.argv[1])

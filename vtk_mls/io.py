@@ -1,7 +1,7 @@
 """Images, meshes, control points and surfaces from files, and datasets to files.
 
-A broken file raises an error, unless it makes VTK's reader crash: that ends the process. The
-command survives it (see `supervision`); a program that must, reads in a process of its own too.
+A broken file raises an error, unless it makes VTK's reader crash, which ends the process. The
+command line runs in a child process for that reason (see `supervision`).
 """
 
 from __future__ import annotations
@@ -21,18 +21,10 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.base import validation
 from vtk_mls.cuts import Surface
-from vtk_mls.files import (
-    control_point_files,
-    formats,
-    mesh_files,
-    point_data,
-    provenance,
-    validity,
-)
-from vtk_mls.files.blocks import COMPOSITE, blocks
-from vtk_mls.files.existing import existing_file
+from vtk_mls.files import control_point_files, formats, mesh_files, metadata, validity
+from vtk_mls.files.block_files import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
-from vtk_mls.files.replacing import check_replaceable, replacing
+from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.model import arguments
@@ -65,9 +57,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     Returns
     -------
     vtkDataSet, vtkMultiBlockDataSet, vtkPartitionedDataSet or vtkPartitionedDataSetCollection
-        In LPS (see docs/frames.md), images with the file's direction
-        matrix. What a file of the same format is to have again, and which arrays are labels, are
-        field data (see `provenance`).
+        In LPS (see docs/frames.md), images with the file's direction matrix. Field data hold the
+        names of label arrays and what a file of the same format gets again (see `metadata`).
 
     Raises
     ------
@@ -77,8 +68,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     times, read = open_dataset(path)
     if len(times) > 1:
         raise ValueError(
-            f"`{path}` has {len(times)} time steps, and one is wanted; `vtk-mls deform` takes all "
-            "of them to a .pvd file"
+            f"`{path}` has {len(times)} time steps, expected one; `vtk-mls deform` takes all of "
+            "them to a .pvd file"
         )
     return read(0)
 
@@ -86,7 +77,7 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
 def open_dataset(
     path: _PathLike,
 ) -> tuple[tuple[float, ...], Callable[[int], vtkDataObject]]:
-    """What `read_dataset` reads, of one time step or several.
+    """The time steps of a file for `read_dataset`, and a function that reads one.
 
     Parameters
     ----------
@@ -95,9 +86,9 @@ def open_dataset(
     Returns
     -------
     times : tuple of float
-        Of time steps; empty if the file says none.
+        Of time steps; empty if the file has none.
     read : callable
-        Reads the dataset of a time step by its number (0 where there are none).
+        Reads the dataset of a time step by its index (0 if the file has none).
 
     Raises
     ------
@@ -106,13 +97,13 @@ def open_dataset(
     """
     path = existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
-    times, read = (), lambda number: line.read(path)
+    times, read = (), lambda index: line.read(path)
     if line.has_times:
         with failures_named(path):
             times, read = line.read(path)
     kinds = (vtkDataSet, *COMPOSITE)
-    return times, lambda number: _checked(
-        lambda: read(number), path, kinds, "no image and no mesh that can be deformed"
+    return times, lambda index: _checked(
+        lambda: read(index), path, kinds, "no image and no mesh that can be deformed"
     )
 
 
@@ -123,11 +114,11 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     ----------
     dataset : vtkDataSet or composite data
     path : path
-        Of a format that docs/formats.md lists for this type of data; composite data with one
-        dataset can be written as that. VTK's formats get everything (but .vtk no direction matrix),
-        other formats of images the active scalars or the only point array, .stl the shape, .ply the
-        shape with normals, texture coordinates and colors (3 or 4 unsigned char). A file that is
-        there is replaced when the new one is complete.
+        Of a format that docs/formats.md lists for this type of data. Composite data with one
+        dataset can be written as that dataset. VTK's formats hold everything (.vtk no direction
+        matrix), other image formats the active scalars or the only point array, .stl the shape,
+        .ply the shape with normals, texture coordinates and colors (3 or 4 unsigned char). An old
+        file is replaced when the new one is complete.
 
     Raises
     ------
@@ -156,10 +147,7 @@ def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
 
 
 def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
-    """`path` as a Path, if there is a format for it and such a dataset, and room for a file.
-
-    The dataset may be one of another grid: what counts is its type.
-    """
+    """`path` as a Path, if a dataset of this type can be written to it."""
     path = Path(path)
     _writable(path, dataset)
     check_replaceable(path)
@@ -173,7 +161,7 @@ def _writable(path: Path, dataset: vtkDataObject) -> formats.Format:
 
 
 def _types(dataset: vtkDataObject) -> tuple[str, ...]:
-    """What a dataset is, in the words of `formats`."""
+    """The types of a dataset in `formats`."""
     if isinstance(dataset, vtkImageData):
         return (formats.IMAGE,)
     if isinstance(dataset, COMPOSITE):
@@ -184,7 +172,7 @@ def _types(dataset: vtkDataObject) -> tuple[str, ...]:
         "vtkStructuredGrid": formats.STRUCTURED,
         "vtkUnstructuredGrid": formats.UNSTRUCTURED,
     }
-    return (formats.MESH, *(each for name, each in types.items() if dataset.IsA(name)))
+    return (formats.MESH, *(kind for name, kind in types.items() if dataset.IsA(name)))
 
 
 def write_field(image: vtkImageData, path: _PathLike) -> None:
@@ -209,17 +197,16 @@ def write_field(image: vtkImageData, path: _PathLike) -> None:
     array = image.GetPointData().GetScalars()
     values = arrays.to_numpy(array)
     displacement = values.reshape(*image.GetDimensions()[::-1], 3)
-    is_forward = array.GetName() == provenance.FORWARD_DISPLACEMENT
-    field = displacement, is_forward, provenance.kept(image, provenance.NIFTI_HEADER)
+    is_forward = array.GetName() == metadata.FORWARD_DISPLACEMENT
+    field = displacement, is_forward, metadata.load(image, metadata.NIFTI_HEADER)
     with replacing(path) as new, failures_named(new):
         as_transform.write(field, ImageGeometry.of_image(image).grid, new)
 
 
 def check_field_writable(path: _PathLike) -> Path:
-    """`path` as a Path, if there is a format for it, and room for a file."""
+    """`path` as a Path, if a field can be written to it."""
     path = Path(path)
-    wanted = (formats.FIELD, formats.IMAGE)
-    formats.choose(path, "write a displacement field to", writes=wanted)
+    formats.choose(path, "write a displacement field to", writes=(formats.FIELD, formats.IMAGE))
     check_replaceable(path)
     return path
 
@@ -270,26 +257,43 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
         Naming the file.
     """
     path = existing_file(path)
-    wanted = (formats.POINTS, formats.POINT_DATA)
-    line = formats.choose(path, "read control points from", reads=wanted)
+    roles = (formats.POINTS, formats.POINT_DATA)
+    line = formats.choose(path, "read control points from", reads=roles)
     if formats.POINTS in line.reads:
         with failures_named(path):
             return control_point_files.read_landmarks(path, space, is_alone)
     point_set = _checked(lambda: line.read(path), path, vtkPointSet, "no control points")
     with failures_named(path):
-        return point_data.landmarks(path, point_set, is_alone).in_lps(space)
+        return _landmarks_of(point_set, path, is_alone).in_lps(space)
+
+
+def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmarks:
+    """Points in the frame of their file. They must have partners if the file `is_alone`."""
+    data, partners = point_set.GetPointData(), None
+    weight = "Weight" if data.HasArray("Weight") else None
+    if is_alone or data.HasArray("Displacement"):
+        points, partners, weights = arrays.control_points(point_set, "Displacement", weight)
+        validation.points("deformed", partners)
+    else:
+        points = arrays.to_numpy(point_set.GetPoints().GetData()).astype(float)
+        weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
+    validation.points("rest", points)
+    is_lps = bool(metadata.load(point_set, metadata.FILE_SPACE))
+    frame = "LPS" if is_lps else "".join(metadata.load(point_set, metadata.SPACE))
+    labels = arrays.texts(data, "Label")
+    return Landmarks(path, points, frame, labels, partners=partners, weights=weights)
 
 
 def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:
-    """Control-point polydata of `landmarks.paired(rest, deformed)`, if a map can be made of it."""
-    found = paired(rest, deformed)
+    """Control-point polydata of `landmarks.paired(rest, deformed)`, checked as for a map."""
+    pairs = paired(rest, deformed)
     polydata = vtkPolyData()
     with failures_named(rest.path):
-        fill_polydata(polydata, found.rest, found.deformed, found.weights, found.labels)
-        validation.points("rest", found.rest)
-        validation.points("deformed", found.deformed)
-        arguments.positive_weights(found.weights, len(found.rest))
-    provenance.keep(polydata, provenance.SPACE, ["LPS"])
+        fill_polydata(polydata, pairs.rest, pairs.deformed, pairs.weights, pairs.labels)
+        validation.points("rest", pairs.rest)
+        validation.points("deformed", pairs.deformed)
+        arguments.positive_weights(pairs.weights, len(pairs.rest))
+    metadata.store(polydata, metadata.SPACE, ["LPS"])
     return polydata
 
 
@@ -345,7 +349,7 @@ def read_cuts(path: _PathLike) -> list[Surface]:
 def _checked(
     read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], nothing: str
 ) -> Any:
-    """What a reader makes of a file, if it is of this kind, not empty, and safe to compute with."""
+    """The result of a reader, if it is of this kind, not empty, and valid."""
     with failures_named(path):
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []

@@ -337,4 +337,4 @@ def test_what_is_odd_in_a_file_is_told_by_the_supervised_command(files):
     np.savetxt("pairs.csv", rows, delimiter=",", header=header, comments="")
     status, _, odd = run("deform", "in.vti", "pairs.csv", "out.vti", "--device", FAST)
     assert (status, odd.count("\n")) == (0, 1)
-    assert "`pairs.csv`: columns x_std, y_std, z_std count for nothing" in odd
+    assert "`pairs.csv`: columns x_std, y_std, z_std are ignored" in odd

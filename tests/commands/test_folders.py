@@ -8,7 +8,7 @@ from vtk_fixtures import FAST, messages  # noqa: F401
 
 from vtk_mls import io
 from vtk_mls.cli import main
-from vtk_mls.files.existing import check_folder, existing_file
+from vtk_mls.files.paths import check_folder, existing_file
 
 ARGUMENTS = {
     "deform": ["in.vti", "handles.csv", "out.vti"],

@@ -16,7 +16,7 @@ from vtkmodules.vtkIOHDF import vtkHDFWriter
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, io
 from vtk_mls.cli import main
 from vtk_mls.commands import series
-from vtk_mls.files.blocks import blocks
+from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
@@ -209,7 +209,7 @@ def test_several_time_steps_want_a_series(capsys):
         error = capsys.readouterr().err
         assert error.startswith(f"vtk-mls: `{name}` has 3 time steps, which only a .pvd file can")
     assert main(["field", "in.vtkhdf", "handles.csv", "out.nrrd", "--device", FAST]) == 1
-    assert "`in.vtkhdf` has 3 time steps, and one is wanted" in capsys.readouterr().err
+    assert "`in.vtkhdf` has 3 time steps, expected one" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtk_mls import io
 from vtk_mls.editor import transfer_functions
 from vtk_mls.editor.scene_volume import scalar_image
-from vtk_mls.files import provenance
+from vtk_mls.files import metadata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -177,7 +177,7 @@ def test_presets_follow_the_values(rng):
 
 def test_labels_of_a_file_are_segments():
     image = ball_image()
-    provenance.keep(image, provenance.LABEL_ARRAYS, ["density"])
+    metadata.store(image, metadata.LABEL_ARRAYS, ["density"])
     hands = Hands(image)
     hands.press("v")
     assert hands.message == "segments"

@@ -25,8 +25,8 @@ from run import PROJECT, check, interpreter, run
 WORK = PROJECT / "build/conda"
 PYTHON = "3.12"
 # What the recipe and the trial ask for, of wheels with all that they need.
-WHEELS = ("hatchling", "numpy", "pyopencl", "vtk")
-OWN = ("numpy",)  # in a package of its own, whoever else needs it
+OWN = ("numpy", "packaging", "typing_extensions")  # packages that several others need
+WHEELS = (*OWN, "hatchling", "nibabel", "pyopencl", "vtk")
 
 
 def main():
@@ -79,12 +79,12 @@ def local_channel(folder):
     pack(folder, "python", version.strip(), staged / "python", [])
     modules = Path("lib", f"python{PYTHON}", "site-packages")
     for name in ("pip", *WHEELS):
-        needs = [f"python {PYTHON}.*", *(each for each in OWN if name in ("pyopencl", "vtk"))]
+        needs = [f"python {PYTHON}.*", *(OWN if name not in (*OWN, "pip") else ())]
         place = staged / name / modules
         run(interpreter(PYTHON), "-m", "pip", "install", "--quiet", "--target", place, name)
-        for each in OWN if name not in OWN else ():
-            for path in place.glob(f"{each}*"):
-                shutil.rmtree(path)
+        for other in OWN if name not in OWN else ():
+            for path in place.glob(f"{other}*"):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
         (found,) = place.glob(f"{name}-*.dist-info")
         pack(folder, name, found.name.split("-")[1].removesuffix(".dist"), staged / name, needs)
     asyncio.run(index_fs(folder))

@@ -2,8 +2,8 @@
 
     PYTHONPATH=tests python tests/files/hostile_files.py SEED COUNT [FORMAT...]
 
-Each must end in a deformed or moved file, or in one sentence with the file's name. Those that do
-not are printed, and kept in hostile-files/.
+Each must end in a deformed or moved file, or in one sentence with the file's name. Others are
+printed and copied to hostile-files/.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
-from test_io import MESHES, NRRD, NRRD_DATA
+from file_fixtures import MESHES, NRRD, NRRD_DATA
 from test_mesh_files import collection, many_blocks, write_tetrahedra
 from test_point_files import ANTS, BIGWARP, ELASTIX, SLICER, TRANSFORMIX
 from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
@@ -44,10 +44,10 @@ from vtkmodules.vtkIOXML import (
 from vtk_mls import io
 from vtk_mls.commands import series, supervision
 from vtk_mls.files import control_point_files, formats
-from vtk_mls.files.blocks import blocks
+from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
 
-KEPT = Path("hostile-files")
+FAILED = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60
 WORDS = b"0 -1 1e400 nan 99999999999 4294967295 300 None < \xff\xfe".split()
 XML = {
@@ -91,7 +91,7 @@ def _write(writer, dataset, name, **settings):
 
 
 def _make_files():
-    """Good files: (how the command uses it, its files with the one to name first) for each."""
+    """Good files: (role for the command, file names with the main one first) of each."""
     datasets, jobs = _datasets(), []
     for suffix in ("mha", "mhd", "nii", "nii.gz", "nrrd", "nhdr"):
         io.write_dataset(datasets["vti"], f"a.{suffix}")
@@ -162,13 +162,13 @@ def _make_blocks():
     for suffix, write in pieces.items():
         name = f"blocks_{suffix}.{suffix}"
         write(data[suffix], name)
-        found = [str(each) for each in Path().rglob(f"blocks_{suffix}*") if each.is_file()]
+        found = [str(path) for path in Path().rglob(f"blocks_{suffix}*") if path.is_file()]
         role = {"pvtu": "vtu", "pvti": "vti"}.get(suffix, suffix)
         jobs.append((role, [name, *sorted(set(found) - {name})]))
     with series.writing("series.pvd") as write:
         write(0.0, data["pvtu"])
         write(1.5, data["pvti"])
-    found = sorted(str(each) for each in Path("series").iterdir())
+    found = sorted(str(path) for path in Path("series").iterdir())
     jobs.append(("pvd", ["series.pvd", *found]))
     names = [{"name": name, "time": time} for time, name in enumerate(found)]
     Path("in.series").write_text(json.dumps({"files": names}))
@@ -188,23 +188,23 @@ def _make_simulations():
 
 
 def _broken(content, rng):
-    """A file's content, cut off, with wrong bits or bytes, a part less or twice, or other words."""
-    content, how = bytearray(content), rng.integers(7)
+    """A content that is cut off, or has wrong bits, bytes or words, or a part less or twice."""
+    content, damage = bytearray(content), rng.integers(7)
     start, length = rng.integers(len(content)), rng.integers(1, 64)
-    if how == 0:
+    if damage == 0:
         return bytes(content[:start])
-    if how == 1:
+    if damage == 1:
         for place in rng.integers(len(content), size=rng.integers(1, 8)):
             content[place] ^= 1 << rng.integers(8)
-    elif how == 2:
+    elif damage == 2:
         for place in rng.integers(len(content), size=rng.integers(1, 20)):
             content[place] = rng.integers(256)
-    elif how == 3:
+    elif damage == 3:
         del content[start : start + length]
-    elif how == 4:
+    elif damage == 4:
         content[start:start] = content[rng.integers(len(content)) :][:length]
     else:
-        pattern = rb"[-+]?\d[-+.\w]*" if how == 5 else rb"[-+.\w]+"
+        pattern = rb"[-+]?\d[-+.\w]*" if damage == 5 else rb"[-+.\w]+"
         found = list(re.finditer(pattern, bytes(content[:3000])))
         if found:
             word = found[rng.integers(len(found))]
@@ -255,7 +255,7 @@ def main(seed, count, *formats):
     """Number of broken files that did not end well."""
     home = Path.cwd()
     rng = np.random.default_rng(seed)
-    ends, bad = Counter(), 0
+    results, failures = Counter(), 0
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         jobs = _make_files()
@@ -265,8 +265,8 @@ def main(seed, count, *formats):
             role, names = jobs[rng.integers(len(jobs))]
             for name in names:
                 Path(name).write_bytes(good[name])
-            spoilt = names[rng.integers(len(names))]
-            Path(spoilt).write_bytes(_broken(good[spoilt], rng))
+            broken_name = names[rng.integers(len(names))]
+            Path(broken_name).write_bytes(_broken(good[broken_name], rng))
             suffix = names[0].partition(".")[2]
             arguments = {
                 "handles": ["deform", "good.vti", names[0], "out.vti"],
@@ -275,16 +275,16 @@ def main(seed, count, *formats):
                 "cut": ["deform", "good.vti", "good.csv", "out.vti", "--cut-surface", names[0]],
             }.get(role, ["deform", names[0], "good.csv", f"out.{role}"])
             status, text = _deform([*arguments, "--device", "reference"])
-            ends["deformed" if status == 0 else "crash" if "crash" in text else "sentence"] += 1
+            results["deformed" if status == 0 else "crash" if "crash" in text else "sentence"] += 1
             if not _is_fine(status, text, names):
-                bad += 1
+                failures += 1
                 print(f"{number}: {names[0]} ended with {status} and {text[-600:]!r}")
-                (home / KEPT).mkdir(exist_ok=True)
+                (home / FAILED).mkdir(exist_ok=True)
                 for name in names:
-                    shutil.copy(name, home / KEPT / f"{seed}-{number}-{Path(name).name}")
+                    shutil.copy(name, home / FAILED / f"{seed}-{number}-{Path(name).name}")
         os.chdir(home)
-    print(f"{count} broken files: {dict(ends)}, {bad} ended badly")
-    return bad
+    print(f"{count} broken files: {dict(results)}, {failures} ended badly")
+    return failures
 
 
 if __name__ == "__main__":

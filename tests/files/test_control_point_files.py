@@ -97,7 +97,7 @@ def test_places_in_columns_of_other_names_are_missed(tmp_path, caplog, header, i
         assert told == []
     else:
         assert told == [
-            f"`{path}`: columns {idle} count for nothing; control points have px,py,pz,qx,qy,qz"
+            f"`{path}`: columns {idle} are ignored; control points have px,py,pz,qx,qy,qz"
         ]
 
 
@@ -121,17 +121,17 @@ def _markups(positions, system="LPS"):
         ("x.fcsv", "# nothing\n", r"x\.fcsv` holds no control points"),
         ("x.fcsv", "a,1,2\n", r"x\.fcsv` has a position that is not three numbers"),
         ("x.fcsv", "# CoordinateSystem = IJK\na,1,2,3\n", r"has the coordinate system IJK"),
-        ("x.mrk.json", "{", r"x\.mrk\.json` is no list of markups"),
-        ("x.mrk.json", "{}", r"x\.mrk\.json` is no list of markups"),
+        ("x.mrk.json", "{", r"x\.mrk\.json` has no markups"),
+        ("x.mrk.json", "{}", r"x\.mrk\.json` has no markups"),
         ("x.json", "{}", r"must end in one of .*\.mrk\.json"),
         ("x.csv", "1,2,3,4,5,inf\n", r"x\.csv` has a coordinate that is not a finite number"),
         ("x.csv", "1,2,3,4,5,6,-1\n", r"x\.csv` has a weight that is not a positive number"),
         ("x.csv", "9" * 200_000, r"x\.csv`, line 1: field larger than field limit"),
-        ("x.csv", "1,\udcff", r"x\.csv` is no text in UTF-8: its byte 2 is 255"),
-        ("x.fcsv", "a,1,2,\udcff", r"x\.fcsv` is no text in UTF-8"),
+        ("x.csv", "1,\udcff", r"x\.csv` is not UTF-8 text: its byte 2 is 255"),
+        ("x.fcsv", "a,1,2,\udcff", r"x\.fcsv` is not UTF-8 text"),
         ("x.fcsv", "a,1,2,nan", r"x\.fcsv` has a coordinate that is not a finite number"),
-        ("x.mrk.json", "[" * 100_000, r"x\.mrk\.json` is no list of markups: it is nested too"),
-        ("x.mrk.json", '"\udcff"', r"x\.mrk\.json` is no text in UTF-8"),
+        ("x.mrk.json", "[" * 100_000, r"x\.mrk\.json` has no markups: it is nested too"),
+        ("x.mrk.json", '"\udcff"', r"x\.mrk\.json` is not UTF-8 text"),
         (
             "x.mrk.json",
             _markups([[1, 2]]),

@@ -36,8 +36,8 @@ def write_handles(rest, deformed):
 
 def handles_on(grid):
     """p and q round the middle of a grid."""
-    centre = grid.corners().mean(axis=0)
-    return [centre + 1.6 * (places - (4, 4, 3)) for places in (REST, DEFORMED)]
+    center = grid.corners().mean(axis=0)
+    return [center + 1.6 * (places - (4, 4, 3)) for places in (REST, DEFORMED)]
 
 
 @pytest.fixture(params=DIRECTIONS)
@@ -101,7 +101,7 @@ def test_the_inverse_moves_landmarks(scene, suffix):
     on_points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
     between = grid.at([[5.5, 6.2, 7.1], [9.3, 8.9, 8.5], [12.1, 9.4, 4.5]])
     for landmarks, tolerance in ((on_points, 1e-4), (between, 0.02)):  # bent within a voxel
-        moved = [transform.TransformPoint(each) for each in landmarks.tolist()]
+        moved = [transform.TransformPoint(point) for point in landmarks.tolist()]
         expected = value.forward(landmarks)
         np.testing.assert_allclose(moved, expected, atol=tolerance)
         assert np.abs(expected - landmarks).max() > 0.5
@@ -180,9 +180,9 @@ def test_for_vtk_the_field_is_written_with_its_arrays(scene, capsys):
 
 def test_what_has_no_forward_image_is_counted(scene, capsys):
     grid, rest, _ = scene
-    centre = grid.corners().mean(axis=0)
-    write_handles(rest, np.where(rest[:, :1] < centre[0], rest + [3, 0, 0], rest - [3, 0, 0]))
-    cut = f"--cut-plane={','.join(map(str, centre))},1,0,0"
+    center = grid.corners().mean(axis=0)
+    write_handles(rest, np.where(rest[:, :1] < center[0], rest + [3, 0, 0], rest - [3, 0, 0]))
+    cut = f"--cut-plane={','.join(map(str, center))},1,0,0"
     run("field", "field.mha", "--inverse", cut, "--cut-frame=deformed")
     found = capsys.readouterr().err
     assert found.startswith("vtk-mls: `field.mha`: ")
@@ -250,7 +250,7 @@ def test_errors_are_one_sentence(scene, capsys, change, sentence):
     assert not list(Path().glob("out*"))
 
 
-def test_numbers_alone_can_be_written(tmp_path):
+def test_numbers_alone_can_bewrite_by_itk(tmp_path):
     """As somebody does who has no VTK."""
     grid = Grid((5, 4, 3), (1, 2, 3), (2, 1, 0.5))
     field = Deformation(REST, DEFORMED, device="reference").displacement_field(grid)

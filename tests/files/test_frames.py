@@ -1,53 +1,30 @@
 """Images of every format lie in one physical world, as SimpleITK, nibabel and 3D Slicer see it."""
 
-import gzip
-
 import nibabel
 import numpy as np
 import pytest
 import SimpleITK
 import slicer_peer
+from file_fixtures import (
+    DRAGGED,
+    HANDLES,
+    LEFT,
+    ORIGIN,
+    RIGHT,
+    SPACING,
+    VALUES,
+    as_itk,
+    as_nifti,
+    nrrd_bytes,
+    scalars,
+)
 from slicer_peer import needs_slicer
-from test_io import scalars
 from vtk_fixtures import TURNED, messages  # noqa: F401
 
 from vtk_mls import io
 from vtk_mls.cli import main
-from vtk_mls.files import control_point_files, frames
+from vtk_mls.files import control_point_files
 from vtk_mls.vtk.arrays import ImageGeometry
-
-RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
-ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])
-VALUES = np.arange(7 * 8 * 9, dtype=np.int16).reshape(7, 8, 9) * 17 % 991
-HANDLES = ORIGIN + [(2, 3, 4), (8, 1, 5), (3, 9, 2), (6, 6, 12)]
-DRAGGED = HANDLES + [(1.5, 0, 0), (0, -1, 0.5), (0, 0, 0), (0.25, 0.5, -2)]
-
-
-def as_itk(direction, values=VALUES):
-    image = SimpleITK.GetImageFromArray(values)
-    image.SetOrigin(ORIGIN.tolist())
-    image.SetSpacing(SPACING.tolist())
-    image.SetDirection(direction.ravel().tolist())
-    return image
-
-
-def nrrd_bytes(space, direction, values=VALUES, more=""):
-    """A NRRD file of the same image, in a space of eight."""
-    signs = frames.signs(space)
-    steps = (direction * SPACING).T * signs
-    vectors = [f"({','.join(map(repr, each.tolist()))})" for each in (*steps, ORIGIN * signs)]
-    header = (
-        f"NRRD0005\ntype: {values.dtype.name}\ndimension: 3\nspace: {space}\nsizes: 9 8 7\n"
-        f"space directions: {' '.join(vectors[:3])}\nkinds: domain domain domain\n"
-        f"endian: little\nencoding: gzip\nspace origin: {vectors[3]}\n{more}\n"
-    )
-    return header.encode() + gzip.compress(values.tobytes())
-
-
-def as_nifti(direction, values=VALUES, kind=nibabel.Nifti1Image):
-    affine = np.eye(4)
-    affine[:3] = np.diag([-1, -1, 1]) @ np.column_stack([direction * SPACING, ORIGIN])
-    return kind(values.T, affine)
 
 
 def write_source(path, maker, direction):
@@ -78,11 +55,11 @@ def direction(request):
 
 def assert_same_in_itk(path, other, atol=1e-5, rounding=0):
     """Two files have the same values at the same places, and the same grid, for SimpleITK."""
-    first, second = (SimpleITK.ReadImage(str(each)) for each in (path, other))
+    first, second = (SimpleITK.ReadImage(str(file)) for file in (path, other))
     np.testing.assert_allclose(first.GetOrigin(), second.GetOrigin(), atol=atol)
     np.testing.assert_allclose(first.GetSpacing(), second.GetSpacing(), atol=atol)
     np.testing.assert_allclose(first.GetDirection(), second.GetDirection(), atol=atol)
-    values = [SimpleITK.GetArrayFromImage(each).astype(float) for each in (first, second)]
+    values = [SimpleITK.GetArrayFromImage(image).astype(float) for image in (first, second)]
     assert values[0].shape == values[1].shape
     assert np.abs(values[0] - values[1]).max() <= rounding
 
@@ -130,7 +107,7 @@ def test_the_same_handles_deform_all_alike(tmp_path, source, direction):
     for name in (path, reference):
         outputs.append(tmp_path / f"out-{name.name}")
         arguments = ["deform", name, tmp_path / "h.csv", outputs[-1], "--device", "reference"]
-        assert main([str(each) for each in arguments]) == 0
+        assert main(list(map(str, arguments))) == 0
     if source[1] not in ("SimpleITK", "nibabel"):
         assert f"\nspace: {source[1]}\n".encode() in outputs[0].read_bytes()
     assert np.ptp(scalars(io.read_dataset(outputs[1])) - VALUES.ravel()) > 100

@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 import SimpleITK
 import slicer_peer
+from file_fixtures import DRAGGED, HANDLES, RIGHT, as_itk, as_nifti, nrrd_bytes, scalars
 from slicer_peer import needs_slicer
-from test_frames import DRAGGED, HANDLES, RIGHT, as_itk, as_nifti, nrrd_bytes
-from test_io import scalars
 from vtk_fixtures import FAST, add_array, connect, control_points, update
 
 from vtk_mls import io
 from vtk_mls.cli import main
-from vtk_mls.files import control_point_files, provenance
+from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import MLSDeform
 
 LABELS = np.zeros((7, 8, 9), np.uint8)
@@ -70,7 +69,7 @@ def labels(request, tmp_path):
 def deform(path, output, *options):
     handles = path.with_name("h.csv")
     arguments = ["deform", path, handles, output, "--device", "reference", *options]
-    assert main([str(each) for each in arguments]) == 0
+    assert main(list(map(str, arguments))) == 0
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
@@ -83,7 +82,7 @@ def test_no_label_is_invented(tmp_path, labels, interpolation):
     # they are still labels for the next step, in any format
     for suffix in (".mha", ".nrrd", ".nii"):
         io.write_dataset(io.read_dataset(output), tmp_path / f"next{suffix}")
-        assert provenance.kept(io.read_dataset(tmp_path / f"next{suffix}"), "LabelArrays")
+        assert metadata.load(io.read_dataset(tmp_path / f"next{suffix}"), "LabelArrays")
 
 
 def test_a_volume_of_the_same_numbers_is_mixed(tmp_path):
@@ -98,7 +97,7 @@ def test_labels_after_scaling_are_none(tmp_path):
     image.header.set_intent("label")
     image.header.set_slope_inter(0.5, 0)
     nibabel.save(image, tmp_path / "x.nii")
-    assert provenance.kept(io.read_dataset(tmp_path / "x.nii"), "LabelArrays") == ()
+    assert metadata.load(io.read_dataset(tmp_path / "x.nii"), "LabelArrays") == ()
 
 
 SLICER_SEGMENTS = """
@@ -178,7 +177,7 @@ def test_what_is_no_label_does_not_say_so(tmp_path):
     for suffix in (".nrrd", ".mha", ".nii"):
         io.write_dataset(image, tmp_path / f"y{suffix}")
         back = io.read_dataset(tmp_path / f"y{suffix}")
-        assert provenance.kept(back, provenance.LABEL_ARRAYS) == ()
+        assert metadata.load(back, metadata.LABEL_ARRAYS) == ()
     assert b"Segment" not in (tmp_path / "y.nrrd").read_bytes()
 
 
@@ -187,11 +186,11 @@ def test_other_arrays_than_those_of_labels_are_mixed(tmp_path):
     _segmentation(tmp_path / "x.seg.nrrd")
     image = io.read_dataset(tmp_path / "x.seg.nrrd")
     add_array(image.GetPointData(), "CT", LABELS.ravel())
-    provenance.keep(image, provenance.LABEL_ARRAYS, ["NRRD", "gone"])
+    metadata.store(image, metadata.LABEL_ARRAYS, ["NRRD", "gone"])
     deforming = connect(MLSDeform(), image, control_points(HANDLES, DRAGGED))
     deforming.SetDevice(FAST)
     output = update(deforming).GetPointData()
     assert set(np.unique(scalars(update(deforming)))) == {0, 1, 4}
-    assert provenance.kept(update(deforming), provenance.LABEL_ARRAYS) == ("NRRD", "gone")
+    assert metadata.load(update(deforming), metadata.LABEL_ARRAYS) == ("NRRD", "gone")
     values = {output.GetArray("CT").GetValue(i) for i in range(504)}
     assert not values <= {0, 1, 4}

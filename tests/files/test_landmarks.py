@@ -106,7 +106,7 @@ def test_a_point_that_is_not_placed_goes_with_its_partner():
 def test_a_second_file_of_pairs_must_not_say_two_places():
     rest, places = _points("p", "a"), np.array([(5.0, 0, 0)])
     both = _points("q", "a", [(4, 0, 0)], partners=places)
-    with pytest.raises(ValueError, match=r"^`q` says two positions for a point; the file of"):
+    with pytest.raises(ValueError, match=r"^`q` has two positions for a point; a file of"):
         paired(rest, both)
     assert _pairs(rest, _points("q", "a", places, partners=places)) == [("a", 1, 5)]
     assert _pairs(both, rest) == [("a", 4, 1)]
@@ -177,8 +177,8 @@ def test_the_command_says_what_does_not_fit(dragged, name, capsys):
     expected = {
         "rest.csv": "the labels of `rest.mrk.json` and `rest.csv` do not fit: only `rest.mrk.json`",
         "rest.vtp": "`rest.vtp`: VTK says: ",
-        "handles.csv": "`handles.csv` says two positions for a point; the file of positions that",
-        "pairs.vtp": "`pairs.vtp` says two positions for a point; the file of positions that",
+        "handles.csv": "`handles.csv` has two positions for a point; a file of deformed positions",
+        "pairs.vtp": "`pairs.vtp` has two positions for a point; a file of deformed positions",
         "q.fcsv": "the labels of `rest.mrk.json` and `q.fcsv` do not fit: only `rest.mrk.json` has",
     }
     assert error.startswith(f"vtk-mls: {expected[name]}")
@@ -208,8 +208,8 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
 
     # through a file and back
     writer, reader = vtkXMLPolyDataWriter(), vtkXMLPolyDataReader()
-    for each in (writer, reader):
-        each.SetFileName(str(tmp_path / "x.vtp"))
+    for algorithm in (writer, reader):
+        algorithm.SetFileName(str(tmp_path / "x.vtp"))
     writer.SetInputData(found)
     writer.Write()
     assert arrays.texts(update(reader).GetPointData(), "Label") == list("abcdefgh")
@@ -221,15 +221,15 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
 
     # the labels do not disturb a filter
     deform, plain, unnamed = MLSDeform(), MLSDeform(), control_points()
-    for each in (deform, plain):
-        each.SetInputData(0, make_image())
-        each.SetDevice("reference")
-        each.SetGenerateJacobianDeterminant(True)
+    for algorithm in (deform, plain):
+        algorithm.SetInputData(0, make_image())
+        algorithm.SetDevice("reference")
+        algorithm.SetGenerateJacobianDeterminant(True)
     deform.SetInputConnection(1, source.GetOutputPort())
     plain.SetInputConnection(1, unnamed.GetOutputPort())
     outputs = [
-        arrays.to_numpy(update(each).GetPointData().GetArray("JacobianDeterminant"))
-        for each in (deform, plain)
+        arrays.to_numpy(update(algorithm).GetPointData().GetArray("JacobianDeterminant"))
+        for algorithm in (deform, plain)
     ]
     np.testing.assert_allclose(*outputs, rtol=1e-6)
 

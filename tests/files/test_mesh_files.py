@@ -32,7 +32,7 @@ from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import Deformation, io
 from vtk_mls.cli import main
-from vtk_mls.files.blocks import blocks
+from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
@@ -266,7 +266,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
 @pytest.mark.parametrize(
     ("name", "missing", "sentence"),
     [
-        ("in.msh", "meshio", "`in.msh` cannot be used: it is read by meshio, which is not"),
+        ("in.msh", "meshio", "`in.msh` cannot be used: it needs the package meshio"),
         (
             "in.cgns",
             "vtkmodules.vtkIOCGNSReader",

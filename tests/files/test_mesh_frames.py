@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import slicer_peer
+from file_fixtures import MESHES
 from slicer_peer import needs_slicer
-from test_io import MESHES
 from vtk_fixtures import DEFORMED, FAST, REST, add_array, messages  # noqa: F401
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
@@ -12,7 +12,7 @@ from vtkmodules.vtkFiltersSources import vtkConeSource
 
 from vtk_mls import io
 from vtk_mls.cli import main
-from vtk_mls.files import control_point_files, provenance
+from vtk_mls.files import control_point_files, metadata
 from vtk_mls.vtk import arrays
 
 TURN = [-1, -1, 1]
@@ -43,15 +43,15 @@ def test_a_mesh_goes_back_into_its_frame(tmp_path, suffix, space):
     mesh = a_mesh(suffix)
     io.write_dataset(mesh, tmp_path / f"none{suffix}")
     before = io.read_dataset(tmp_path / f"none{suffix}")
-    assert provenance.kept(before, provenance.FILE_SPACE) == ()
-    provenance.keep(mesh, provenance.FILE_SPACE, [space])
+    assert metadata.load(before, metadata.FILE_SPACE) == ()
+    metadata.store(mesh, metadata.FILE_SPACE, [space])
     io.write_dataset(mesh, tmp_path / f"x{suffix}")
     assert not mesh.GetFieldData().HasArray("SPACE")
     content = (tmp_path / f"x{suffix}").read_bytes()
     assert b"SPACE" in content
     back = io.read_dataset(tmp_path / f"x{suffix}")
     np.testing.assert_array_equal(points(back), points(before))
-    assert provenance.kept(back, provenance.FILE_SPACE) == (space,)
+    assert metadata.load(back, metadata.FILE_SPACE) == (space,)
     assert not back.GetFieldData().HasArray("SPACE")
     for name, other in (("RAS", "LPS"), ("LPS", "RAS")):  # the same numbers in the other frame
         if name == space and suffix in (".vtk", ".stl", ".ply"):
@@ -67,7 +67,7 @@ def test_vectors_and_normals_turn(tmp_path):
     for name in ("Displacement", "flow", "colour"):
         add_array(mesh.GetPointData(), name, np.tile([1.0, 2.0, 3.0], (count, 1)))
     mesh.GetPointData().SetActiveVectors("flow")
-    provenance.keep(mesh, provenance.FILE_SPACE, ["RAS"])
+    metadata.store(mesh, metadata.FILE_SPACE, ["RAS"])
     io.write_dataset(mesh, tmp_path / "x.vtp")
     content = (tmp_path / "x.vtp").read_bytes()
     back = io.read_dataset(tmp_path / "x.vtp").GetPointData()
@@ -95,16 +95,18 @@ def test_obj(tmp_path):
 
 def test_cuts_and_control_points_too(tmp_path):
     mesh = cone()
-    provenance.keep(mesh, provenance.FILE_SPACE, ["RAS"])
+    metadata.store(mesh, metadata.FILE_SPACE, ["RAS"])
     for name in ("x.stl", "x.vtp"):
         io.write_dataset(mesh, tmp_path / name)
-        low, high = (points(each).min(axis=0) for each in (io.read_surface(tmp_path / name), mesh))
+        low, high = (
+            points(surface).min(axis=0) for surface in (io.read_surface(tmp_path / name), mesh)
+        )
         np.testing.assert_array_equal(low, high)
     handles = vtkPolyData()
     handles.SetPoints(mesh.GetPoints())
     displacement = np.tile([1.0, 2.0, 3.0], (mesh.GetNumberOfPoints(), 1))
     add_array(handles.GetPointData(), "Displacement", displacement)
-    provenance.keep(handles, provenance.FILE_SPACE, ["RAS"])
+    metadata.store(handles, metadata.FILE_SPACE, ["RAS"])
     io.write_dataset(handles, tmp_path / "h.vtp")
     back = io.read_control_points(tmp_path / "h.vtp")
     np.testing.assert_array_equal(points(back), points(handles))
@@ -119,13 +121,13 @@ def test_a_mesh_is_deformed_in_lps(tmp_path, suffix):
     outputs = []
     for space in ("RAS", "LPS"):
         mesh = a_mesh(suffix)
-        provenance.keep(mesh, provenance.FILE_SPACE, [space])
+        metadata.store(mesh, metadata.FILE_SPACE, [space])
         io.write_dataset(mesh, tmp_path / f"{space}{suffix}")
         arguments = [tmp_path / f"{space}{suffix}", tmp_path / "h.csv", tmp_path / f"out{suffix}"]
         options = ["--device", FAST, "--cut-plane", "4.3,0,0,1,0,0"]
         assert main(["deform", *map(str, arguments), *options]) == 0
         outputs.append(io.read_dataset(tmp_path / f"out{suffix}"))
-        assert provenance.kept(outputs[-1], provenance.FILE_SPACE) == (space,)
+        assert metadata.load(outputs[-1], metadata.FILE_SPACE) == (space,)
     np.testing.assert_array_equal(points(outputs[0]), points(outputs[1]))
     assert np.abs(points(outputs[0])).max() > 1
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_io import MESHES, image_with
+from file_fixtures import MESHES, image_with
 from vtk_fixtures import TYPES, add_array, make_image, messages  # noqa: F401
 from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
-from vtk_mls.files.replacing import remove_remains, replacing
+from vtk_mls.files.paths import remove_remains, replacing
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -105,7 +105,7 @@ def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
     polygon.SetNumberOfSides(300)
     polygon.GeneratePolylineOff()
     polygon.Update()
-    with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 corners"):
+    with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 points"):
         io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
     polygon.SetNumberOfSides(255)
     polygon.Update()

@@ -89,7 +89,7 @@ def _slicer_reads(*paths):
 
 
 def _check(found, places, labels, descriptions, are_placed=(True, True, True)):
-    rows = [each for each, is_placed in zip(found, are_placed) if is_placed]
+    rows = [row for row, is_placed in zip(found, are_placed) if is_placed]
     kept = np.flatnonzero(are_placed)
     np.testing.assert_allclose([row[0] for row in rows], np.array(places)[kept], rtol=1e-15)
     assert [row[1] for row in found] == labels

@@ -95,7 +95,7 @@ def test_landmarks_of_bigwarp_with_a_header(tmp_path, header, words):
     assert found.labels == ["Pt-0", "Pt-1", "Pt-2"]
     with pytest.raises(ValueError, match=r"not a finite number in line 2$"):
         _read(tmp_path, _table(header, [f"Pt-9,{yes},{infinite},4,5,6"]))
-    with pytest.raises(ValueError, match=r"line 2: expected 8 cells as in the header"):
+    with pytest.raises(ValueError, match=r"line 2: expected 8 cells in each line"):
         _read(tmp_path, _table(header, ["Pt-9,perhaps,1,2,3,4,5,6"]))
 
 
@@ -122,7 +122,7 @@ def test_columns_that_fit_no_rule_are_asked_about(tmp_path, names, caplog):
     # positions of something else, or of a second file, are those of x, y and z
     found = control_point_files.read_landmarks(tmp_path / "x.csv")
     np.testing.assert_array_equal(found.positions, REST)
-    assert f"columns {names} count for nothing" in caplog.text
+    assert f"columns {names} are ignored" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -202,7 +202,7 @@ def test_an_index_of_labels_is_the_labels(tmp_path):
     labels = ["nose", "ear", "eye"]
     frame = _frame(pandas).set_axis(labels)
     named = frame.set_axis(["px", "py", "pz", "qx", "qy", "qz"], axis=1)
-    texts = [each.to_csv(sep=sep) for each in (frame, named) for sep in ",\t"]
+    texts = [table.to_csv(sep=sep) for table in (frame, named) for sep in ",\t"]
     for text in (*texts, frame.reset_index().to_csv(index=False)):
         found = _read(tmp_path, text)
         _assert_pairs(found)

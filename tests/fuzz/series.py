@@ -1,4 +1,4 @@
-"""Data that change in time, at steps of their own."""
+"""Data with time steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TIMES = 0.0, 0.5, 1.0, 2.0, 3.0
 
 
 class Series(VTKPythonAlgorithmBase):
-    """Makes the data of the last step that is not later than the requested time.
+    """Source of the data of the last step up to the requested time.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ class Series(VTKPythonAlgorithmBase):
     def RequestData(self, request, in_info, out_info):
         info, output = out_info.GetInformationObject(0), vtkDataObject.GetData(out_info)
         time = info.Get(_KEYS.UPDATE_TIME_STEP())
-        number = max([i for i, step in enumerate(self.steps) if step <= time], default=0)
-        output.ShallowCopy(self.data[number])
-        output.GetInformation().Set(output.DATA_TIME_STEP(), self.steps[number])
+        index = max([i for i, step in enumerate(self.steps) if step <= time], default=0)
+        output.ShallowCopy(self.data[index])
+        output.GetInformation().Set(output.DATA_TIME_STEP(), self.steps[index])
         return 1
 
 
 def series(rng, make):
-    """A Series of what `make` gives at each of some times."""
+    """A Series of results of `make` at random times."""
     steps = sorted(rng.choice(TIMES, rng.integers(1, 4), replace=False).tolist())
     return Series([make() for _ in steps], steps)

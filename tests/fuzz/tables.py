@@ -1,4 +1,4 @@
-"""Random tables of control points as pandas writes them, read as what they were made of."""
+"""Random tables of control points, written by pandas, are read correctly."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _NAMES = (
     ["x", "y", "z", "x1", "y1", "z1"],
     ["X", "Y", "Z", "new_X", "new_Y", "new_Z"],
 )
-_ASKED = "can be a header that counts", "the first of 7 columns counts the rows"
+_AMBIGUITIES = "can be a header that counts", "the first of 7 columns counts the rows"
 
 
 def check_table(rng):
-    """A table is read as it was written, or asked about where it can be two things."""
+    """A table is read as it was written, or refused if it is ambiguous."""
     if not find_spec("pandas"):
         return
-    text, rest, deformed, is_ambiguous, what = _table(rng)
+    text, rest, deformed, is_ambiguous, description = _table(rng)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / str(rng.choice(["x.csv", "x.txt"]))
         path.write_text(text, encoding="utf-8")
@@ -34,12 +34,12 @@ def check_table(rng):
         except ValueError as caught:
             error = str(caught)
     if error:
-        assert any(words in error for words in _ASKED), f"{error}: {what}"
-        assert is_ambiguous, f"{error}, though it is clear: {what}"
+        assert any(words in error for words in _AMBIGUITIES), f"{error}: {description}"
+        assert is_ambiguous, f"{error}, though it is unambiguous: {description}"
         return
-    assert found.rest.shape == rest.shape, f"{len(found.rest)} of {len(rest)} points: {what}"
-    np.testing.assert_allclose(found.rest, rest, rtol=1e-5, atol=1e-5, err_msg=what)
-    np.testing.assert_allclose(found.deformed, deformed, rtol=1e-5, atol=1e-5, err_msg=what)
+    assert found.rest.shape == rest.shape, f"{len(found.rest)} of {len(rest)} points: {description}"
+    np.testing.assert_allclose(found.rest, rest, rtol=1e-5, atol=1e-5, err_msg=description)
+    np.testing.assert_allclose(found.deformed, deformed, rtol=1e-5, atol=1e-5, err_msg=description)
 
 
 def _table(rng):
@@ -56,11 +56,11 @@ def _table(rng):
     is_counted = rng.random() < 0.5
     if not is_counted:
         frame.columns = _NAMES[rng.integers(len(_NAMES))]
-    is_known = frame.columns[0] not in (0, "a")
-    if is_known and rng.random() < 0.5:
+    has_names = frame.columns[0] not in (0, "a")
+    if has_names and rng.random() < 0.5:
         frame = frame.iloc[:, rng.permutation(6)]
     if rng.random() < 0.3:
-        frame = frame.convert_dtypes()  # whole columns of integers are some then
+        frame = frame.convert_dtypes()  # columns of whole numbers become integers
     has_labels = rng.random() < 0.3
     if has_labels:
         frame.index = [f"point {i}" for i in range(len(frame))]
@@ -70,7 +70,7 @@ def _table(rng):
         "sep": sep,
         "decimal": decimal,
         "index": bool(rng.random() < 0.5),
-        "header": is_known or bool(rng.random() < 0.7),
+        "header": has_names or bool(rng.random() < 0.7),
         "lineterminator": str(rng.choice(["\n", "\r\n"])),
         "quoting": int(rng.integers(0, 3)),
     }

@@ -10,7 +10,7 @@ set -uo pipefail
 
 here=$(realpath "$(dirname "$0")")
 cache=${VTK_MLS_PARAVIEW_CACHE:-$here/../../.cache/paraview}
-packages=(paraview python3-paraview python3-pyopencl pocl-opencl-icd openmpi-bin)
+packages=(paraview python3-paraview python3-pyopencl python3-nibabel pocl-opencl-icd openmpi-bin)
 gui_packages=(xvfb xauth xdotool imagemagick python3-pyqt5)
 root_packages=("${packages[@]}" python3-pyqt6)
 suites=("$@")

@@ -22,7 +22,7 @@ ROOMS = {
     "deformation": {"numpy"},
     "__init__": set(),
     "vtk": {"numpy", "vtkmodules"},
-    "files": {"meshio", "numpy", "vtkmodules"},
+    "files": {"meshio", "nibabel", "numpy", "vtkmodules"},
     "filters": {"numpy", "vtkmodules"},
     "io": {"vtkmodules"},
     "rendering": {"numpy", "vtkmodules"},

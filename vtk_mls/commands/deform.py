@@ -65,7 +65,7 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls.commands import series
-    from vtk_mls.files.replacing import check_replaceable
+    from vtk_mls.files.paths import check_replaceable
     from vtk_mls.filters import MLSDeform
 
     check_replaceable(options.output)
@@ -81,7 +81,7 @@ def run(options):
 
 def _deform_one(steps, deform, options):
     from vtk_mls import io
-    from vtk_mls.files.blocks import blocks
+    from vtk_mls.files.block_files import blocks
 
     dataset = read(lambda _: steps[0][1](), options.input)
     is_image = dataset.IsA("vtkImageData")
@@ -171,7 +171,7 @@ def _opened(image):
 
 def _failures(output):
     """Number of points of meshes without a forward image."""
-    from vtk_mls.files.blocks import blocks
+    from vtk_mls.files.block_files import blocks
 
     counts = [block.GetFieldData().GetArray("FailedInverses") for block in blocks(output)]
     return sum(int(count.GetValue(0)) for count in counts if count is not None)

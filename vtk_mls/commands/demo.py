@@ -26,7 +26,7 @@ def add(commands):
 
 def run(options):
     from vtk_mls import HalfPlane, io
-    from vtk_mls.files.existing import check_folder
+    from vtk_mls.files.paths import check_folder
     from vtk_mls.filters import MLSDeform
 
     check_folder(options.directory)

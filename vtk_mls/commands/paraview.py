@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from vtk_mls.base import display
-from vtk_mls.files.existing import existing_file
+from vtk_mls.files.paths import existing_file
 
 
 def add(commands):

@@ -1,4 +1,4 @@
-"""The virtual environment that a ParaView from paraview.org needs for pyopencl and OpenCL drivers.
+"""The virtual environment of a ParaView from paraview.org: pyopencl, nibabel, an OpenCL driver.
 
 It must have the version of ParaView's Python and of its numpy, and no VTK.
 """
@@ -79,7 +79,7 @@ def make(paraview, contents, folder=None, note=print):
     if paraview.version < _FIRST_VERSION:
         raise ValueError(
             f"{paraview} takes no virtual environment, which ParaView 5.13 and later do: install "
-            "a newer one, or put pyopencl and an OpenCL driver into its own Python"
+            "a newer one, or put pyopencl, nibabel and an OpenCL driver into its own Python"
         )
     folder = Path(folder) if folder else usual_folder(python)
     if folder is None:
@@ -135,19 +135,19 @@ def _install(packages, folder, note):
 
 
 def _requirements():
-    """The requirements of the extra `cpu` of this package, for pip."""
+    """The requirements of the extras `cpu` and `medical` of this package, for pip."""
     try:
         lines = importlib.metadata.requires("vtk-mls") or ()
     except importlib.metadata.PackageNotFoundError:
         raise ValueError("vtk_mls is importable, but not installed: pip install it first") from None
     parts = [line.partition(";") for line in lines]
-    of_extra = [(name, marker) for name, _, marker in parts if re.search(r"extra == .cpu.", marker)]
-    return [_without_extra(name, marker) for name, marker in of_extra]
+    extras = re.compile(r"extra == .(cpu|medical).")
+    return [_without_extra(name, marker) for name, _, marker in parts if extras.search(marker)]
 
 
 def _without_extra(name, marker):
     """A requirement whose marker does not name the extra."""
-    marker = re.sub(r"\s*(and)?\s*extra == .cpu.\s*", "", marker).strip()
+    marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
     return f"{name.strip()}; {marker}" if marker else name.strip()
 
 

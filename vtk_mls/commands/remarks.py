@@ -36,7 +36,7 @@ def warn(path, sentence):
 
 def is_empty(algorithm):
     """Whether the output images contain no material of the input."""
-    from vtk_mls.files.blocks import blocks
+    from vtk_mls.files.block_files import blocks
 
     pairs = _images(algorithm)
     is_complete = len(pairs) == len(blocks(algorithm.GetOutput()))
@@ -111,7 +111,7 @@ class InvertedCells:
     """
 
     def __init__(self, deform, dataset):
-        from vtk_mls.files.blocks import blocks
+        from vtk_mls.files.block_files import blocks
 
         self._deform = deform
         self._is_counted = all(_can_count(block) for block in blocks(dataset))
@@ -119,7 +119,7 @@ class InvertedCells:
 
     def take(self):
         """The number of cells; removes the filter's arrays from the output."""
-        from vtk_mls.files.blocks import blocks
+        from vtk_mls.files.block_files import blocks
 
         if not self._is_counted:
             return 0
@@ -153,7 +153,7 @@ def dropped_arrays(output, path):
 
 def _images(algorithm):
     """Pairs (input, output) of the grids of images, also of blocks."""
-    from vtk_mls.files.blocks import blocks
+    from vtk_mls.files.block_files import blocks
     from vtk_mls.vtk.arrays import ImageGeometry
 
     sources, targets = blocks(algorithm.GetInputDataObject(0, 0)), blocks(algorithm.GetOutput())
@@ -213,7 +213,7 @@ def _far(algorithm, is_field):
 
     p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
-    from vtk_mls.files.blocks import blocks
+    from vtk_mls.files.block_files import blocks
     from vtk_mls.vtk import arrays
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))

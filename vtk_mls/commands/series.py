@@ -18,11 +18,9 @@ from xml.sax.saxutils import quoteattr
 
 from vtk_mls import io
 from vtk_mls.commands.supervision import step
-from vtk_mls.files import formats, volumes
-from vtk_mls.files.block_files import PIECES
-from vtk_mls.files.blocks import joined
-from vtk_mls.files.existing import existing_file
-from vtk_mls.files.replacing import check_replaceable, replacing
+from vtk_mls.files import formats
+from vtk_mls.files.block_files import PIECES, joined
+from vtk_mls.files.paths import check_replaceable, existing_file, named_file, replacing
 
 SUFFIX = ".pvd"  # of output
 
@@ -65,7 +63,7 @@ def read_steps(path):
         for time, name in named:
             if not math.isfinite(time):
                 raise ValueError(f"its times must be finite, got {time}")
-            files.setdefault(time, []).append(volumes.named_file(path, name))
+            files.setdefault(time, []).append(named_file(path, name))
         if not files:
             raise ValueError("it names no files")
     except ValueError as error:

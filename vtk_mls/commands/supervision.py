@@ -209,7 +209,7 @@ def _steps(folder):
 
 
 def _remove_unfinished(process, steps):
-    from vtk_mls.files.replacing import remove_remains
+    from vtk_mls.files.paths import remove_remains
 
     for path in {path for doing, path in steps if doing == "write"}:
         remove_remains(path, process)

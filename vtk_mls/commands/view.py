@@ -5,7 +5,7 @@ from __future__ import annotations
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import read
 from vtk_mls.commands.supervision import step, temporary_folder
-from vtk_mls.files.existing import check_folder
+from vtk_mls.files.paths import check_folder
 
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
 

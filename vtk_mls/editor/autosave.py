@@ -14,7 +14,7 @@ import numpy as np
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor.state import State
 from vtk_mls.engine.device import caches
-from vtk_mls.files.replacing import replacing
+from vtk_mls.files.paths import replacing
 from vtk_mls.model import options
 
 _FOLDER = "vtk_mls", "unsaved"

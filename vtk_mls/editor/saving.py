@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 from vtk_mls import Surface, io
 from vtk_mls.editor import polydata, script
 from vtk_mls.files import control_point_files
-from vtk_mls.files.replacing import replacing
+from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 

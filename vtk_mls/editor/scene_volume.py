@@ -15,7 +15,7 @@ from vtk_mls import Deformation, Grid
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import transfer_functions
-from vtk_mls.files import provenance
+from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.volume_ray import light_along
 from vtk_mls.vtk import arrays
@@ -40,7 +40,7 @@ class SceneVolume:
         self._grid = ImageGeometry.of_image(self._image).grid
         scalars = self._image.GetPointData().GetScalars()
         self._values = arrays.to_numpy(scalars).reshape(self._grid.shape)
-        are_labels = scalars.GetName() in provenance.kept(image, provenance.LABEL_ARRAYS)
+        are_labels = scalars.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
         self.presets = transfer_functions.presets_of(self._values.ravel(), are_labels)
         self._mapper, self._volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
         self._mapper.SetInputData(self._image)

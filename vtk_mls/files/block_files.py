@@ -1,4 +1,4 @@
-"""Several blocks as files: .vtm, .vtpc and .vtkhdf."""
+"""Datasets of several blocks, and their files: .vtm, .vtpc and .vtkhdf."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from xml.sax.saxutils import quoteattr
 from vtkmodules.vtkCommonCore import vtkIndent, vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
+    vtkDataObjectTreeIterator,
+    vtkDataSet,
     vtkMultiBlockDataSet,
+    vtkPartitionedDataSet,
     vtkPartitionedDataSetCollection,
 )
 from vtkmodules.vtkIOXML import vtkXMLDataSetWriter, vtkXMLMultiBlockDataWriter
 
 from vtk_mls.files import vtk_io
 
+COMPOSITE = (vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection)
 PIECES = {  # formats with everything, by the class of a dataset
     "vtkImageData": ".vti",
     "vtkPolyData": ".vtp",
@@ -23,6 +27,31 @@ PIECES = {  # formats with everything, by the class of a dataset
 }
 _NAME = vtkCompositeDataSet.NAME()
 _HDF_END = slice(40, 48)  # where VTK's HDF5 files say how long they are
+
+
+def blocks(data):
+    """The datasets of composite data that are not empty; a dataset alone."""
+    if isinstance(data, vtkDataSet):
+        return [data]
+    leaves, iterator = [], vtkDataObjectTreeIterator()
+    iterator.SetDataSet(data)
+    iterator.VisitOnlyLeavesOn()
+    iterator.SkipEmptyNodesOn()
+    iterator.InitTraversal()
+    while not iterator.IsDoneWithTraversal():
+        leaves.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    return [leaf for leaf in leaves if isinstance(leaf, vtkDataSet) and leaf.GetNumberOfPoints()]
+
+
+def joined(datasets):
+    """A single dataset unchanged, several as blocks."""
+    if len(datasets) == 1:
+        return datasets[0]
+    data = vtkMultiBlockDataSet()
+    for number, dataset in enumerate(datasets):
+        data.SetBlock(number, dataset)
+    return data
 
 
 def write_blocks(data, path):

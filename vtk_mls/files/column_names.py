@@ -1,7 +1,7 @@
-"""What the header of a table says: which columns are p, which q, and in which frame.
+"""The names in the header of a table: which columns are p and q, and in which frame.
 
 Three columns that differ by x, y and z are a position: `x y z`, `px py pz`, `x_moving y_moving
-z_moving`, `new_x new_y new_z`. What remains of their names, the qualifier, says which position.
+z_moving`, `new_x new_y new_z`. The rest of their names, the qualifier, says which position.
 """
 
 from __future__ import annotations
@@ -11,32 +11,32 @@ from dataclasses import dataclass
 
 from vtk_mls.files.landmarks import shortened
 
-# Qualifiers of positions that are moved, of those that they are moved to, and of differences.
+# Qualifiers of rest positions, of deformed positions, and of displacements.
 _STARTS = ("p", "rest", "moving", "source", "old", "before", "pre")
 _ENDS = ("q", "deformed", "moved", "fixed", "target", "new", "after", "post")
 _OFFSETS = ("displacement", "d", "delta")
 _PLAIN = ("points", "RAS", "LPS", "")
 _NUMBERED = ({"0", "1"}, {"1", "2"})  # x1 y1 z1 x2 y2 z2
-# Names that say more, or less, than a position in x, y and z.
+# Positions with other names than x, y and z.
 _WHOLE = {"RAS": ("r", "a", "s"), "LPS": ("l", "p", "s")}
-_UNCLEAR = {"uvw": ("u", "v", "w"), "napari": ("axis_0", "axis_1", "axis_2")}  # the latter z y x
+_UNCLEAR = {"uvw": ("u", "v", "w"), "napari": ("axis_0", "axis_1", "axis_2")}  # z y x in napari
 _NO_QUALIFIERS = ("mm", "pos", "position")
 _COMPONENT = re.compile(r"(points|displacement)_?([012])")  # of ParaView
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of a table, by number.
+    """Columns of a table, by index.
 
     Attributes
     ----------
     position : (x, y, z)
     partner : (x, y, z) or None
-        Of q, or, if `is_offset`, q - p.
+        Of q or, if `is_offset`, of q - p.
     frame : str
-        As of `frames.signs`, if the names say it.
+        As in `frames.signs`; "" if the names do not say it.
     unused : tuple of (x, y, z)
-        Others that can be positions.
+        Other columns that can be positions.
     """
 
     position: tuple
@@ -53,18 +53,18 @@ def interpreted(header, has_switch):
     ----------
     header : list of str
     has_switch : bool
-        Whether there is a column of BigWarp's that says which landmarks count. Only beside it
-        u, v, w are a position.
+        Whether the table has BigWarp's column of active landmarks. Only then u, v, w are a
+        position.
 
     Returns
     -------
     Columns or None
-        None if no names are of positions.
+        None without names of positions.
 
     Raises
     ------
     ValueError
-        Saying which names are missing, twice there, or unclear.
+        If names are missing, duplicate or unclear.
     """
     groups = _groups(header)
     triples = {
@@ -80,18 +80,18 @@ def interpreted(header, has_switch):
         return None
     used = {start, end} - {None}
     _check_single(header, [groups[qualifier] for qualifier in {*used, *_ENDS} & {*groups}])
-    taken = {column for qualifier in used for column in triples[qualifier]}
+    used_columns = {column for qualifier in used for column in triples[qualifier]}
     return Columns(
         triples[start],
         None if end is None else triples[end],
         end in _OFFSETS,
         start if start in _WHOLE else "",
-        tuple(triple for triple in triples.values() if not taken & {*triple}),
+        tuple(triple for triple in triples.values() if not used_columns & {*triple}),
     )
 
 
 def joined(header, columns):
-    """Names of columns in a sentence."""
+    """Names of columns, for a sentence."""
     return ", ".join(header[column].strip().lower() for column in columns)
 
 
@@ -105,13 +105,13 @@ def _groups(header):
 
 
 def _parts(name):
-    """The (qualifier, axis) that a name can be read as."""
+    """The possible (qualifier, axis) of a name."""
     words = [word for word in re.findall(r"[a-z0-9]+", name.lower()) if word not in _NO_QUALIFIERS]
     text = "_".join(words)
     component = _COMPONENT.fullmatch(text)
     if component:
         return [(component[1], "xyz"[int(component[2])])]
-    found = [
+    parts = [
         (qualifier, "xyz"[names.index(text)])
         for qualifier, names in {**_WHOLE, **_UNCLEAR}.items()
         if text in names
@@ -119,28 +119,28 @@ def _parts(name):
     axes = [word for word in words if word in ("x", "y", "z")]
     if len(axes) == 1:
         words.remove(axes[0])
-        found.append(("_".join(words), axes[0]))
+        parts.append(("_".join(words), axes[0]))
     elif len(words) == 1:
-        found += [(text[1:], text[0])] if text[0] in "xyz" else []
-        found += [(text[:-1], text[-1])] if text[-1] in "xyz" else []
-    return found
+        parts += [(text[1:], text[0])] if text[0] in "xyz" else []
+        parts += [(text[:-1], text[-1])] if text[-1] in "xyz" else []
+    return parts
 
 
 def _pair(qualifiers, has_switch):
     """The qualifiers of p and q, or None and None."""
     if {"p", "q"} <= qualifiers:
         return "p", "q"
-    starts = [each for each in _STARTS if each in qualifiers]
-    ends = [each for each in _ENDS if each in qualifiers]
-    offsets = [each for each in _OFFSETS if each in qualifiers]
-    numbers = {each for each in qualifiers if each.isdigit()}
+    starts = [name for name in _STARTS if name in qualifiers]
+    ends = [name for name in _ENDS if name in qualifiers]
+    offsets = [name for name in _OFFSETS if name in qualifiers]
+    numbers = {name for name in qualifiers if name.isdigit()}
     is_plain = not starts
-    starts += [each for each in _PLAIN if each in qualifiers][:1] if is_plain else []
+    starts += [name for name in _PLAIN if name in qualifiers][:1] if is_plain else []
     if not starts and not ends and numbers in _NUMBERED:
         return tuple(sorted(numbers))
     if len(starts) != 1:
         return None, None
-    if is_plain and "fixed" in ends:  # what is not said to be moving may be anything
+    if is_plain and "fixed" in ends:  # a position without a qualifier need not be the moving one
         return None, None
     if not ends and is_plain and numbers in ({"1"}, {"2"}):
         ends = [*numbers]
@@ -152,9 +152,9 @@ def _pair(qualifiers, has_switch):
 
 def _only_position(header, triples):
     """The qualifier of the positions of a table without pairs."""
-    known = [each for each in ("p", *_PLAIN) if each in triples]
-    if known:
-        return known[0]
+    qualifiers = [name for name in ("p", *_PLAIN) if name in triples]
+    if qualifiers:
+        return qualifiers[0]
     if len(triples) == 1 and not {*triples} & {*_OFFSETS, *_UNCLEAR}:
         return next(iter(triples))
     if triples:
@@ -167,15 +167,15 @@ def _only_position(header, triples):
 
 
 def _check_complete(header, groups, start):
-    """Raise ValueError if some, not all, columns of a position or difference are there."""
+    """Raise ValueError if a position or displacement has only some of its columns."""
     partners = ("displacement", *_ENDS)
     for qualifier in (*_STARTS, *_PLAIN, *partners) if start is None else partners:
         count = len(groups.get(qualifier, ()))
-        is_told = start is not None and qualifier in ("q", "displacement")
-        if count == 2 or (count == 1 and is_told):
+        is_certain = start is not None and qualifier in ("q", "displacement")
+        if count == 2 or (count == 1 and is_certain):
             raise ValueError(
                 f"expected columns {', '.join(_names(qualifier))}, got "
-                + shortened(",".join(header))
+                + shortened(",".join(header).lstrip(","))
             )
 
 
@@ -190,7 +190,12 @@ def _names(qualifier):
 
 def _check_single(header, groups):
     """Raise ValueError if there are several columns for one axis."""
-    columns = [found for axes in groups for found in axes.values() if len(found) > 1]
-    if columns:
-        names = sorted({header[column].strip().lower() for found in columns for column in found})
-        raise ValueError(f"several columns are {', '.join(names)}")
+    names = {
+        header[column].strip().lower()
+        for axes in groups
+        for columns in axes.values()
+        if len(columns) > 1
+        for column in columns
+    }
+    if names:
+        raise ValueError(f"several columns are {', '.join(sorted(names))}")

@@ -1,14 +1,13 @@
-"""Control points and landmarks in files of text.
+"""Control points and landmarks in text files.
 
-What a file is, its name and its content say. Markups of 3D Slicer (.mrk.json, .fcsv) are described
-in `markups`. Other text (.csv, .txt, .pts) is what its first line with something in it says: one of
-elastix if that is the word `point` or `index`, or begins with `Point` and a number and a semicolon
-(`elastix_points`); else a table (`point_tables`), which can be of control points, or of landmarks
-as plain text, ITK, ANTs, BigWarp or 3D Slicer have them.
+Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`. Other files (.csv, .txt, .pts)
+are of elastix if their first line that is not blank is `point` or `index`, or begins with `Point`,
+a number and a semicolon (`elastix_points`). All others are tables (`point_tables`) of control
+points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
 
-Files that hold positions only give control points that rest there (q = p), or, as a second file,
-the positions that control points are moved to. All coordinates are handed on in LPS (see `frames`),
-and those of a file that does not say its frame count as LPS unless the caller knows better.
+A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
+All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do
+not say theirs; otherwise it is LPS.
 """
 
 from __future__ import annotations
@@ -21,10 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.files import elastix_points, formats, markups, point_tables
-from vtk_mls.files.existing import existing_file
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
-from vtk_mls.files.replacing import check_replaceable, replacing
+from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 
 _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
 
@@ -37,9 +35,9 @@ def read(path, deformed_path=None, space="LPS"):
     path : path
         Of a format of `formats.POINTS`.
     deformed_path : path, optional
-        Another file, whose positions are q: how they find their p is said in `landmarks.paired`.
+        Another file, whose positions are q (see `landmarks.paired`).
     space : str
-        The frame of files that do not say theirs, as of `frames.signs`.
+        The frame of files that do not say theirs, as in `frames.signs`.
 
     Returns
     -------
@@ -52,12 +50,12 @@ def read(path, deformed_path=None, space="LPS"):
     OSError, ValueError
         Naming the file.
     """
-    found = read_pairs(path, deformed_path, space)
-    return found.rest, found.deformed, found.weights
+    pairs = read_pairs(path, deformed_path, space)
+    return pairs.rest, pairs.deformed, pairs.weights
 
 
 def read_pairs(path, deformed_path=None, space="LPS"):
-    """The same as `read`, with the labels: `Pairs`."""
+    """As `read`, but returns `Pairs`, with the labels."""
     rest = read_landmarks(path, space, is_alone=not deformed_path)
     return paired(rest, read_landmarks(deformed_path, space) if deformed_path else None)
 
@@ -70,10 +68,10 @@ def read_landmarks(
     Parameters
     ----------
     path, space
-        As of `read`.
+        As in `read`.
     is_alone : bool
-        Whether these are to be control points, without another file that says where they go: a
-        table must then have pairs, or a header that says that it has none.
+        Whether these are control points without a second file for q. A table must then have pairs,
+        or a header without them.
 
     Returns
     -------
@@ -89,14 +87,14 @@ def read_landmarks(
     read_file = formats.choose(path, "read points from", **_READ).read
     try:
         is_table = _reader(path) is point_tables.read
-        found: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
+        landmarks: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
     except UnicodeDecodeError as error:
         raise ValueError(
-            f"`{path}` is no text in UTF-8: its byte {error.start} is {error.object[error.start]}"
+            f"`{path}` is not UTF-8 text: its byte {error.start} is {error.object[error.start]}"
         ) from None
-    if len(found.positions) == 0:
+    if len(landmarks.positions) == 0:
         raise ValueError(f"`{path}` holds no control points")
-    return found.in_lps(space)
+    return landmarks.in_lps(space)
 
 
 def write(path, rest, deformed, weights=None, labels=()):
@@ -105,8 +103,7 @@ def write(path, rest, deformed, weights=None, labels=()):
     Parameters
     ----------
     path : path
-        Of a format of `formats.POINTS`. Tables (.csv, .txt) get all; the others hold positions and
-        get q, without weights.
+        Of a format of `formats.POINTS`. Tables (.csv, .txt) hold everything, the others q only.
     rest, deformed : (n, 3) array_like, LPS
     weights : (n,) array_like, optional
     labels : list of n str, optional
@@ -129,7 +126,7 @@ def write(path, rest, deformed, weights=None, labels=()):
 
 
 def check_writable(path: str | PathLike[str]) -> Path:
-    """`path` as a Path, if landmarks can be written to a file of this name, and there is room."""
+    """`path` as a Path, if landmarks can be written to it."""
     path = Path(path)
     formats.choose(path, "write points to", **_WRITE)
     check_replaceable(path)
@@ -144,19 +141,19 @@ def write_landmarks(path, points, source=None, space="LPS"):
     path : path
         Of a format of `formats.POINTS`.
     points : Landmarks
-        In LPS. Those that are not placed are marked so, or left out where a format cannot say it.
+        In LPS. Points that are not placed are marked, or left out if the format has no mark.
     source : path, optional
-        The file that they were read from. If its name ends as that of the new one, all else that
-        it holds is kept, except that elastix' results become its points. Otherwise the new file
-        is ITK's and ANTs' table (.csv), transformix' points (.txt, .pts) or markups, with the
-        labels and descriptions that it can hold.
+        The file of the points. If the new file has the same ending, all its other contents are
+        copied, except for outputs of elastix, which become its inputs. Otherwise the new file is a
+        table of ITK and ANTs (.csv), an input of transformix (.txt, .pts) or markups, with labels
+        and descriptions if the format has them.
     space : str
         The frame of files that do not say theirs.
 
     Returns
     -------
     int
-        How many points are left out.
+        Number of points left out.
 
     Raises
     ------
@@ -175,7 +172,7 @@ def write_landmarks(path, points, source=None, space="LPS"):
 
 
 def read_text(path):
-    """Points of a file whose first line says what it is."""
+    """The points of a file whose first line says its format."""
     return _reader(path)(path)
 
 
@@ -190,7 +187,7 @@ def _reader(path):
 
 
 def _rewriter(source, ending):
-    """The function that writes `source` again, under a name with this ending; or None."""
+    """The function that copies `source` with other positions to this ending, or None."""
     if not source.name.lower().endswith(ending):
         return None
     rewriters = {

@@ -1,12 +1,12 @@
-"""Points in the text files of elastix: what transformix takes (`-def`), and what it makes of it.
+"""Points in text files of elastix: the input (`-def`) and the output of transformix.
 
-The first kind has a line `point`, a line with the number of points, and a line x y z for each. A
-first line `index` announces indices of voxels, which are no positions without the image.
+The input has a line `point`, a line with the number of points, and a line x y z for each. Files
+with the first line `index` have voxel indices, which are no positions without the image.
 
-The second kind, outputpoints.txt, has lines `Point N ; InputIndex = [..] ; InputPoint = [..] ;
-... ; OutputPoint = [x y z] ; ...`, of which OutputPoint is read, with N as the label. Mind that
-transformix goes from the fixed to the moving image: OutputPoint is the position in the moving image
-whose material comes to InputPoint.
+The output, outputpoints.txt, has lines `Point N ; InputIndex = [..] ; InputPoint = [..] ; ... ;
+OutputPoint = [x y z] ; ...`. OutputPoint is read, with N as the label. transformix maps the fixed
+to the moving image: OutputPoint is the position in the moving image whose material comes to
+InputPoint.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _POSITION = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
 
 
 def reader(line):
-    """The function that reads a file with this first line; None if it is not of elastix."""
+    """The function that reads a file with this first line; None for other files."""
     if line.strip().lower() in ("point", "index"):
         return read_points
     return read_results if _RESULT.match(line) else None
 
 
 def read_points(path):
-    """The points of a file that transformix takes."""
+    """The points of an input of transformix."""
     lines = _lines(path)
     if next(lines)[1].strip().lower() == "index":
         raise ValueError(
@@ -47,7 +47,7 @@ def read_points(path):
 
 
 def read_results(path):
-    """The points that transformix has made."""
+    """The points of an output of transformix."""
     positions, labels = [], []
     for number, line in _lines(path):
         label, position = _RESULT.match(line), _POSITION.search(line)
@@ -62,7 +62,7 @@ def read_results(path):
 
 
 def write(file, landmarks):
-    """Write points as transformix takes them.
+    """Write points as an input of transformix.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def write(file, landmarks):
     Returns
     -------
     int
-        How many are left out.
+        Number of points left out.
     """
     positions = landmarks.positions[landmarks.is_placed].tolist()
     file.write(f"point\n{len(positions)}\n")

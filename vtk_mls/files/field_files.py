@@ -1,8 +1,8 @@
-"""Displacement fields as files that ITK, ANTs and 3D Slicer take as transforms.
+"""Files of displacement fields, which ITK, ANTs and 3D Slicer read as transforms.
 
-Such a field says for each point of a resampled image how far away, in LPS, its value comes from.
-Where a format has an intent, the file must have that of displacements: by it ITK (5.4 and later)
-takes the vectors of NIfTI from RAS to LPS, and Slicer knows a transform.
+Such a field has for each point of a resampled image the displacement, in LPS, to the source of its
+value. The intent "displacement", in formats that have it, makes ITK (5.4 and later) convert the
+vectors of NIfTI from RAS to LPS, and marks a transform for Slicer.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.files import formats, meta_image, nifti, nrrd
 from vtk_mls.files.volumes import Volume
 
-_FORMATS = {  # what writes it, and lines of its header
+_FORMATS = {  # module, and lines of the header
     "NIFTI": (nifti, ("intent_code: 1006",)),
     "NRRD": (nrrd, ("intent_code:=1006",)),
     "MetaImage": (meta_image, ()),
@@ -34,20 +34,20 @@ def write(
     displacement : (nz, ny, nx, 3) array_like, world units, LPS
         It is written as float32.
     grid : Grid
-        Where the displacements are.
+        Points of the displacements.
     path : path
-        Of NIfTI, NRRD or MetaImage. What is there is written over.
+        Of NIfTI, NRRD or MetaImage. An old file is overwritten.
     is_forward : bool
-        Whether the displacements say where the material goes, which moves points. NRRD calls such a
-        field "modeling", else "resampling"; the other formats do not tell.
+        Whether the field is forward, so that it moves points. NRRD calls such a field "modeling",
+        a backward field "resampling"; the other formats make no difference.
 
     Raises
     ------
     OSError, ValueError
     """
     path = Path(path)
-    found = formats.choose(path, "write a displacement field to", writes=(formats.FIELD,))
-    found.write((displacement, is_forward, ()), grid, path)
+    line = formats.choose(path, "write a displacement field to", writes=(formats.FIELD,))
+    line.write((displacement, is_forward, ()), grid, path)
 
 
 def write_volume(
@@ -55,8 +55,7 @@ def write_volume(
 ) -> None:
     """Write a displacement field in the format of this name.
 
-    `field` has the displacements, whether they are forward, and the lines `NIFTI_HEADER` of the
-    image whose grid it is.
+    `field` is (displacements, is forward, lines `NIFTI_HEADER` of the image with this grid).
     """
     displacement, is_forward, nifti_header = field
     module, header = _FORMATS[name]

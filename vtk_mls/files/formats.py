@@ -1,7 +1,7 @@
-"""The formats of files: what each ending can hold, what reads it, what writes it, and its frame.
+"""The table of file formats: endings, contents, readers, writers and frames.
 
-Everything that must know an ending asks this table: reading, writing, the sentences of errors,
-ParaView's file dialogs and docs/formats.md. A new format is a line here and a function or two.
+Reading, writing, error messages, ParaView's file dialogs and docs/formats.md use this table. A new
+format is a line here and one or two functions.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-# What a file is read as or written from.
+# Contents that files are read as or written from.
 IMAGE, MEDICAL = "image", "image of a patient"
 MESH, POLYDATA, STRUCTURED, UNSTRUCTURED = "mesh", "polydata", "structured", "unstructured"
 BLOCKS = "blocks"  # also pieces and time steps
@@ -23,12 +23,12 @@ POINTS, PAIRS = "points", "pairs"  # text: places with labels; p and q
 POINT_DATA = "control-point polydata"
 FIELD = "displacement field"
 
-# What coordinates in a file mean.
-AS_IS = "not said; taken as it is"
+# Frames of coordinates in a file.
+AS_IS = "not stated, used as it is"
 LPS, RAS = "LPS", "RAS"
-HEADER = "said by its header"
-SPACE = "`SPACE=` of 3D Slicer, else taken as it is"
-CALLER = "`--handles-space`, unless its columns say it"
+HEADER = "stated in its header"
+SPACE = "`SPACE=` of 3D Slicer, else used as it is"
+CALLER = "`--handles-space`, unless its columns state it"
 
 
 @dataclass(frozen=True)
@@ -40,15 +40,15 @@ class Format:
     name : str
         In the documentation.
     endings : str
-        Of names of files, in small letters, between blanks.
+        Of file names, in lower case, separated by blanks.
     frame : str
     reads, writes : tuples of str
-        What it is read as, and what can be written to it.
+        Contents to read it as, and to write to it.
     reader, writer : str
-        `module.function` in this folder, and between blanks its first arguments. A reader takes a
-        path besides, a writer what it writes and a path.
+        `module.function` in this folder and its first arguments, separated by blanks. The last
+        argument of a reader is a path; those of a writer are the content and a path.
     has_times : bool
-        Whether the reader is of the kind of `simulation_files.open_file`, which gives times.
+        Whether the reader returns times, as `simulation_files.open_file` does.
     needs : str
         A package that must be installed.
     """
@@ -64,9 +64,9 @@ class Format:
     needs: str = ""
 
     def ending(self, path: Path) -> str:
-        """How the name of a file ends, if it is one of this format; "" for others."""
-        found = [each for each in self.endings.split() if path.name.lower().endswith(each)]
-        return max(found, key=len, default="")
+        """The ending of a file name, if it is of this format; "" for others."""
+        endings = [ending for ending in self.endings.split() if path.name.lower().endswith(ending)]
+        return max(endings, key=len, default="")
 
     @property
     def read(self) -> Callable[..., Any]:
@@ -75,280 +75,176 @@ class Format:
 
     @property
     def write(self) -> Callable[..., Any]:
-        """The function that writes something to a path; text formats, to an open file."""
+        """The function that writes to a path or, for text formats, to an open file."""
         return _function(*self.writer.split())
 
 
-_READ, _WRITE = "mesh_files.read", "mesh_files.write"
-_OPEN = "simulation_files.open_file"
+def _image(name: str, endings: str, frame: str, array: str) -> Format:
+    """A format of images of patients; `array` is the name of the array."""
+    reader, writer = f"image_files.read_volume {array}", f"image_files.write_volume {array}"
+    return Format(name, endings, frame, (IMAGE, MEDICAL), reader, (IMAGE,), writer)
+
+
+def _field(name: str, endings: str, frame: str, array: str) -> Format:
+    return Format(name, endings, frame, (), "", (FIELD,), f"field_files.write_volume {array}")
+
+
+def _mesh(
+    name: str,
+    ending: str,
+    reads: tuple[str, ...],
+    kind: str,
+    writes: tuple[str, ...] = (),
+    writer: str = "",
+) -> Format:
+    """A format of meshes, which VTK's `kind`Reader reads; by default `kind`Writer writes it."""
+    if writes and not writer:
+        writer = f"mesh_files.write {kind}Writer"
+    return Format(name, ending, SPACE, reads, f"mesh_files.read {kind}Reader", writes, writer)
+
+
+def _blocks(
+    name: str, endings: str, reader: str, writes: tuple[str, ...] = (), writer: str = ""
+) -> Format:
+    """A format of blocks, pieces or time steps."""
+    reader = f"simulation_files.open_file {reader}"
+    return Format(name, endings, AS_IS, (BLOCKS,), reader, writes, writer, has_times=True)
+
+
+def _points(name: str, endings: str, frame: str, reader: str, writer: str) -> Format:
+    return Format(name, endings, frame, (POINTS,), reader, (POINTS,), writer)
+
+
 _ROLES = (MESH, SURFACE, POINT_DATA)
-_BLOCKS = (BLOCKS,)
+_VTI = "image_files.read_xml", (IMAGE,), "image_files.write_xml"
+_VTK = "mesh_files.read vtkIOLegacy.vtkDataSetReader", (IMAGE,), "image_files.write_legacy"
+_VTR = "mesh_files.read vtkIOXML.vtkXMLRectilinearGridReader"
+_MESHIO = ".msh .inp .bdf .nas .fem .med .mesh .meshb .vol .su2 .avs .off"
 
 TABLE = (
     # images
-    Format(
-        "VTK XML",
-        ".vti",
-        AS_IS,
-        (IMAGE,),
-        "image_files.read_xml",
-        (IMAGE,),
-        "image_files.write_xml",
-    ),
-    Format(
-        "VTK legacy",
-        ".vtk",
-        AS_IS,
-        (IMAGE,),
-        f"{_READ} vtkIOLegacy.vtkDataSetReader",
-        (IMAGE,),
-        "image_files.write_legacy",
-    ),
-    Format(
-        "MetaImage",
-        ".mha .mhd",
-        LPS,
-        (IMAGE, MEDICAL),
-        "image_files.read_volume MetaImage",
-        (IMAGE,),
-        "image_files.write_volume MetaImage",
-    ),
-    Format(
-        "NRRD",
-        ".nrrd .nhdr .seg.nrrd",
-        HEADER,
-        (IMAGE, MEDICAL),
-        "image_files.read_volume NRRD",
-        (IMAGE,),
-        "image_files.write_volume NRRD",
-    ),
-    Format(
-        "NIfTI",
-        ".nii .nii.gz",
-        RAS,
-        (IMAGE, MEDICAL),
-        "image_files.read_volume NIFTI",
-        (IMAGE,),
-        "image_files.write_volume NIFTI",
-    ),
+    Format("VTK XML", ".vti", AS_IS, (IMAGE,), *_VTI),
+    Format("VTK legacy", ".vtk", AS_IS, (IMAGE,), *_VTK),
+    _image("MetaImage", ".mha .mhd", LPS, "MetaImage"),
+    _image("NRRD", ".nrrd .nhdr .seg.nrrd", HEADER, "NRRD"),
+    _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
     Format("NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.read_volume NIFTI"),
     # displacement fields
-    Format("NIfTI", ".nii.gz .nii", RAS, (), "", (FIELD,), "field_files.write_volume NIFTI"),
-    Format("NRRD", ".nrrd .nhdr", LPS, (), "", (FIELD,), "field_files.write_volume NRRD"),
-    Format("MetaImage", ".mha .mhd", LPS, (), "", (FIELD,), "field_files.write_volume MetaImage"),
+    _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
+    _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
+    _field("MetaImage", ".mha .mhd", LPS, "MetaImage"),
     # meshes
-    Format(
-        "STL",
-        ".stl",
-        SPACE,
-        (MESH, SURFACE),
-        f"{_READ} vtkIOGeometry.vtkSTLReader",
-        (POLYDATA,),
-        "mesh_files.write_stl",
+    _mesh(
+        "STL", ".stl", (MESH, SURFACE), "vtkIOGeometry.vtkSTL", (POLYDATA,), "mesh_files.write_stl"
     ),
-    Format(
-        "VTK XML",
-        ".vtp",
-        SPACE,
-        _ROLES,
-        f"{_READ} vtkIOXML.vtkXMLPolyDataReader",
-        (POLYDATA,),
-        f"{_WRITE} vtkIOXML.vtkXMLPolyDataWriter",
-    ),
-    Format(
-        "VTK legacy",
-        ".vtk",
-        SPACE,
-        _ROLES,
-        f"{_READ} vtkIOLegacy.vtkDataSetReader",
-        (MESH,),
-        f"{_WRITE} vtkIOLegacy.vtkDataSetWriter",
-    ),
-    Format(
+    _mesh("VTK XML", ".vtp", _ROLES, "vtkIOXML.vtkXMLPolyData", (POLYDATA,)),
+    _mesh("VTK legacy", ".vtk", _ROLES, "vtkIOLegacy.vtkDataSet", (MESH,)),
+    _mesh(
         "VTK XML",
         ".vtu",
-        SPACE,
         (MESH, POINT_DATA),
-        f"{_READ} vtkIOXML.vtkXMLUnstructuredGridReader",
+        "vtkIOXML.vtkXMLUnstructuredGrid",
         (UNSTRUCTURED,),
-        f"{_WRITE} vtkIOXML.vtkXMLUnstructuredGridWriter",
     ),
-    Format(
-        "VTK XML",
-        ".vts",
-        SPACE,
-        (MESH, POINT_DATA),
-        f"{_READ} vtkIOXML.vtkXMLStructuredGridReader",
-        (STRUCTURED,),
-        f"{_WRITE} vtkIOXML.vtkXMLStructuredGridWriter",
-    ),
-    Format("VTK XML", ".vtr", AS_IS, (MESH,), f"{_READ} vtkIOXML.vtkXMLRectilinearGridReader"),
-    Format(
-        "PLY",
-        ".ply",
-        SPACE,
-        (MESH,),
-        f"{_READ} vtkIOPLY.vtkPLYReader",
-        (POLYDATA,),
-        "mesh_files.write_ply",
-    ),
-    Format("Wavefront", ".obj", SPACE, (MESH,), f"{_READ} vtkIOGeometry.vtkOBJReader"),
-    # blocks, pieces, time steps; the last argument is how a file names others
-    Format(
+    _mesh("VTK XML", ".vts", (MESH, POINT_DATA), "vtkIOXML.vtkXMLStructuredGrid", (STRUCTURED,)),
+    Format("VTK XML", ".vtr", AS_IS, (MESH,), _VTR),
+    _mesh("PLY", ".ply", (MESH,), "vtkIOPLY.vtkPLY", (POLYDATA,), "mesh_files.write_ply"),
+    _mesh("Wavefront", ".obj", (MESH,), "vtkIOGeometry.vtkOBJ"),
+    # blocks, pieces, time steps; the last word is the syntax by which a file names others
+    _blocks(
         "VTK XML",
         ".vtm",
-        AS_IS,
-        _BLOCKS,
-        f"{_OPEN} vtkIOXML.vtkXMLMultiBlockDataReader xml",
-        _BLOCKS,
+        "vtkIOXML.vtkXMLMultiBlockDataReader xml",
+        (BLOCKS,),
         "block_files.write_blocks",
-        True,
     ),
-    Format(
-        "VTK XML",
-        ".vtmb",
-        AS_IS,
-        _BLOCKS,
-        f"{_OPEN} vtkIOXML.vtkXMLMultiBlockDataReader xml",
-        has_times=True,
-    ),
-    Format(
+    _blocks("VTK XML", ".vtmb", "vtkIOXML.vtkXMLMultiBlockDataReader xml"),
+    _blocks(
         "VTK XML",
         ".vtpc",
-        AS_IS,
-        _BLOCKS,
-        f"{_OPEN} vtkIOXML.vtkXMLPartitionedDataSetCollectionReader xml",
-        _BLOCKS,
+        "vtkIOXML.vtkXMLPartitionedDataSetCollectionReader xml",
+        (BLOCKS,),
         "block_files.write_partitions",
-        True,
     ),
-    *(
-        Format("VTK XML", ending, AS_IS, _BLOCKS, f"{_OPEN} vtkIOXML.{name} xml", has_times=True)
-        for ending, name in (
-            (".pvti", "vtkXMLPImageDataReader"),
-            (".pvtu", "vtkXMLPUnstructuredGridReader"),
-            (".pvtp", "vtkXMLPPolyDataReader"),
-            (".pvts", "vtkXMLPStructuredGridReader"),
-            (".pvtr", "vtkXMLPRectilinearGridReader"),
-        )
+    _blocks("VTK XML", ".pvti", "vtkIOXML.vtkXMLPImageDataReader xml"),
+    _blocks("VTK XML", ".pvtu", "vtkIOXML.vtkXMLPUnstructuredGridReader xml"),
+    _blocks("VTK XML", ".pvtp", "vtkIOXML.vtkXMLPPolyDataReader xml"),
+    _blocks("VTK XML", ".pvts", "vtkIOXML.vtkXMLPStructuredGridReader xml"),
+    _blocks("VTK XML", ".pvtr", "vtkIOXML.vtkXMLPRectilinearGridReader xml"),
+    _blocks(
+        "VTK HDF", ".vtkhdf", "vtkIOHDF.vtkHDFReader none", (MESH, BLOCKS), "block_files.write_hdf"
     ),
+    _blocks("VTK HDF", ".hdf", "vtkIOHDF.vtkHDFReader none"),
+    _blocks("CGNS", ".cgns", "vtkIOCGNSReader.vtkCGNSReader none"),
+    _blocks("Exodus", ".ex2 .e .exo", "vtkIOIOSS.vtkIOSSReader none"),
+    _blocks("EnSight", ".case", "vtkIOEnSight.vtkGenericEnSightReader case"),
+    _blocks("XDMF", ".xdmf .xmf", "vtkIOXdmf2.vtkXdmfReader xdmf"),
     Format(
-        "VTK HDF",
-        ".vtkhdf",
-        AS_IS,
-        _BLOCKS,
-        f"{_OPEN} vtkIOHDF.vtkHDFReader none",
-        (MESH, BLOCKS),
-        "block_files.write_hdf",
-        True,
-    ),
-    *(
-        Format(name, endings, AS_IS, _BLOCKS, f"{_OPEN} {reader}", has_times=True)
-        for name, endings, reader in (
-            ("VTK HDF", ".hdf", "vtkIOHDF.vtkHDFReader none"),
-            ("CGNS", ".cgns", "vtkIOCGNSReader.vtkCGNSReader none"),
-            ("Exodus", ".ex2 .e .exo", "vtkIOIOSS.vtkIOSSReader none"),
-            ("EnSight", ".case", "vtkIOEnSight.vtkGenericEnSightReader case"),
-            ("XDMF", ".xdmf .xmf", "vtkIOXdmf2.vtkXdmfReader xdmf"),
-        )
-    ),
-    Format(
-        "read by meshio",
-        ".msh .inp .bdf .nas .fem .med .mesh .meshb .vol .su2 .avs .off",
-        AS_IS,
-        (MESH,),
-        "simulation_files.read_by_meshio",
-        needs="meshio",
+        "read by meshio", _MESHIO, AS_IS, (MESH,), "simulation_files.read_by_meshio", needs="meshio"
     ),
     # points in text
-    Format(
-        "table",
-        ".csv",
-        CALLER,
-        (POINTS,),
-        "control_point_files.read_text",
-        (POINTS,),
-        "point_tables.write",
-    ),
-    Format(
+    _points("table", ".csv", CALLER, "control_point_files.read_text", "point_tables.write"),
+    _points(
         "table, or elastix",
         ".txt .pts",
         CALLER,
-        (POINTS,),
         "control_point_files.read_text",
-        (POINTS,),
         "elastix_points.write",
     ),
     Format("table", ".csv .txt", CALLER, (), "", (PAIRS,), "point_tables.write_pairs"),
-    Format(
-        "markups of 3D Slicer",
-        ".fcsv",
-        HEADER,
-        (POINTS,),
-        "markups.read_fcsv",
-        (POINTS,),
-        "markups.write_fcsv",
-    ),
-    Format(
-        "markups of 3D Slicer",
-        ".mrk.json",
-        HEADER,
-        (POINTS,),
-        "markups.read_json",
-        (POINTS,),
-        "markups.write_json",
-    ),
+    _points("markups of 3D Slicer", ".fcsv", HEADER, "markups.read_fcsv", "markups.write_fcsv"),
+    _points("markups of 3D Slicer", ".mrk.json", HEADER, "markups.read_json", "markups.write_json"),
 )
 
 
 def endings(*, reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Endings of what is read, or written, as one of these; each once, as the table has them."""
+    """Endings of files that can be read as, or be written from, one of these contents."""
     lines = _lines(reads, writes)
-    return tuple(dict.fromkeys(each for line in lines for each in line.endings.split()))
+    return tuple(dict.fromkeys(ending for line in lines for ending in line.endings.split()))
 
 
 def extensions(reads: str) -> str:
-    """Endings without their first dot, between blanks: as ParaView's file dialogs want them."""
-    return " ".join(each[1:] for each in endings(reads=(reads,)))
+    """Endings without the first dot, separated by blanks, for ParaView's file dialogs."""
+    return " ".join(ending[1:] for ending in endings(reads=(reads,)))
 
 
-def find(path: Path, **wanted: tuple[str, ...]) -> Format | None:
-    """The line for a file, by its name; None without.
+def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
+    """The line for a file name; None without.
 
     Parameters
     ----------
     path : Path
-    **wanted
-        As of `endings`.
+    **contents
+        As in `endings`.
     """
-    return next((line for line in _lines(**wanted) if line.ending(path)), None)
+    return next((line for line in _lines(**contents) if line.ending(path)), None)
 
 
-def choose(path: Path, purpose: str, **wanted: tuple[str, ...]) -> Format:
-    """The line for a file, by its name.
+def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
+    """The line for a file name.
 
     Parameters
     ----------
     path : Path
     purpose : str
-        Such as "read a surface from", for the error.
-    **wanted
-        As of `endings`.
+        For the error, such as "read a surface from".
+    **contents
+        As in `endings`.
 
     Raises
     ------
     OSError, ValueError
-        If there is none, naming the endings that there are.
+        If there is none, with the endings that are possible.
     """
-    found = find(path, **wanted)
-    if found is None and path.is_dir():
+    line = find(path, **contents)
+    if line is None and path.is_dir():
         raise IsADirectoryError(f"`{path}` is a folder; expected a file")
-    if found is None:
+    if line is None:
         raise ValueError(
             f"cannot {purpose} `{path}`: its name must end in one of "
-            f"{', '.join(endings(**wanted))}{_missing(_lines(**wanted))}"
+            f"{', '.join(endings(**contents))}{_missing(_lines(**contents))}"
         )
-    return found
+    return line
 
 
 def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:
@@ -356,7 +252,7 @@ def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Fo
 
 
 def _missing(lines: list[Format]) -> str:
-    """What could be read if something was installed, for the end of a sentence."""
+    """Endings that need another package, for the end of a sentence."""
     return "".join(
         f" ({', '.join(line.endings.split())} after `pip install {line.needs}`)"
         for line in lines

@@ -1,8 +1,8 @@
-"""Anatomical frames: which way x, y and z point in a patient.
+"""Anatomical frames: the directions of x, y and z in a patient.
 
-The one world of this package is LPS, as of ITK and 3D Slicer's files: x to the patient's left, y to
-the back (posterior), z to the head (superior). NIfTI and FreeSurfer have RAS. A frame is named by
-its three letters or, as in NRRD, by three words.
+World coordinates are LPS, as in ITK and in 3D Slicer's files: x points to the patient's left, y to
+the back (posterior), z to the head (superior). NIfTI and FreeSurfer use RAS. A frame is named by
+three letters or, as in NRRD, by three words.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ _SIGNS = ({"L": 1.0, "R": -1.0}, {"P": 1.0, "A": -1.0}, {"S": 1.0, "I": -1.0})
 
 
 def signs(frame):
-    """Factors (3,) between coordinates in a frame and those in LPS, the same both ways.
+    """Signs (3,) that convert coordinates between a frame and LPS, in both directions.
 
     Parameters
     ----------
     frame : str
-        Such as "RAS" or "right-anterior-superior", in letters of any case.
+        Such as "RAS" or "right-anterior-superior", in upper or lower case.
 
     Raises
     ------
     ValueError
-        If it is none whose axes run along those of LPS, in their order.
+        Unless its axes are parallel to those of LPS, in the same order.
     """
     words = str(frame).strip().upper().split("-")
     letters = "".join(word[:1] for word in words) if len(words) == 3 else words[0]

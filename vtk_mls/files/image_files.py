@@ -1,8 +1,7 @@
-"""Images from files of every format, and to them.
+"""Image files as vtkImageData in LPS.
 
-World coordinates are LPS: MetaImage is that, NIfTI and NRRD are taken to it, and back to the frame
-of the file when they are written. Formats of VTK's own say nothing of a frame, and are taken as
-they are.
+MetaImage is in LPS. NIfTI and NRRD are converted to LPS, and back to the frame of the file when
+they are written. VTK's own formats do not say their frame and are not converted.
 """
 
 from __future__ import annotations
@@ -17,20 +16,19 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
-from vtk_mls.files import meta_image, nifti, nrrd, provenance, volumes, vtk_io
+from vtk_mls.files import meta_image, metadata, nifti, nrrd, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_HEADERS = {
-    "NRRD": provenance.NRRD_HEADER,
-    "NIFTI": provenance.NIFTI_HEADER,
-    "MetaImage": provenance.METAIMAGE_HEADER,
+_FORMATS = {  # by the name of the array: module, and where the dataset keeps the header
+    "MetaImage": (meta_image, metadata.METAIMAGE_HEADER),
+    "NRRD": (nrrd, metadata.NRRD_HEADER),
+    "NIFTI": (nifti, metadata.NIFTI_HEADER),
 }
-_FORMATS = {"MetaImage": meta_image, "NRRD": nrrd, "NIFTI": nifti}
-_HEAD = 1 << 20  # bytes of a .vti file in which its extents are
-# values (of a bit each) that one byte of a .vti file can become, by its compressor
-_MOST = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
+_HEAD = 1 << 20  # bytes of a .vti file that include its extents
+# bits per byte of a .vti file, by its compressor
+_MAX_RATIO = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
 
 
 def _set_geometry(image, origin, steps):
@@ -52,25 +50,25 @@ def read_xml(path):
 
 
 def _check_extents(path):
-    """Raise ValueError if a .vti file promises arrays that it cannot hold; VTK would end here."""
+    """Raise ValueError if a .vti file is too small for its extents, with which VTK would crash."""
     with path.open("rb") as file:
         head = file.read(_HEAD).decode("latin-1")
     if not re.search(r"<(Point|Cell)Data[^>]*>\s*<DataArray", head):
         return
     compressor = re.search(r'compressor="vtk(\w+)DataCompressor"', head)
-    most = _MOST.get(compressor and compressor[1], max(_MOST.values())) * path.stat().st_size
+    max_ratio = _MAX_RATIO.get(compressor and compressor[1], max(_MAX_RATIO.values()))
+    max_count = max_ratio * path.stat().st_size
     for extent in re.findall(r'Extent="([-+\d\s]*)"', head):
         ends = [int(text) for text in extent.split()]
         count = math.prod(max(b - a, 1) for a, b in zip(ends[::2], ends[1::2]))  # of cells
-        if count > most:
+        if count > max_count:
             raise ValueError(
-                f"its extent must hold no more than its bytes can, got {extent:.80} for "
-                f"{path.stat().st_size} bytes"
+                f"it is too short for its extent, got {path.stat().st_size} bytes for {extent:.80}"
             )
 
 
 def write_xml(image, path):
-    """Write a .vti file, with everything."""
+    """Write a .vti file."""
     writer = vtkXMLImageDataWriter()
     writer.SetHeaderTypeToUInt64()
     vtk_io.write(writer, image, path)
@@ -93,10 +91,10 @@ def write_legacy(image, path):
 
 
 def _write_all_digits(image, path):
-    """Replace the spacing and origin of a .vtk file, of which VTK writes six digits."""
+    """Replace the spacing and origin of a .vtk file, for which VTK writes six digits."""
     rounded = path.with_name(f"{path.name}.rounded")
     path.rename(rounded)
-    place = "".join(
+    geometry = "".join(
         f"{name} {' '.join(map(repr, numbers))}\n"
         for name, numbers in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin()))
     )
@@ -105,15 +103,16 @@ def _write_all_digits(image, path):
             target.write(line)
             if line.startswith(b"DIMENSIONS "):
                 break
-        target.write(place.encode())
+        target.write(geometry.encode())
         source.readline(), source.readline()
         shutil.copyfileobj(source, target)
     rounded.unlink()
 
 
 def read_volume(name, path):
-    """A file of the format `name`, which has no names for arrays: its array has that name."""
-    volume = _FORMATS[name].read(path)
+    """Read an image; its array is named after the format."""
+    module, header = _FORMATS[name]
+    volume = module.read(path)
     flat = volume.values.reshape(-1, *volume.values.shape[3:])
     image = vtkImageData()
     image.SetDimensions(volume.values.shape[2::-1])
@@ -123,20 +122,21 @@ def read_volume(name, path):
     if volume.is_vector:
         image.GetPointData().SetVectors(array)
     _set_geometry(image, volume.origin.tolist(), volume.steps)
-    provenance.keep(image, provenance.FILE_SPACE, [volume.space] * bool(volume.space))
-    provenance.keep(image, provenance.LABEL_ARRAYS, [name] * volume.is_label)
-    provenance.keep(image, _HEADERS[name], volume.header)
+    metadata.store(image, metadata.FILE_SPACE, [volume.space] * bool(volume.space))
+    metadata.store(image, metadata.LABEL_ARRAYS, [name] * volume.is_label)
+    metadata.store(image, header, volume.header)
     return image
 
 
 def write_volume(name, image, path):
-    """Write an array of an image to a file of the format `name`."""
+    """Write the active scalars of an image, or its only array."""
+    module, header = _FORMATS[name]
     grid = ImageGeometry.of_image(image).grid
-    array = _the_array(image, path)
+    array = _single_array(image, path)
     values = arrays.to_numpy(array)
-    space = provenance.kept(image, provenance.FILE_SPACE)
-    is_label = array.GetName() in provenance.kept(image, provenance.LABEL_ARRAYS)
-    _FORMATS[name].write(
+    space = metadata.load(image, metadata.FILE_SPACE)
+    is_label = array.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
+    module.write(
         path,
         Volume(
             values.reshape(grid.shape + values.shape[1:]),
@@ -145,13 +145,13 @@ def write_volume(name, image, path):
             is_label=is_label and values.dtype.kind in "iu",
             is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
             space=space[0] if space else "",
-            header=provenance.kept(image, _HEADERS[name]),
+            header=metadata.load(image, header),
         ),
     )
 
 
-def _the_array(image, path):
-    """The one point array that a format with one array gets."""
+def _single_array(image, path):
+    """The active scalars, or the only point array."""
     data = image.GetPointData()
     array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
     if array is None:

@@ -1,4 +1,4 @@
-"""Points with names, as files hold them, and how two files make pairs."""
+"""Points with labels from files, and the pairs of two files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from vtk_mls.files.frames import signs
 
-_LONG, _MANY = 60, 5
+_MAX_TEXT, _MAX_LABELS = 60, 5  # in an error
 _NUMBERED = re.compile(r"(?:(?P<list>.*)-)?(?P<number>\d{1,9})", re.DOTALL)
 
 
@@ -25,11 +25,11 @@ class Landmarks:
     positions : (n, 3) float64
         NaN for a point that is not placed.
     frame : str
-        What x, y and z are in a patient, as of `frames.signs`, if the file says it; else "".
+        As in `frames.signs`; "" if the file does not say it.
     labels, descriptions : lists of n str
-        Empty texts for none.
+        "" without.
     partners : (n, 3) float64 or None
-        Where the points go, if the file says that too; NaN for a pair that does not count.
+        Where the points go, if the file has pairs; NaN for a pair that does not count.
     weights : (n,) float64 or None
     """
 
@@ -46,7 +46,7 @@ class Landmarks:
             object.__setattr__(self, name, list(getattr(self, name)) or [""] * len(self.positions))
 
     def in_lps(self, space: str) -> Landmarks:
-        """The same in the frame LPS; `space` is the frame of a file that does not say its own."""
+        """These points in LPS; `space` is the frame of a file that does not say its own."""
         factors = signs(self.frame or space)
         partners = None if self.partners is None else self.partners * factors
         return replace(self, positions=self.positions * factors, partners=partners, frame="LPS")
@@ -83,67 +83,66 @@ def paired(rest, deformed=None):
     rest : Landmarks
         Their positions are p, their partners q; without partners q = p.
     deformed : Landmarks, optional
-        Their positions are q instead. They belong to those p that have the same label, if in both
-        files each point has a label of its own, or, if the labels are just numbers after the name
-        of a list (`rest-1`, `moved-1`, as 3D Slicer makes them), the same number. Else they belong
-        to the p at the same position in the file.
+        Their positions are q instead. If the labels are unique in both files, q belongs to p of
+        the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as in
+        3D Slicer), to p of the same number. Otherwise q belongs to p of the same index.
 
     Returns
     -------
     Pairs
-        Pairs of which a position is missing are left out.
+        Without pairs that lack a position.
 
     Raises
     ------
     ValueError
-        If the files do not fit, saying which labels or how many points; or if no pair is left.
+        If labels or numbers of points differ, or no pair is left.
     """
     p, q = rest.positions, rest.partners
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
     if deformed is not None:
         if deformed.partners is not None and (deformed.partners != deformed.positions).any():
             raise ValueError(
-                f"`{deformed.path}` says two positions for a point; the file of positions that "
-                "control points were moved to must say one"
+                f"`{deformed.path}` has two positions for a point; a file of deformed positions "
+                "must have one"
             )
         q = deformed.positions[_order(rest, deformed)]
         is_pair &= np.isfinite(q).all(axis=1)
     if not is_pair.any():
-        of_both = "" if deformed is None else f", nor pairs with those of `{deformed.path}`"
-        raise ValueError(f"`{rest.path}` holds no control points{of_both}: none is placed")
-    kept = np.flatnonzero(is_pair)
-    weights = None if rest.weights is None else rest.weights[kept]
-    p = p[kept]
-    return Pairs(p, p if q is None else q[kept], weights, [rest.labels[i] for i in kept.tolist()])
+        other = "" if deformed is None else f", nor pairs with those of `{deformed.path}`"
+        raise ValueError(f"`{rest.path}` holds no control points{other}: none is placed")
+    weights = None if rest.weights is None else rest.weights[is_pair]
+    labels = [label for label, is_used in zip(rest.labels, is_pair) if is_used]
+    p = p[is_pair]
+    return Pairs(p, p if q is None else q[is_pair], weights, labels)
 
 
 def shortened(text):
-    """A text in backticks on one line, or its beginning and how long it is."""
-    line = "".join(each if each.isprintable() else " " for each in text[:_LONG])
-    return f"`{line}`" if len(text) <= _LONG else f"`{line}...` of {len(text)} characters"
+    """A text in backticks on one line; of a long one the beginning and the length."""
+    line = "".join(letter if letter.isprintable() else " " for letter in text[:_MAX_TEXT])
+    return f"`{line}`" if len(text) <= _MAX_TEXT else f"`{line}...` of {len(text)} characters"
 
 
 def listed(labels):
-    """Labels in a sentence, the first of many."""
-    more = f" and {len(labels) - _MANY} more" * (len(labels) > _MANY)
-    return ", ".join(shortened(label or "?") for label in labels[:_MANY]) + more
+    """The first labels, for a sentence."""
+    more = f" and {len(labels) - _MAX_LABELS} more" * (len(labels) > _MAX_LABELS)
+    return ", ".join(shortened(label or "?") for label in labels[:_MAX_LABELS]) + more
 
 
 def _order(rest, deformed):
-    """For each point of `rest` the number of its partner in `deformed`."""
+    """For each point of `rest` the index of its partner in `deformed`."""
     own, other = rest.labels, deformed.labels
-    if _are_names(own) and _are_names(other):
-        for name in (lambda labels: labels, _numbers):
-            keys, numbers = name(own), {key: i for i, key in enumerate(name(other))}
-            are_unique = len(set(keys)) == len(own) and len(numbers) == len(other)
-            if are_unique and set(keys) == set(numbers):
-                return np.array([numbers[key] for key in keys])
-        _complain(rest, deformed)
+    if _are_unique(own) and _are_unique(other):
+        for to_keys in (list, _numbers):
+            keys, indices = to_keys(own), {key: i for i, key in enumerate(to_keys(other))}
+            is_complete = len(set(keys)) == len(own) and len(indices) == len(other)
+            if is_complete and set(keys) == set(indices):
+                return np.array([indices[key] for key in keys])
+        raise _label_error(rest, deformed)
     if len(own) != len(other):
         repeated = [
-            f"; `{each.path}` has the label {listed([label])} {count} times"
-            for each in (rest, deformed)
-            for label, count in Counter(each.labels).most_common(1)
+            f"; `{points.path}` has the label {listed([label])} {count} times"
+            for points in (rest, deformed)
+            for label, count in Counter(points.labels).most_common(1)
             if label and count > 1
         ]
         raise ValueError(
@@ -153,25 +152,25 @@ def _order(rest, deformed):
     return np.arange(len(own))
 
 
-def _are_names(labels):
+def _are_unique(labels):
     return all(labels) and len(set(labels)) == len(labels)
 
 
 def _numbers(labels):
-    """The numbers at the end of labels `LIST-NUMBER`; nothing if they are not all of one list."""
-    found = [_NUMBERED.fullmatch(label) for label in labels]
-    if None in found or len({match["list"] for match in found}) > 1:
+    """The numbers of labels `LIST-NUMBER`; an empty list if they are not all of one list."""
+    matches = [_NUMBERED.fullmatch(label) for label in labels]
+    if None in matches or len({match["list"] for match in matches}) > 1:
         return []
-    return [int(match["number"]) for match in found]
+    return [int(match["number"]) for match in matches]
 
 
-def _complain(rest, deformed):
+def _label_error(rest, deformed):
     parts = []
-    for one, other in ((rest, deformed), (deformed, rest)):
-        known = set(other.labels)
-        lonely = [label for label in one.labels if label not in known]
-        if lonely:
-            parts.append(f"only `{one.path}` has {listed(lonely)}")
-    raise ValueError(
+    for points, others in ((rest, deformed), (deformed, rest)):
+        other_labels = set(others.labels)
+        unmatched = [label for label in points.labels if label not in other_labels]
+        if unmatched:
+            parts.append(f"only `{points.path}` has {listed(unmatched)}")
+    return ValueError(
         f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {'; '.join(parts)}"
     )

@@ -1,9 +1,9 @@
-"""Markups of 3D Slicer: .mrk.json, and .fcsv, which came before it.
+"""Markups of 3D Slicer: .mrk.json, and its predecessor .fcsv.
 
-Both say their frame, are lists of positions with labels and descriptions, and know points that are
-not placed. Of .mrk.json all markups of a file are read, one after the other, and their control
-points whatever the type (points, lines, curves, planes, boxes); the orientation of a point is not.
-An .fcsv without a version is one of Slicer 3: its label comes first, its frame is RAS.
+Both say their frame, have positions with labels and descriptions, and points that are not placed.
+The control points of all markups of a .mrk.json are read, whatever their type (points, lines,
+curves, planes, boxes), but not their orientations. An .fcsv without a version is one of Slicer 3:
+its label comes first, its frame is RAS.
 """
 
 from __future__ import annotations
@@ -18,15 +18,21 @@ import numpy as np
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 
-# The address that all versions of Slicer with this format compare, whatever the last two numbers.
+# All versions of Slicer compare this address, except for the last two numbers.
 _SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/"
     "Schema/markups-schema-v1.0.3.json#"
 )
 _STATUSES = ("undefined", "preview", "defined", "missing")  # in the order of Slicer's numbers
 _UNDEFINED, _DEFINED = _STATUSES.index("undefined"), _STATUSES.index("defined")
-_BENT_TYPES = ("Fiducial", "Line", "Angle", "Curve", "ClosedCurve")  # what stays such when bent
-_UPRIGHT = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # Slicer's axes, which are RAS, in LPS
+_DEFORMABLE_TYPES = (
+    "Fiducial",
+    "Line",
+    "Angle",
+    "Curve",
+    "ClosedCurve",
+)  # types that can be deformed
+_ORIENTATION = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # the axes of RAS, in LPS
 _FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
 _NOWHERE = [math.nan] * 3
 _LABEL, _DESCRIPTION, _STATUS = 11, 12, 14  # columns of .fcsv
@@ -36,9 +42,9 @@ def read_json(path):
     """The points of a .mrk.json, in LPS."""
     positions, labels, descriptions = [np.empty((0, 3))], [], []
     for _, factors, points in _lists(path, _document(path)):
-        start = len(labels) + 1
-        found = [_json_position(path, number, point) for number, point in enumerate(points, start)]
-        positions.append(np.reshape(found, (-1, 3)) * factors)
+        numbered = enumerate(points, len(labels) + 1)
+        list_positions = [_json_position(path, number, point) for number, point in numbered]
+        positions.append(np.reshape(list_positions, (-1, 3)) * factors)
         for point in points:
             labels.append(_text(point.get("label", "")))
             descriptions.append(_text(point.get("description", "")))
@@ -46,29 +52,29 @@ def read_json(path):
 
 
 def write_json(file, landmarks):
-    """Write points to a .mrk.json that any Slicer from 4.11 on reads.
+    """Write points to a .mrk.json for Slicer 4.11 and later.
 
     Parameters
     ----------
     file : text file
     landmarks : Landmarks
-        In LPS. Points that are not placed are written as such.
+        In LPS. Points that are not placed are marked.
 
     Returns
     -------
     int
-        How many points are left out: 0.
+        Number of points left out: 0.
     """
     points = []
-    each = zip(landmarks.positions.tolist(), landmarks.labels, landmarks.descriptions)
-    for number, (position, label, description) in enumerate(each, 1):
+    rows = zip(landmarks.positions.tolist(), landmarks.labels, landmarks.descriptions)
+    for number, (position, label, description) in enumerate(rows, 1):
         point = {
             "id": str(number),
             "label": label or str(number),
             "description": description,
             "associatedNodeID": "",
             "position": position,
-            "orientation": _UPRIGHT,
+            "orientation": _ORIENTATION,
             "selected": True,
             "locked": False,
             "visibility": True,
@@ -88,25 +94,25 @@ def rewrite_json(path, file, positions, space):
     path : path
     file : text file
     positions : (n, 3) float64, LPS
-        NaN for points that have none any more. Planes and boxes, which bend, become points.
+        NaN for points that are not placed. Planes and boxes become points.
     space : str
-        Not used: the file says its frame.
+        Ignored: the file says its frame.
 
     Returns
     -------
     int
-        How many points are left out: 0.
+        Number of points left out: 0.
     """
-    document, number = _document(path), 0
+    document, start = _document(path), 0
     for markups, factors, points in _lists(path, document):
         for i, point in enumerate(points):
-            points[i] = _placed(point, positions[number + i] * factors)
-        number += len(points)
-        if markups.get("type") not in _BENT_TYPES:
-            kept = {key: markups[key] for key in ("name", "coordinateSystem") if key in markups}
+            points[i] = _placed(point, positions[start + i] * factors)
+        start += len(points)
+        if markups.get("type") not in _DEFORMABLE_TYPES:
+            copied = {key: markups[key] for key in ("name", "coordinateSystem") if key in markups}
             markups.clear()
-            markups.update(kept, type="Fiducial", controlPoints=points)
-        markups.pop("measurements", None)  # are those of the old positions
+            markups.update(copied, type="Fiducial", controlPoints=points)
+        markups.pop("measurements", None)  # of the old positions
     document.setdefault("@schema", _SCHEMA)
     _write(file, document)
     return 0
@@ -128,7 +134,7 @@ def read_fcsv(path):
 
 
 def write_fcsv(file, landmarks):
-    """Write points to an .fcsv that any Slicer from 4.4 on reads.
+    """Write points to an .fcsv for Slicer 4.4 and later.
 
     Parameters
     ----------
@@ -139,9 +145,9 @@ def write_fcsv(file, landmarks):
     Returns
     -------
     int
-        How many are left out.
+        Number of points left out.
     """
-    # Versions before 4.11 take the frame for a number, and the word LPS for RAS.
+    # Versions before 4.11 read the frame as a number, and the word LPS as RAS.
     file.write("# Markups fiducial file version = 4.11\n# CoordinateSystem = 1\n")
     file.write("# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
     lines = csv.writer(file, lineterminator="\n")
@@ -161,15 +167,15 @@ def rewrite_fcsv(path, file, positions, space):
     path : path
     file : text file
     positions : (n, 3) float64, LPS
-        NaN for points that have none any more; they are left out of files that have no column
-        for that, which older versions of Slicer wrote.
+        NaN for points that are not placed; they are left out of files without a status column, as
+        older versions of Slicer wrote them.
     space : str
-        Not used: the file says its frame.
+        Ignored: the file says its frame.
 
     Returns
     -------
     int
-        How many points are left out.
+        Number of points left out.
     """
     positions, left_out = positions * signs(read_fcsv(path).frame), 0
     with path.open(newline="", encoding="utf-8-sig") as lines:
@@ -208,21 +214,21 @@ def _write(file, document):
 
 
 def _document(path):
-    """What the JSON file holds, if that is a dictionary."""
+    """The content of a JSON file, if it has a list of markups."""
     with _as_sentence(path):
         document = json.loads(path.read_text(encoding="utf-8-sig"))
         if not isinstance(document["markups"], list):
-            raise TypeError("`markups` is no list")
+            raise TypeError("`markups` is not a list")
     return document
 
 
 def _lists(path, document):
-    """(markups, their factors to LPS, their points) of each markups of a document."""
+    """(markups, signs to LPS, points) of each markups of a document."""
     for markups in document["markups"]:
         with _as_sentence(path):
             points = markups.get("controlPoints", [])
-            if not isinstance(points, list) or not all(isinstance(each, dict) for each in points):
-                raise TypeError("`controlPoints` is no list of dictionaries")
+            if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
+                raise TypeError("`controlPoints` is not a list of dictionaries")
             frame = markups.get("coordinateSystem", "LPS")
         if not isinstance(frame, str) or frame not in _FRAMES:
             raise _wrong_frame(path, frame)
@@ -236,9 +242,9 @@ def _as_sentence(path):
     except UnicodeDecodeError:
         raise
     except RecursionError:
-        raise ValueError(f"`{path}` is no list of markups: it is nested too deeply") from None
+        raise ValueError(f"`{path}` has no markups: it is nested too deeply") from None
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise ValueError(f"`{path}` is no list of markups: {error!r:.80}") from error
+        raise ValueError(f"`{path}` has no markups: {error!r:.80}") from error
 
 
 def _json_position(path, number, point):
@@ -252,11 +258,11 @@ def _json_position(path, number, point):
     if status != "defined" or position == "":
         return _NOWHERE
     are_numbers = isinstance(position, list) and all(
-        type(each) in (int, float) for each in position
+        type(number) in (int, float) for number in position
     )
     try:
         if are_numbers and len(position) == 3:
-            return _finite(path, f"point {number}", [float(each) for each in position])
+            return _finite(path, f"point {number}", [float(number) for number in position])
     except OverflowError:
         pass
     raise ValueError(
@@ -266,7 +272,7 @@ def _json_position(path, number, point):
 
 
 def _placed(point, position):
-    """A control point of JSON, put to another position; without one if that is NaN."""
+    """A control point of JSON at another position; undefined if that is NaN."""
     if np.isfinite(position).all():
         status = {"positionStatus": "defined"} if "positionStatus" in point else {}
         return point | {"position": position.tolist()} | status
@@ -274,7 +280,7 @@ def _placed(point, position):
 
 
 def _fcsv_rows(path, header):
-    """(cells, number of the line) of each point; what the lines with # say goes into `header`."""
+    """(cells, line number) of each point; `header` gets the keys and values of lines with #."""
 
     def lines(file):
         for line in file:
@@ -325,5 +331,5 @@ def _cell(row, column):
 
 
 def _text(value):
-    """A label of JSON, which can be anything, as text that can be written."""
+    """A label of JSON, of any type, as text that can be written as UTF-8."""
     return "" if value is None else str(value).encode("utf-8", "replace").decode()

@@ -1,4 +1,4 @@
-"""Single meshes as files, in the frame that a file says (see `mesh_frames`)."""
+"""Files of single meshes, in the frame that the file states (see `mesh_frames`)."""
 
 from __future__ import annotations
 
@@ -16,53 +16,57 @@ _COLORS = "_Colors"  # by which a PLY writer finds them
 
 
 def read(reader, path):
-    """A mesh in LPS, by a reader of VTK's, which is named by its module and class."""
+    """Read a mesh in LPS with a reader named as in `vtk_io.made`."""
     return mesh_frames.read(vtk_io.made(reader), path)
 
 
 def write(writer, dataset, path):
-    """Write a mesh with a writer of VTK's, which is named by its module and class."""
+    """Write a mesh with a writer named as in `vtk_io.made`."""
     _write(vtk_io.made(writer), dataset, path)
 
 
 def write_stl(polydata, path):
-    """Write the polygons of polydata, which must have nothing else."""
+    """Write polydata that have polygons only."""
     _check_has_no(polydata, path, "Verts", "Lines")
     _write(vtkSTLWriter(), polydata, path)
 
 
 def write_ply(polydata, path):
-    """Write the points and polygons of polydata, which must have no lines, with their colors."""
+    """Write points and polygons with their colors. Polydata with lines are refused."""
     _check_has_no(polydata, path, "Lines")
     if polydata.GetNumberOfStrips():
         triangles = vtkTriangleFilter()
         triangles.SetInputData(polydata)
         triangles.Update()
         polydata = triangles.GetOutput()
-    corners = polydata.GetPolys().GetMaxCellSize()
-    if corners > 255:
-        raise ValueError(f"`{path}` cannot hold a face of {corners} corners; write .vtp instead")
+    size = polydata.GetPolys().GetMaxCellSize()
+    if size > 255:
+        raise ValueError(f"`{path}` cannot hold a face of {size} points; write .vtp instead")
     writer = vtkPLYWriter()
     _write(writer, _colored(polydata, writer), path)
     vtk_io.check_size(path, _size_of_ply(polydata, path))
 
 
 def left_out(polydata, path):
-    """Names of the point and cell arrays that a file, by its name, does not get."""
+    """Names of the point and cell arrays that are not written to a file of this name."""
     points, cells = polydata.GetPointData(), polydata.GetCellData()
     suffix = path.suffix.lower()
     if suffix not in (".stl", ".ply"):
         return []
-    kept = []
+    written = []
     if suffix == ".ply":
-        kept = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
-    held = [data.GetAbstractArray(i) for data in (points, cells) for i in _numbers(data)]
-    names = [array.GetName() for array in held if not any(array is each for each in kept)]
+        written = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
+    names = [
+        data.GetArrayName(i)
+        for data in (points, cells)
+        for i in range(data.GetNumberOfArrays())
+        if not any(data.GetAbstractArray(i) is array for array in written)
+    ]
     return list(dict.fromkeys(names))
 
 
 def _colored(polydata, writer):
-    """The polygons of polydata with colors where a PLY writer looks for them."""
+    """The polygons of polydata, with colors in the array of the PLY writer."""
     data = polydata.GetPointData(), polydata.GetCellData()
     colors = [_colors(attributes) for attributes in data]
     counts = [array.GetNumberOfComponents() for array in colors if array is not None]
@@ -89,23 +93,21 @@ def _colored(polydata, writer):
 def _colors(attributes):
     """The array with the colors of points or cells; None without.
 
-    Of several it is the active one, or that which PLY files are read with, or the first.
+    The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    held = [attributes.GetArray(i) for i in _numbers(attributes)]
-    found = [array for array in held if array is not None and _is_color(array)]
-    scalars, names = attributes.GetScalars(), [array.GetName() for array in found]
-    if any(array is scalars for array in found):
-        return scalars
-    usual = next((names.index(name) for name in ("RGBA", "RGB") if name in names), 0)
-    return found[usual] if found else None
+    indices = range(attributes.GetNumberOfArrays())
+    colors = [array for array in map(attributes.GetArray, indices) if _is_color(array)]
+    named = [array for name in ("RGBA", "RGB") for array in colors if array.GetName() == name]
+    active = [attributes.GetScalars()] if _is_color(attributes.GetScalars()) else []
+    return next(iter([*active, *named, *colors]), None)
 
 
 def _is_color(array):
-    return array.GetDataType() == VTK_UNSIGNED_CHAR and array.GetNumberOfComponents() in (3, 4)
-
-
-def _numbers(attributes):
-    return range(attributes.GetNumberOfArrays())
+    return (
+        array is not None
+        and array.GetDataType() == VTK_UNSIGNED_CHAR
+        and array.GetNumberOfComponents() in (3, 4)
+    )
 
 
 def _write(writer, dataset, path):
@@ -115,21 +117,21 @@ def _write(writer, dataset, path):
 
 
 def _check_has_no(polydata, path, *kinds):
-    """Raise ValueError if polydata have cells of a kind, which VTK's writer would leave out."""
+    """Raise ValueError if polydata have cells that VTK's writer leaves out."""
     for kind in kinds:
         if getattr(polydata, f"GetNumberOf{kind}")():
             raise ValueError(f"`{path}` cannot hold {kind.lower()}; write .vtp instead")
 
 
 def _size_of_ply(polydata, path):
-    """The bytes that a .ply file must have, by its own header."""
+    """The size of a .ply file in bytes, by its own header."""
     with path.open("rb") as file:
         header = file.read(4096).partition(b"end_header\n")[0]
-    of_vertex, of_face = (
+    vertex_size, face_size = (
         4 * element.count(b"property float") + element.count(b"property uchar")
         for element in header.partition(b"element face")[::2]  # it can be cut off
     )
     faces = polydata.GetPolys()
-    size = len(header + b"end_header\n") + of_vertex * polydata.GetNumberOfPoints()
-    size += (1 + of_face) * faces.GetNumberOfCells()
+    size = len(header + b"end_header\n") + vertex_size * polydata.GetNumberOfPoints()
+    size += (1 + face_size) * faces.GetNumberOfCells()
     return size + 4 * faces.GetNumberOfConnectivityIds()

@@ -1,9 +1,9 @@
 """The frame of a mesh file, as 3D Slicer writes it: `SPACE=RAS` or `SPACE=LPS`.
 
-It stands in the title of .vtk, the header of .stl, a comment of .ply and .obj, and in VTK's XML
-files in a field array "SPACE". Such meshes are taken to LPS when they are read, with their active
-vectors and normals and the displacements of control points, and back when they are written. Others
-are taken as they are, as Slicer takes them too.
+It is in the title of .vtk, the header of .stl, a comment of .ply and .obj, and in a field array
+"SPACE" of VTK's XML files. Such meshes are converted to LPS when they are read, with their active
+vectors, normals and displacements of control points, and back when they are written. Meshes without
+it are not converted, as in Slicer.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet
 
-from vtk_mls.files import frames, provenance, vtk_io
+from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
 
 _FIELD = "SPACE"
@@ -22,12 +22,12 @@ _DISPLACEMENT = "Displacement"
 
 
 def read(reader, path):
-    """A mesh by a reader of VTK's, in LPS.
+    """Read a mesh in LPS.
 
     Raises
     ------
     ValueError
-        If its space is not known.
+        If the space is not possible for a mesh.
     """
     dataset = vtk_io.read(reader, path)
     space = _space_of(reader, dataset)
@@ -35,14 +35,14 @@ def read(reader, path):
         return dataset
     if not isinstance(dataset, vtkPointSet) or frames.signs(space).prod() < 0:
         raise ValueError(f"its SPACE must be LPS or RAS, and of a mesh with points, got {space}")
-    dataset.GetFieldData().RemoveArray(_FIELD)  # what is in memory is LPS
-    provenance.keep(dataset, provenance.FILE_SPACE, [space])
+    dataset.GetFieldData().RemoveArray(_FIELD)  # data in memory are LPS
+    metadata.store(dataset, metadata.FILE_SPACE, [space])
     return _mirrored(dataset, space)
 
 
 def back(dataset, writer):
-    """A mesh in the frame of the file that it came from; its writer is told to say which."""
-    space = _known("".join(provenance.kept(dataset, provenance.FILE_SPACE)[:1]))
+    """A mesh in the frame of its source file, which the writer gets as text."""
+    space = _valid_frame("".join(metadata.load(dataset, metadata.FILE_SPACE)[:1]))
     if not space or not isinstance(dataset, vtkPointSet):
         return dataset
     mesh, text = _mirrored(dataset, space), f"{_FIELD}={space}"
@@ -51,7 +51,7 @@ def back(dataset, writer):
     elif hasattr(writer, "SetHeader"):  # .vtk and .stl
         writer.SetHeader(f"vtk_mls {text}")
     else:
-        provenance.keep(mesh, _FIELD, [space])
+        metadata.store(mesh, _FIELD, [space])
     return mesh
 
 
@@ -59,20 +59,20 @@ def _space_of(reader, dataset):
     """The anatomical frame that a file names, or ""."""
     texts = []
     if dataset is not None:
-        texts += [f"{_FIELD}={text}" for text in provenance.kept(dataset, _FIELD)[:1]]
+        texts += [f"{_FIELD}={text}" for text in metadata.load(dataset, _FIELD)[:1]]
     for name in ("GetHeader", "GetComment", "GetComments"):
-        found = getattr(reader, name, lambda: None)()
-        if hasattr(found, "GetNumberOfValues"):
-            texts += [found.GetValue(i) for i in range(found.GetNumberOfValues())]
+        text = getattr(reader, name, lambda: None)()
+        if hasattr(text, "GetNumberOfValues"):
+            texts += [text.GetValue(i) for i in range(text.GetNumberOfValues())]
         else:
-            texts.append(found or "")
+            texts.append(text or "")
     texts = [text if isinstance(text, str) else text.decode("latin-1") for text in texts]
-    found = re.search(rf"\b{_FIELD}=(\w+)", "\n".join(texts))
-    return _known(found[1]) if found else ""
+    match = re.search(rf"\b{_FIELD}=(\w+)", "\n".join(texts))
+    return _valid_frame(match[1]) if match else ""
 
 
-def _known(space):
-    """An anatomical frame in capitals, or "" for other words, which Slicer ignores too."""
+def _valid_frame(space):
+    """An anatomical frame in capitals, or "" for other words, which Slicer ignores."""
     try:
         frames.signs(space)
     except ValueError:
@@ -81,7 +81,7 @@ def _known(space):
 
 
 def _mirrored(mesh, space):
-    """A mesh between LPS and another frame."""
+    """A mesh converted between LPS and another frame."""
     signs = frames.signs(space)
     mirrored = mesh.NewInstance()
     mirrored.ShallowCopy(mesh)
@@ -93,7 +93,7 @@ def _mirrored(mesh, space):
         mirrored.SetPoints(points)
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = attributes.GetVectors(), attributes.GetNormals(), attributes.GetArray(_DISPLACEMENT)
-        for name in {each.GetName() for each in roles if each is not None}:
+        for name in {array.GetName() for array in roles if array is not None}:
             if attributes.GetArray(name).GetNumberOfComponents() == 3:
                 values = arrays.to_numpy(attributes.GetArray(name))
                 arrays.replace(attributes, name, (values * signs).astype(values.dtype))
@@ -101,7 +101,7 @@ def _mirrored(mesh, space):
 
 
 def _times(array, signs):
-    """Points (n, 3) times signs; unsigned ones have no opposite, and become float64."""
+    """Points (n, 3) times signs; unsigned integers become float64."""
     values = arrays.to_numpy(array)
     if values.dtype.kind == "u":
         return arrays.from_numpy(values * signs.astype(np.float64), VTK_DOUBLE)

@@ -1,12 +1,12 @@
 """MetaImage files (.mha, .mhd), as ITK reads them.
 
-Space. The world of ITK's MetaImages is LPS. `AnatomicalOrientation` says the same as the direction
-matrix, or nothing, and does not count.
+Frame. ITK's MetaImages are in LPS. `AnatomicalOrientation` repeats the direction matrix and is
+ignored.
 
-Other keys (`Modality`, `Comment`, those of SimpleITK's dictionary) stay with an image, and so does
-`AnatomicalOrientation` while the direction is that of the file.
+Other keys (`Modality`, `Comment`, those of SimpleITK's dictionary) are written again, and so is
+`AnatomicalOrientation` if the direction has not changed.
 
-Labels. MetaImage has no word for them. `intent_code = 1002` is what ITK writes of NIfTI labels.
+Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code = 1002`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import re
 
 import numpy as np
 
-from vtk_mls.files import volumes
+from vtk_mls.files import paths, volumes
 from vtk_mls.files.volumes import Stored, Volume
 
 _TYPES = {
@@ -29,9 +29,10 @@ _DTYPES = {
     **{"MET_LONG": "int32", "MET_ULONG": "uint32"},
 }
 _LABEL_INTENT = "1002"
+_MAX_FILES = 1 << 16
 _DIRECTIONS = ("TransformMatrix", "Rotation", "Orientation")
 _ORIENTATION = "AnatomicalOrientation"
-_OWN_KEYS = (  # what a file says of its values and their place is written anew
+_OWN_KEYS = (  # of values and geometry; not copied
     *("ObjectType", "NDims", "BinaryData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"),
     *("CompressedData", "CompressedDataSize", "CompressionLevel", "HeaderSize"),
     *("HeaderSizePerSlice", *_DIRECTIONS, "Offset", "Position", "Origin", "CenterOfRotation"),
@@ -39,7 +40,7 @@ _OWN_KEYS = (  # what a file says of its values and their place is written anew
     *("ElementNumberOfChannels", "ElementType", "ElementDataFile", _ORIENTATION),
     *("ITK_original_direction", "ITK_original_spacing"),
 )
-_LONGEST = 1 << 16  # bytes of a line
+_MAX_LINE = 1 << 16  # bytes
 
 
 def read(path):
@@ -73,14 +74,12 @@ def read(path):
         values = _values(header, file, path, shape)
     origin, spacing, direction = _geometry(header, count)
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
-    lines = [f"{key} = {text}" for key, text in header.items() if key not in _OWN_KEYS]
+    copied = {key: text for key, text in header.items() if key not in _OWN_KEYS}
     if _ORIENTATION in header:
-        lines += [
-            f"{_ORIENTATION} = {header[_ORIENTATION]}",
-            f"{_DIRECTIONS[0]} = {_text(direction.T.ravel())}",
-        ]
-    steps = direction * spacing
-    return Volume(values, origin, steps, is_label=is_label, header=tuple(lines))
+        copied[_ORIENTATION] = header[_ORIENTATION]
+        copied[_DIRECTIONS[0]] = _format(direction.T.ravel())
+    lines = tuple(f"{key} = {text}" for key, text in copied.items())
+    return Volume(values, origin, direction * spacing, is_label=is_label, header=lines)
 
 
 def write(path, volume):
@@ -89,7 +88,7 @@ def write(path, volume):
     Parameters
     ----------
     path : Path
-        A .mha file; or a .mhd header, beside which a .raw file is made.
+        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
     volume : Volume
     """
     values = volume.values
@@ -102,12 +101,12 @@ def write(path, volume):
         "BinaryData": "True",
         "BinaryDataByteOrderMSB": "False",
         "CompressedData": "False",
-        "TransformMatrix": _text(direction.T.ravel()),
-        "Offset": _text(volume.origin),
+        "TransformMatrix": _format(direction.T.ravel()),
+        "Offset": _format(volume.origin),
         "CenterOfRotation": "0 0 0",
-        "ElementSpacing": _text(spacing),
+        "ElementSpacing": _format(spacing),
         "DimSize": " ".join(str(n) for n in values.shape[2::-1]),
-        **_kept(volume.header, direction),
+        **_copied(volume.header, direction),
         **({"intent_code": _LABEL_INTENT} if volume.is_label else {}),
         "ElementNumberOfChannels": str(values.shape[3] if values.ndim == 4 else 1),
         "ElementType": _TYPES[values.dtype.name],
@@ -124,9 +123,9 @@ def write(path, volume):
 
 
 def _header(file):
-    """The fields, and after them the names of files if there is a list of them."""
+    """Keys and values, up to the key before the data."""
     header = {}
-    while line := file.readline(_LONGEST):
+    while line := file.readline(_MAX_LINE):
         key, equals, value = volumes.decoded(line).partition("=")
         if equals:
             header[key.strip()] = value.strip()
@@ -134,54 +133,51 @@ def _header(file):
             break
     for name in ("DimSize", "ElementType", "ElementDataFile"):
         if name not in header:
-            raise ValueError(f"it is no MetaImage: it has no {name}")
+            raise ValueError(f"it is not a MetaImage: it has no {name}")
     return header
 
 
-def _kept(lines, direction):
-    """Keys and values of a file that are true of an image with this direction."""
-    found = dict(" ".join(line.splitlines()).split(" = ", 1) for line in lines if " = " in line)
-    kept = {key: text for key, text in found.items() if key not in _OWN_KEYS}
-    if _ORIENTATION in found and _DIRECTIONS[0] in found:
-        before = np.array(found[_DIRECTIONS[0]].split(), float)
-        if len(before) == 9 and np.allclose(before, direction.T.ravel(), rtol=0, atol=1e-9):
-            kept[_ORIENTATION] = found[_ORIENTATION]
-    return kept
+def _copied(lines, direction):
+    """Keys and values of a source file that are true of an image with this direction."""
+    source = dict(" ".join(line.splitlines()).split(" = ", 1) for line in lines if " = " in line)
+    copied = {key: text for key, text in source.items() if key not in _OWN_KEYS}
+    if _ORIENTATION in source and _DIRECTIONS[0] in source:
+        old = np.array(source[_DIRECTIONS[0]].split(), float)
+        if len(old) == 9 and np.allclose(old, direction.T.ravel(), rtol=0, atol=1e-9):
+            copied[_ORIENTATION] = source[_ORIENTATION]
+    return copied
 
 
 def _geometry(header, count):
     """Origin (3,), spacing (3,) and direction (3, 3)."""
-    found = [np.zeros(3), np.ones(3), np.eye(3)]
-    for target, names in zip(
-        found,
-        (
-            ("Offset", "Position", "Origin"),
-            ("ElementSpacing", "ElementSize"),
-            _DIRECTIONS,
-        ),
+    origin, spacing, direction = np.zeros(3), np.ones(3), np.eye(3)
+    for target, names in (
+        (origin, ("Offset", "Position", "Origin")),
+        (spacing, ("ElementSpacing", "ElementSize")),
     ):
         name = next((name for name in names if name in header), None)
-        if name is None:
-            continue
-        numbers = np.array(header[name].split(), dtype=float)
-        if not np.isfinite(numbers).all() and target.ndim == 1:
-            raise ValueError(f"its {name} must be finite numbers")
-        wanted = count**target.ndim
-        if len(numbers) != wanted:
-            what = "direction" if target.ndim == 2 else name
-            of = f"{count} x {count}" if target.ndim == 2 else count
-            raise ValueError(f"its {what} must have {of} numbers, got {len(numbers)}")
-        if target.ndim == 2:
-            target[:count, :count] = numbers.reshape(count, count).T
-        else:
-            target[:count] = numbers
-    return found
+        if name is not None:
+            target[:count] = _numbers(header[name], count, name)
+            if not np.isfinite(target).all():
+                raise ValueError(f"its {name} must be finite numbers")
+    name = next((name for name in _DIRECTIONS if name in header), None)
+    if name is not None:
+        numbers = _numbers(header[name], count * count, "direction")
+        direction[:count, :count] = numbers.reshape(count, count).T
+    return origin, spacing, direction
+
+
+def _numbers(text, count, name):
+    numbers = np.array(text.split(), dtype=float)
+    if len(numbers) != count:
+        raise ValueError(f"its {name} must have {count} numbers, got {len(numbers)}")
+    return numbers
 
 
 def _values(header, file, path, shape):
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
-        raise ValueError(f"values of type `{kind:.40}` are not known")
+        raise ValueError(f"values of type `{kind:.40}` are not supported")
     order = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
     dtype = np.dtype(_DTYPES[kind]).newbyteorder(">" if _is_true(order) else "<")
     encoding = "gzip" if _is_true(header.get("CompressedData", "False")) else "raw"
@@ -193,20 +189,20 @@ def _values(header, file, path, shape):
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
         return _read_values(file, path, Stored(dtype, shape, encoding), 0)
-    slabs, rest = [], shape
     if len(names) > 1:
         if shape[0] % len(names):
             raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
-        rest = [shape[0] // len(names), *shape[1:]]
+        shape = [shape[0] // len(names), *shape[1:]]
+    slabs = []
     for name in names:
-        data = volumes.named_file(path, name)
-        with data.open("rb") as each:
-            slabs.append(_read_values(each, data, Stored(dtype, rest, encoding), skip))
+        data_path = paths.named_file(path, name)
+        with data_path.open("rb") as data:
+            slabs.append(_read_values(data, data_path, Stored(dtype, shape, encoding), skip))
     return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
 
 
 def _data_files(text, file):
-    """Names of the files with values, None for the header's own."""
+    """Names of the files with values; None if they follow the header."""
     if text.upper() == "LOCAL":
         return None
     if text.split()[:1] == ["LIST"]:
@@ -214,10 +210,12 @@ def _data_files(text, file):
     pattern = re.fullmatch(r"([^%]*%\d{0,2}d[^%\s]*)\s+(\d+)\s+(\d+)(?:\s+(\d+))?", text)
     if pattern:
         first, last, step = int(pattern[2]), int(pattern[3]), int(pattern[4] or 1)
-        numbers = range(first, last + 1, max(step, 1))
-        if len(numbers) > 1 << 16:
-            raise ValueError(f"its values must be in a few files, got {len(numbers)}")
-        return [pattern[1] % number for number in numbers]
+        indices = range(first, last + 1, max(step, 1))
+        if len(indices) > _MAX_FILES:
+            raise ValueError(
+                f"its values must be in {_MAX_FILES} files at most, got {len(indices)}"
+            )
+        return [pattern[1] % index for index in indices]
     return [text]
 
 
@@ -240,5 +238,5 @@ def _is_true(text):
     return text[:1] in ("T", "t", "1")
 
 
-def _text(numbers):
+def _format(numbers):
     return " ".join(repr(float(number)) for number in numbers)

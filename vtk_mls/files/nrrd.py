@@ -1,29 +1,33 @@
 """NRRD files: volumes, and the segmentations of 3D Slicer (.seg.nrrd).
 
-Space. `space` is each of the specification, in words or letters of any case. Those of a patient
-(left-posterior-superior, LPS and the other seven, three-dimensional) become LPS; scanner-xyz and
-3D-right-handed or -left-handed, and no space at all, are taken as they are. Files go back into the
-space that they came from.
+pynrrd does not read all that ITK writes or reads: not hex, skips, types and byte orders in capitals
+or by their other names. It also allocates what the header claims, so this module does without it.
 
-Vectors. Arrays whose kind says that they are vectors (vector, covariant-vector, 3-vector,
-3-gradient, 3-normal) are rotated with the space if there is a `measurement frame`, which alone
-says what their numbers mean. They are written in LPS with the identity as theirs: then ITK, which
-does not look at it, takes them for the same. Without one they stay as they are, as in ITK. Colours,
-lists and other kinds never are; a measurement frame that they have (it belongs to the gradients of
-diffusion weighted images) is kept.
+Frame. `space` can be any of the specification, in words or letters of any case. Those of a patient
+(left-posterior-superior, LPS and the other seven) become LPS. scanner-xyz, 3D-right-handed,
+3D-left-handed and a file without a space are read unchanged. Files are written in the space that
+they came from.
 
-Labels. A file is one of labels if its name ends in .seg.nrrd or .seg.nhdr, if it says what segments
-there are, or `intent_code:=1002`, as what ITK has made of NIfTI labels does.
+Vectors. Arrays of a vector kind (vector, covariant-vector, 3-vector, 3-gradient, 3-normal) are
+turned with the space if there is a `measurement frame`, for only that says what their components
+mean. They are written in LPS with the identity as measurement frame, so that ITK, which ignores it,
+reads the same vectors. Without a measurement frame they are not turned, as in ITK. Colors, lists
+and other kinds are never turned; their measurement frame (of the gradients of diffusion-weighted
+images) is written again.
+
+Labels. A file has labels if its name ends in .seg.nrrd or .seg.nhdr, if it names segments, or if it
+has `intent_code:=1002`, as files that ITK converts from NIfTI labels do.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 
 import numpy as np
 
-from vtk_mls.files import frames, volumes
+from vtk_mls.files import frames, paths, volumes
 from vtk_mls.files.volumes import Stored, Volume
 
 _TYPES = {
@@ -45,21 +49,20 @@ _TWO_WORDS = (
     *("old max", "line skip", "byte skip", "sample units", "space units", "space origin"),
     *("measurement frame", "data file"),
 )
-# Other spellings of fields.
-_NAMES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
+_ALIASES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
 _ORDERS = {"little": "<", "big": ">"}
 _ENCODINGS = {
     **dict.fromkeys(("txt", "text", "ascii"), "text"),
     "hex": "hex",
     **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
 }
-_AS_THEY_ARE = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
+_UNCHANGED_SPACES = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
 _SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
-_AXES_OF_ITK = (*_SPATIAL, *_UNKNOWN, "time")  # are no components for ITK
-_KEPT = ("content", "space units", "measurement frame")
+_NOT_COMPONENTS = (*_SPATIAL, *_UNKNOWN, "time")  # for ITK
+_COPIED = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
-_LONGEST = 1 << 20  # bytes of a line
+_MAX_LINE = 1 << 20  # bytes
 _LPS = "left-posterior-superior"
 
 
@@ -86,34 +89,39 @@ def read(path):
             fields, pairs = _header(file)
             sizes = _sizes(fields)
             signs = _signs(fields.get("space", ""))
-            origin, steps, other = _geometry(fields, sizes)
+            origin, steps, component_axis = _geometry(fields, sizes)
             frame = _measurement_frame(fields)
             values = _values(fields, file, path, sizes)
     except KeyError as error:
-        raise ValueError(f"`{path}` is no NRRD volume: it has no field {error}") from None
+        raise ValueError(f"`{path}` is not a NRRD volume: it has no field {error}") from None
     except (EOFError, OSError, OverflowError, ValueError) as error:
-        raise ValueError(f"`{path}` is no NRRD volume that can be read: {error!s:.160}") from None
-    kept = {name: fields[name] for name in _KEPT if name in fields}
-    if other is not None:
-        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - other, -1))
-    if len(sizes) - (other is not None) == 2:
+        raise ValueError(f"`{path}` is not a readable NRRD volume: {error!s:.160}") from None
+    copied = {name: fields[name] for name in _COPIED if name in fields}
+    if component_axis is not None:
+        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - component_axis, -1))
+    if len(sizes) - (component_axis is not None) == 2:
         values = values[None]
-        kept.pop("space units", None)  # of two axes
-    kind = _kind_of(fields, other, len(sizes))
+        copied.pop("space units", None)  # of two axes
+    kind = _component_kind(fields, component_axis, len(sizes))
     if kind:
-        kept["kinds"] = kind  # those of the other axes are known
-    is_vector = frame is not None and kind.lower() in _VECTORS and _is_rotatable(values)
+        copied["kinds"] = kind
+    is_vector = (
+        frame is not None
+        and kind.lower() in _VECTORS
+        and values.shape[3:] == (3,)
+        and values.dtype.kind == "f"
+    )
     if is_vector:
         values = (values @ (frame * signs)).astype(values.dtype)
-        del kept["measurement frame"]
+        del copied["measurement frame"]
     return Volume(
         values,
         origin * signs,
         steps * signs[:, None],
-        is_label=_says_labels(path, pairs),
+        is_label=_has_labels(path, pairs),
         is_vector=is_vector,
         space=fields.get("space", ""),
-        header=(*(f"{name}: {value}" for name, value in kept.items()), *pairs),
+        header=(*(f"{name}: {value}" for name, value in copied.items()), *pairs),
     )
 
 
@@ -123,37 +131,37 @@ def write(path, volume):
     Parameters
     ----------
     path : Path
-        A .nrrd file; or a .nhdr header, beside which a .raw.gz file is made.
+        A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
     volume : Volume
-        Its space is the file's, LPS if it is none of NRRD's.
+        The file gets its space, or LPS if NRRD has no such space.
 
     Raises
     ------
     OSError, ValueError
     """
-    if _is_of_segments(path) and volume.values.dtype.kind not in "iu":
+    if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
         )
     space, signs = _space_for(volume)
-    kept = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
+    copied = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
     values, kinds = volume.values, ["domain"] * 3
-    steps = [_text(step) for step in (volume.steps * signs[:, None]).T]
+    steps = [_format(step) for step in (volume.steps * signs[:, None]).T]
     if values.ndim == 4:
-        kinds, steps = [_kind(volume, kept.get("kinds", "")), *kinds], ["none", *steps]
+        kinds, steps = [_kind(volume, copied.get("kinds", "")), *kinds], ["none", *steps]
     if volume.is_vector:
-        kept["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+        copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
     fields = {
         "type": _TYPES[values.dtype.str[1:]][0],
         "dimension": values.ndim,
         "space": space,
         "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
         "space directions": " ".join(steps),
-        **{name: kept[name] for name in _KEPT if name in kept},
+        **{name: copied[name] for name in _COPIED if name in copied},
         "kinds": " ".join(kinds),
         "endian": "little",
         "encoding": "gzip",
-        "space origin": _text(volume.origin * signs),
+        "space origin": _format(volume.origin * signs),
     }
     is_detached = path.suffix.lower() == ".nhdr"
     if is_detached:
@@ -170,32 +178,32 @@ def write(path, volume):
             _pack(file, values)
 
 
-def _is_of_segments(path):
-    """Whether the name of a file is one of 3D Slicer's segmentations."""
+def _is_segmentation(path):
+    """Whether a file has the name of a segmentation of 3D Slicer."""
     return path.name.lower().endswith((".seg.nrrd", ".seg.nhdr"))
 
 
 def _header(file):
-    """The fields of a header as a dictionary, and the lines of its key/value pairs."""
+    """Fields as a dictionary, and the lines of key/value pairs."""
     if file.read(4) != b"NRRD":
         raise ValueError("it does not begin with NRRD")
     fields, pairs = {}, []
-    file.readline(_LONGEST)
-    while line := file.readline(_LONGEST).rstrip(b"\r\n"):
+    file.readline(_MAX_LINE)
+    while line := file.readline(_MAX_LINE).rstrip(b"\r\n"):
         text = volumes.decoded(line)
         if text.startswith("#"):
             continue
         if _is_field(text):
             key, _, value = text.partition(": ")
             key = key.strip().lower()
-            fields[_NAMES.get(key, key)] = value.strip()
+            fields[_ALIASES.get(key, key)] = value.strip()
         elif ":=" in text:
             pairs.append(text)
     return fields, pairs
 
 
 def _is_field(line):
-    """Whether a line is `field: value`, not `key:=value`."""
+    """Whether a line is `field: value`; otherwise it is `key:=value`."""
     return ": " in line.partition(":=")[0]
 
 
@@ -205,7 +213,7 @@ def _one_line(text):
 
 def _signs(space):
     """Factors between a space of NRRD and LPS."""
-    if space.lower() in _AS_THEY_ARE:
+    if space.lower() in _UNCHANGED_SPACES:
         return np.ones(3)
     try:
         return frames.signs(space)
@@ -224,26 +232,26 @@ def _sizes(fields):
 
 
 def _geometry(fields, sizes):
-    """Origin (3,), steps (3, 3) as columns, and which axis is of components, None if none is."""
+    """Origin (3,), steps (3, 3) as columns, and the axis of components or None."""
     axes = _axes(fields, len(sizes))
-    other = [i for i, step in enumerate(axes) if step is None]
+    component_axes = [i for i, step in enumerate(axes) if step is None]
     steps = [step for step in axes if step is not None]
     origin = _origin(fields, axes)
     shapes = {step.shape for step in [origin, *steps]}
     is_flat = len(steps) == 2 and shapes == {(2,)}
     is_solid = len(steps) == 3 and shapes == {(3,)}
-    if len(axes) != len(sizes) or not (is_flat or is_solid) or len(other) > 1:
+    if len(axes) != len(sizes) or not (is_flat or is_solid) or len(component_axes) > 1:
         raise ValueError(
             "it must have three axes in space, or two in a plane, and at most one of components"
         )
     if is_flat:
         steps = [np.append(step, 0) for step in steps] + [np.zeros(3)]
         origin = np.append(origin, 0)
-    return origin, np.transpose(steps), other[0] if other else None
+    return origin, np.transpose(steps), component_axes[0] if component_axes else None
 
 
 def _measurement_frame(fields):
-    """(3, 3) whose rows are in space what the components of vectors count; None without one."""
+    """(3, 3); row i is the direction of component i in space. None without the field."""
     if "measurement frame" not in fields:
         return None
     rows = [_vector(text) for text in re.findall(r"\([^)]*\)", fields["measurement frame"])]
@@ -252,31 +260,24 @@ def _measurement_frame(fields):
     return np.array(rows)
 
 
-def _kind_of(fields, axis, count):
-    """The kind of an axis, "" if the file says none that is one of components."""
+def _component_kind(fields, axis, count):
+    """The kind of the axis of components, "" if the file says none."""
     kinds = fields.get("kinds", "").split()
     kind = kinds[axis] if axis is not None and len(kinds) == count else ""
-    return "" if kind.lower() in _AXES_OF_ITK else kind
-
-
-def _is_rotatable(values):
-    return values.shape[3:] == (3,) and values.dtype.kind == "f"
+    return "" if kind.lower() in _NOT_COMPONENTS else kind
 
 
 def _space_for(volume):
-    """The space of a file, and its factors."""
-    space = volume.space or _LPS
-    try:
-        signs = _signs(space)
-    except ValueError:
-        return _LPS, np.ones(3)
-    if volume.is_vector and (signs < 0).any():  # see above
-        return _LPS, np.ones(3)
-    return space, signs
+    """The space to write, and its signs. Vectors are written in LPS (see above)."""
+    with contextlib.suppress(ValueError):
+        signs = _signs(volume.space)
+        if volume.space and not (volume.is_vector and (signs < 0).any()):
+            return volume.space, signs
+    return _LPS, np.ones(3)
 
 
 def _origin(fields, axes):
-    """The place of the first value, which is in the middle of its cell if nothing else is said."""
+    """Position of the first value: the middle of its cell, unless `centers` says node."""
     is_spatial = [step is not None for step in axes]
     size = next((len(step) for step in axes if step is not None), 3)
     if "space origin" in fields:
@@ -291,16 +292,16 @@ def _origin(fields, axes):
         raise ValueError(f"its axis mins and centers must be {count}, one for each axis")
     lengths = [0.0 if step is None else step.sum() for step in axes]
     halves = [0.0 if center == "node" else 0.5 for center in centers]
-    found = [low + half * length for low, half, length in zip(mins, halves, lengths)]
-    origin = np.array(found)[is_spatial]
+    firsts = [low + half * length for low, half, length in zip(mins, halves, lengths)]
+    origin = np.array(firsts)[is_spatial]
     return np.where(np.isnan(origin), 0.0, origin)
 
 
 def _axes(fields, count):
-    """The step in space along each axis, None along one of components."""
+    """The step in space along each axis; None for components."""
     if "space directions" in fields:
-        found = re.findall(r"none|\([^)]*\)", fields["space directions"])
-        steps = [None if text == "none" else _vector(text) for text in found]
+        texts = re.findall(r"none|\([^)]*\)", fields["space directions"])
+        steps = [None if text == "none" else _vector(text) for text in texts]
         return [None if step is None or np.isnan(step).all() else step for step in steps]
     spacings = [float(text) for text in fields.get("spacings", "nan " * count).split()]
     kinds = fields.get("kinds", "??? " * count).lower().split()
@@ -317,31 +318,31 @@ def _axes(fields, count):
 def _spatial_axes(kinds, spacings):
     """Indices of the axes in space, at most three.
 
-    Kinds say them. Where they do not, axes without a spacing are not in space if three others have
-    one; else the first three are, as in ITK.
+    If kinds do not say it, axes with a spacing are in space if they are three in all; otherwise the
+    first three are, as in ITK.
     """
-    sure = [i for i, kind in enumerate(kinds) if kind in _SPATIAL]
+    spatial = [i for i, kind in enumerate(kinds) if kind in _SPATIAL]
     unknown = [i for i, kind in enumerate(kinds) if kind in _UNKNOWN]
-    spaced = [i for i in unknown if np.isfinite(spacings[i])]
-    if len(sure) + len(spaced) == 3:
-        unknown = spaced
-    return sorted([*sure, *unknown[: max(3 - len(sure), 0)]])
+    with_spacing = [i for i in unknown if np.isfinite(spacings[i])]
+    if len(spatial) + len(with_spacing) == 3:
+        unknown = with_spacing
+    return sorted([*spatial, *unknown[: max(3 - len(spatial), 0)]])
 
 
 def _values(fields, file, path, sizes):
-    """The values (slowest axis first), from the header's file or the one that it names."""
+    """The values, slowest axis first, from the file of the header or from the one that it names."""
     kind = " ".join(fields["type"].lower().split())
     if kind not in _DTYPES:
-        raise ValueError(f"values of type `{fields['type']}` are not known")
+        raise ValueError(f"values of type `{fields['type']}` are not supported")
     encoding = _ENCODINGS.get(fields["encoding"].lower())
     if encoding is None:
-        raise ValueError(f"the encoding `{fields['encoding']}` is not known")
+        raise ValueError(f"the encoding `{fields['encoding']}` is not supported")
     dtype, shape = np.dtype(_DTYPES[kind]), sizes[::-1]
     if "endian" not in fields and dtype.itemsize > 1 and encoding != "text":
         raise ValueError(f"its values of type `{kind}` need a field `endian`")
     order = fields.get("endian", "little").lower()
     if order not in _ORDERS:
-        raise ValueError(f"the endian `{order}` is not known")
+        raise ValueError(f"`endian` must be little or big, got `{order}`")
     dtype = dtype.newbyteorder(_ORDERS[order])
     lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
     if "data file" not in fields:
@@ -349,7 +350,7 @@ def _values(fields, file, path, sizes):
     name = fields["data file"]
     if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
         raise ValueError("its values are in several files; give one file")
-    data = volumes.named_file(path, name)
+    data = paths.named_file(path, name)
     with data.open("rb") as file:
         return _read_values(file, data, Stored(dtype, shape, encoding), lines, skip)
 
@@ -360,16 +361,11 @@ def _read_values(file, path, stored, lines, skip):
     for _ in range(max(lines, 0)):
         if not file.readline():
             break
-    if encoding == "text":
-        values = _from_text(file.read().replace(b",", b" ").split(), dtype.newbyteorder("="))
+    if encoding in ("text", "hex"):
+        values = _decoded(file.read(), dtype, encoding)
         if len(values) < count:
             raise ValueError(f"expected {count} values, got {len(values)}")
         return values[:count].reshape(shape)
-    if encoding == "hex":
-        content = bytes.fromhex(file.read().decode("ascii"))
-        if len(content) < count * dtype.itemsize:
-            raise ValueError(f"expected {count} values, got {len(content) // dtype.itemsize}")
-        return np.frombuffer(content, dtype, count).astype(dtype.newbyteorder("=")).reshape(shape)
     if skip < 0:
         if skip < -1 or encoding != "raw":
             raise ValueError(f"byte skip {skip} must not be negative here")
@@ -382,14 +378,20 @@ def _read_values(file, path, stored, lines, skip):
     )
 
 
-def _from_text(words, dtype):
-    if dtype.kind == "f" or dtype == np.uint64:
-        return np.array(words, dtype=dtype)
-    values, limits = np.array(words, dtype=np.int64), np.iinfo(dtype)
-    wrong = values[(values < limits.min) | (values > limits.max)]
-    if len(wrong):
-        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {wrong[0]}")
-    return values.astype(dtype)
+def _decoded(content, dtype, encoding):
+    """Values (n,) from text or from hexadecimal digits."""
+    native = dtype.newbyteorder("=")
+    if encoding == "hex":
+        content = bytes.fromhex(content.decode("ascii"))
+        return np.frombuffer(content, dtype, len(content) // dtype.itemsize).astype(native)
+    words = content.replace(b",", b" ").split()
+    if native.kind == "f" or native == np.uint64:
+        return np.array(words, native)
+    values, limits = np.array(words, np.int64), np.iinfo(native)
+    outside = values[(values < limits.min) | (values > limits.max)]
+    if len(outside):
+        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {outside[0]}")
+    return values.astype(native)
 
 
 def _pack(file, values):
@@ -397,42 +399,42 @@ def _pack(file, values):
         volumes.write_values(packed, values)
 
 
-def _says_labels(path, pairs):
+def _has_labels(path, pairs):
     keys = (line.partition(":=")[0] for line in pairs)
     has_segments = any(re.fullmatch(r"Segment\d+_ID", key) for key in keys)
-    return _is_of_segments(path) or has_segments or _LABEL_INTENT in pairs
+    return _is_segmentation(path) or has_segments or _LABEL_INTENT in pairs
 
 
 def _label_pairs(pairs, values):
-    """Key/value pairs of labels: with segments whose extents hold wherever labels have moved to."""
+    """Key/value pairs of labels; the extent of each segment becomes that of the volume."""
     extent = " ".join(f"0 {n - 1}" for n in values.shape[2::-1])
-    kept = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
-    if _LABEL_INTENT in kept or any(re.match(r"Segment\d+_ID:=", line) for line in kept):
-        return kept
-    return [*kept, _LABEL_INTENT]
+    lines = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
+    if _LABEL_INTENT in lines or any(re.match(r"Segment\d+_ID:=", line) for line in lines):
+        return lines
+    return [*lines, _LABEL_INTENT]
 
 
 def _other_pairs(pairs):
-    """Key/value pairs without those that speak of labels."""
+    """Key/value pairs without those about labels."""
     return [
         line for line in pairs if line != _LABEL_INTENT and not re.match(r"Segment\w*_\w+:=", line)
     ]
 
 
-def _kind(volume, kept):
-    """The kind of the axis of components."""
+def _kind(volume, source_kind):
+    """The kind of the axis of components, given that of the source file."""
     if volume.is_vector:
-        return kept if kept.lower() in _VECTORS else "vector"
-    if kept:
-        return kept
-    components = volume.values.shape[3]
-    is_colour = volume.values.dtype == np.uint8 and not volume.is_label
-    return {3: "RGB-color", 4: "RGBA-color"}.get(components * is_colour, "list")
+        return source_kind if source_kind.lower() in _VECTORS else "vector"
+    if source_kind:
+        return source_kind
+    is_color = volume.values.dtype == np.uint8 and not volume.is_label
+    names = {3: "RGB-color", 4: "RGBA-color"} if is_color else {}
+    return names.get(volume.values.shape[3], "list")
 
 
 def _vector(text):
     return np.array([float(number) for number in text.strip("() ").split(",")])
 
 
-def _text(vector):
-    return f"({','.join(repr(float(each)) for each in vector)})"
+def _format(vector):
+    return f"({','.join(repr(float(number)) for number in vector)})"

@@ -1,7 +1,7 @@
 """Files of simulation programs, of several blocks, and of several time steps.
 
-VTK has readers for most formats, in modules that not every VTK has: they are imported when they are
-needed. Others are read by meshio, if it is installed.
+VTK has readers for most formats, in modules that some builds lack, so they are imported when they
+are needed. meshio reads the others, if it is installed.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from xml.sax.saxutils import unescape
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from vtk_mls.files import volumes, vtk_io
+from vtk_mls.files import paths, vtk_io
 
-# Names of other files in those that name some.
+# Names of other files in a file.
 _NAMES = {
     "xml": re.compile(r"""\b(?:file|Source)\s*=\s*(?:"([^"]*)"|'([^']*)')"""),
     "case": re.compile(r"^[^:\n]*:.*?([^\s:]+)\s*$", re.MULTILINE),
@@ -27,23 +27,23 @@ _NAMES = {
 
 
 def open_file(reader, syntax, path):
-    """What a file holds, to be read when it is wanted.
+    """The time steps of a file, and a function that reads one.
 
     Parameters
     ----------
     reader : str
         Module and class of VTK's reader.
     syntax : {"xml", "case", "xdmf", "none"}
-        How the file names others, which must be there, and in its folder.
+        How the file names other files, which must exist in its folder.
     path : Path
 
     Returns
     -------
     times : tuple of float
-        Of its time steps; empty if it says none.
+        Of its time steps; empty if it has none.
     read : callable
-        Gives the dataset of a time step by its number. None, or a dataset of any kind, if the file
-        is broken: VTK's output window has heard why.
+        Returns the dataset of a time step by its index; None or any dataset if the file is broken,
+        with the reason in VTK's output window.
 
     Raises
     ------
@@ -59,19 +59,19 @@ def open_file(reader, syntax, path):
     else:
         reader.SetFileName(str(path))
     if not reader.GetExecutive().UpdateInformation():
-        return (), lambda number: None
+        return (), lambda index: None
     if hasattr(reader, "EnableAllPointArrays"):
         reader.EnableAllPointArrays()
         reader.EnableAllCellArrays()
     key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
     times = tuple(reader.GetOutputInformation(0).Get(key) or ())
 
-    def read(number):
-        done = reader.UpdateTimeStep(times[number]) if times else reader.GetExecutive().Update()
+    def read(index):
+        success = reader.UpdateTimeStep(times[index]) if times else reader.GetExecutive().Update()
         data = reader.GetOutputDataObject(0)
-        if not done or data is None:
+        if not success or data is None:
             return None
-        copy = data.NewInstance()  # the reader's own is used for the next step
+        copy = data.NewInstance()  # the reader writes the next step to its own
         copy.ShallowCopy(data)
         return copy
 
@@ -79,33 +79,31 @@ def open_file(reader, syntax, path):
 
 
 def _check_names(path, syntax):
-    """Raise if a file names others that are not there, or not in its folder."""
-    for found in _NAMES[syntax].finditer(path.read_text("utf-8", "replace")):
-        name = found[found.lastindex]
+    """Raise ValueError if a file names others that are missing or outside of its folder."""
+    for match in _NAMES[syntax].finditer(path.read_text("utf-8", "replace")):
+        name = match[match.lastindex]
         if syntax == "xml":
-            volumes.named_file(path, unescape(name, {"&quot;": '"', "&apos;": "'"}))
+            paths.named_file(path, unescape(name, {"&quot;": '"', "&apos;": "'"}))
         else:
-            volumes.check_within(name)
+            paths.check_within(name)
 
 
 def read_by_meshio(path):
-    """A mesh as meshio reads it, by way of a file that both know."""
+    """Read a mesh with meshio, by way of a .vtu file."""
     try:
         import meshio
     except ImportError:
-        raise ValueError(
-            "it is read by meshio, which is not installed: pip install meshio"
-        ) from None
-    said = io.StringIO()
+        raise ValueError("it needs the package meshio: pip install meshio") from None
+    printed = io.StringIO()
     with tempfile.TemporaryDirectory() as folder:
-        between = Path(folder) / "mesh.vtu"
-        with contextlib.redirect_stdout(said):
+        vtu_path = Path(folder) / "mesh.vtu"
+        with contextlib.redirect_stdout(printed):
             try:
-                meshio.read(path).write(between, compression=None)
-            # whatever its parsers stumble over in a broken file; it even exits
+                meshio.read(path).write(vtu_path, compression=None)
+            # its parsers raise anything on broken files, and even exit
             except (Exception, SystemExit) as error:
-                reason = str(error) if isinstance(error, Exception) else said.getvalue()
+                reason = str(error) if isinstance(error, Exception) else printed.getvalue()
                 if isinstance(error, ImportError):
                     reason += f": pip install {error.name}"
                 raise ValueError(f"meshio says: {reason or type(error).__name__}") from None
-        return vtk_io.read(vtkXMLUnstructuredGridReader(), between)
+        return vtk_io.read(vtkXMLUnstructuredGridReader(), vtu_path)

@@ -1,8 +1,8 @@
-"""What a dataset from a file must be before anything computes with it.
+"""Checks of datasets from files.
 
-VTK's readers hand on what a broken file says: corners that are no points, arrays of other lengths,
-types of cells that do not exist. VTK's filters take such data at their word and read or write
-memory that is not theirs.
+VTK's readers return the contents of a broken file unchecked: point ids out of range, arrays of
+wrong lengths, unknown cell types. VTK's filters do not check them either, and access memory out of
+bounds.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from vtkmodules.vtkCommonDataModel import (
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-_HIGHER_ORDER = 60  # cells of this type and above have any number of points from a least one on
+_HIGHER_ORDER = 60  # cells of this type and above have a minimum number of points
 
 
 def check(dataset):
-    """Raise ValueError with what is wrong with a vtkDataSet, if something is."""
+    """Raise ValueError if a vtkDataSet is broken."""
     if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints():
-        ImageGeometry.of_image(dataset).grid  # noqa: B018  raises what is wrong
+        ImageGeometry.of_image(dataset).grid  # noqa: B018  raises if broken
     if isinstance(dataset, vtkRectilinearGrid):
         _check_axes(dataset)
     if isinstance(dataset, vtkPointSet):
         _check_points(dataset)
     if isinstance(dataset, vtkPolyData):
         for cells in (dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys()):
-            _check_corners(cells, dataset.GetNumberOfPoints())
-        _check_corners(dataset.GetStrips(), dataset.GetNumberOfPoints())
+            _check_connectivity(cells, dataset.GetNumberOfPoints())
+        _check_connectivity(dataset.GetStrips(), dataset.GetNumberOfPoints())
     if isinstance(dataset, vtkUnstructuredGrid):
         _check_grid(dataset)
     for data, count in (
@@ -45,27 +45,27 @@ def check(dataset):
         (dataset.GetCellData(), dataset.GetNumberOfCells()),
     ):
         for i in range(data.GetNumberOfArrays()):
-            found = data.GetAbstractArray(i).GetNumberOfTuples()
-            if found != count:
+            size = data.GetAbstractArray(i).GetNumberOfTuples()
+            if size != count:
                 raise ValueError(
-                    f"array `{data.GetArrayName(i)}` must have {count} tuples, got {found}"
+                    f"array `{data.GetArrayName(i)}` must have {count} tuples, got {size}"
                 )
 
 
 def _check_axes(grid):
     axes = grid.GetXCoordinates(), grid.GetYCoordinates(), grid.GetZCoordinates()
-    found = tuple(0 if axis is None else axis.GetNumberOfTuples() for axis in axes)
-    if found != _dimensions(grid):
-        raise ValueError(f"it must have {_dimensions(grid)} coordinates, got {found}")
+    sizes = tuple(0 if axis is None else axis.GetNumberOfTuples() for axis in axes)
+    if sizes != _dimensions(grid):
+        raise ValueError(f"it must have {_dimensions(grid)} coordinates, got {sizes}")
 
 
 def _check_points(mesh):
     points = mesh.GetPoints()
     if points is not None and points.GetData().GetNumberOfComponents() != 3:
         raise ValueError("its points must have three coordinates")
-    found = 0 if points is None else points.GetNumberOfPoints()
-    if isinstance(mesh, vtkStructuredGrid) and math.prod(_dimensions(mesh)) != found:
-        raise ValueError(f"it must have {_dimensions(mesh)} points, got {found} in all")
+    count = 0 if points is None else points.GetNumberOfPoints()
+    if isinstance(mesh, vtkStructuredGrid) and math.prod(_dimensions(mesh)) != count:
+        raise ValueError(f"it must have {_dimensions(mesh)} points, got {count} in all")
 
 
 def _dimensions(grid):
@@ -77,41 +77,41 @@ def _dimensions(grid):
 
 
 def _check_grid(grid):
-    """Check the cells of a vtkUnstructuredGrid, with the faces of its polyhedra."""
+    """Check the cells of a vtkUnstructuredGrid and the faces of its polyhedra."""
     if grid.GetNumberOfCells() == 0:
         return
-    sizes = _check_corners(grid.GetCells(), grid.GetNumberOfPoints())
+    sizes = _check_connectivity(grid.GetCells(), grid.GetNumberOfPoints())
     types = arrays.cell_types(grid)
     if len(types) != len(sizes):
         raise ValueError(f"it must have a type for each of the {len(sizes)} cells")
     for kind in np.unique(types).tolist():
         cell = vtkGenericCell.InstantiateCell(kind)
         if cell is None:
-            raise ValueError(f"it has a cell of the type {kind}, which is not known")
-        needed, found = cell.GetNumberOfPoints(), sizes[types == kind]
-        wrong = found < needed if kind >= _HIGHER_ORDER else (found != needed) & (needed > 0)
+            raise ValueError(f"it has a cell of the type {kind}, which VTK does not have")
+        count, counts = cell.GetNumberOfPoints(), sizes[types == kind]
+        wrong = counts < count if kind >= _HIGHER_ORDER else (counts != count) & (count > 0)
         if wrong.any():
             raise ValueError(
-                f"a {cell.GetClassName()} has {needed} points, got one with {found[wrong][0]}"
+                f"a {cell.GetClassName()} has {count} points, got one with {counts[wrong][0]}"
             )
     faces = getattr(grid, "GetPolyhedronFaces", lambda: None)()  # VTK 9.4
     if faces is not None and faces.GetNumberOfCells():
-        _check_corners(faces, grid.GetNumberOfPoints())
-        _check_corners(grid.GetPolyhedronFaceLocations(), faces.GetNumberOfCells())
+        _check_connectivity(faces, grid.GetNumberOfPoints())
+        _check_connectivity(grid.GetPolyhedronFaceLocations(), faces.GetNumberOfCells())
 
 
-def _check_corners(cells, count):
-    """Numbers of corners of the cells (n,), if all of them are among `count` points."""
+def _check_connectivity(cells, count):
+    """Number of points of each cell (n,), if all point ids are below `count`."""
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, int)
     offsets = arrays.to_numpy(cells.GetOffsetsArray())
-    corners = arrays.to_numpy(cells.GetConnectivityArray())
+    connectivity = arrays.to_numpy(cells.GetConnectivityArray())
     sizes = np.diff(offsets)
-    if offsets[0] != 0 or offsets[-1] != len(corners) or (sizes < 0).any():
-        raise ValueError("its cells do not fit the list of their corners")
-    if len(corners) and not 0 <= corners.min() <= corners.max() < count:
+    if offsets[0] != 0 or offsets[-1] != len(connectivity) or (sizes < 0).any():
+        raise ValueError("its cell offsets do not fit its connectivity")
+    if len(connectivity) and not 0 <= connectivity.min() <= connectivity.max() < count:
         raise ValueError(
-            f"its cells must have corners among {count} points, got corners from "
-            f"{corners.min()} to {corners.max()}"
+            f"the point ids of its cells must be from 0 to {count - 1}, got "
+            f"{connectivity.min()} to {connectivity.max()}"
         )
     return sizes

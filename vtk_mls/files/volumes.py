@@ -1,41 +1,41 @@
-"""A volume as a file has it, and the values of files that are raw or compressed."""
+"""The content of an image file, and its values, raw or compressed."""
 
 from __future__ import annotations
 
 import bz2
 import gzip
 import io
+import math
 import zlib
 from dataclasses import dataclass
-from pathlib import PurePosixPath, PureWindowsPath
 from typing import NamedTuple
 
 import numpy as np
 
-_PIECE = 1 << 20  # bytes
-_FAST = 1  # level of compression: a third of the time of the usual one, files some percent larger
-_MOST = {"raw": 1, "gzip": 1032, "bzip2": 1_500_000}  # bytes that one byte of the file can become
+_CHUNK = 1 << 20  # bytes
+_LEVEL = 1  # of compression: a third of the default level's time, files some percent larger
+_MAX_RATIO = {"raw": 1, "gzip": 1032, "bzip2": 1_500_000}  # bytes per byte of the file
 
 
 @dataclass(frozen=True, eq=False)
 class Volume:
-    """What a file of one image says.
+    """The content of an image file.
 
     Parameters
     ----------
     values : (nz, ny, nx) or (nz, ny, nx, components) array
     origin : (3,) float64, world coordinates
-        Of the first value; LPS, whatever the file's own frame is.
+        Of the first value; LPS for any frame of the file.
     steps : (3, 3) float64, world units
-        Columns are the steps between neighbours along the three axes.
+        Columns are the steps between neighbors along the three axes.
     is_label : bool
         Whether values are labels, which must not be mixed.
     is_vector : bool
-        Whether the components are a vector in the world.
+        Whether the components are a vector in world coordinates.
     space : str
-        Name of the file's own frame, if it can have several.
+        Name of the file's frame, if its format knows several.
     header : tuple of str
-        Lines of the file's header that a file of the same format is to have again.
+        Lines of the header that a file of the same format gets again.
     """
 
     values: np.ndarray
@@ -48,7 +48,7 @@ class Volume:
 
 
 def decoded(line):
-    """Text of bytes, which are Latin-1 if they are not UTF-8."""
+    """Text from UTF-8 or, if that fails, Latin-1."""
     try:
         return line.decode()
     except UnicodeDecodeError:
@@ -56,7 +56,7 @@ def decoded(line):
 
 
 def full_steps(steps, dimensions):
-    """Steps (3, 3) with unit ones, at right angles, for axes of one point whose own are 0.
+    """Steps (3, 3), with orthogonal unit steps for axes of one point whose step is 0.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ def full_steps(steps, dimensions):
     steps = np.array(steps, dtype=float)
     is_missing = (np.asarray(dimensions) <= 1) & ~steps.any(axis=0)
     if is_missing.any() and np.isfinite(steps).all():
-        rest = np.linalg.svd(steps)[0][:, 3 - is_missing.sum() :]
-        for axis, step in zip(np.flatnonzero(is_missing), rest.T):
+        complement = np.linalg.svd(steps)[0][:, 3 - is_missing.sum() :]
+        for axis, step in zip(np.flatnonzero(is_missing), complement.T):
             steps[:, axis] = step * np.sign(step[np.abs(step).argmax()])
     return steps
 
 
 class Stored(NamedTuple):
-    """How a file stores values: `encoding` is "text", or as of `unpacked`."""
+    """Storage of values; `encoding` is "text", "hex" or as in `unpacked`."""
 
     dtype: np.dtype
     shape: tuple
@@ -83,56 +83,53 @@ class Stored(NamedTuple):
 
 
 def unpacked(file, encoding):
-    """A binary file with what an open one holds from where it stands.
+    """A binary file of the decompressed rest of an open file.
 
     Parameters
     ----------
     file : binary file
     encoding : {"raw", "gzip", "bzip2"}
-        "gzip" is also for zlib's own streams.
+        "gzip" is also zlib's format.
     """
     if encoding == "bzip2":
         return bz2.BZ2File(file)
-    return io.BufferedReader(_Inflated(file), _PIECE) if encoding == "gzip" else file
+    return io.BufferedReader(_Inflated(file), _CHUNK) if encoding == "gzip" else file
 
 
 def read_values(file, dtype, shape, size, encoding="raw"):
     """Values from a binary file, in this machine's byte order.
 
-    No more memory is taken, and no more is unpacked, than the values need, and none for values
-    that the file cannot hold.
+    Memory is allocated only if the file can hold so many values. Nothing behind them is unpacked.
 
     Parameters
     ----------
     file : binary file
-        As `unpacked` gives it.
+        As returned by `unpacked`.
     dtype : dtype
         With the byte order of the file.
     shape : ints
     size : int
-        Bytes of the file before it is unpacked.
+        Bytes of the packed file.
     encoding : str
-        As for `unpacked`.
+        As in `unpacked`.
 
     Raises
     ------
     ValueError
-        If there are less, or a checksum behind them is wrong.
+        If values are missing, or the checksum behind them is wrong.
     """
-    dtype, count = np.dtype(dtype), 1
-    for n in shape:
-        count *= int(n)
-    most = _MOST[encoding] * size // dtype.itemsize
-    if count > most:
+    dtype, count = np.dtype(dtype), math.prod(map(int, shape))
+    max_count = _MAX_RATIO[encoding] * size // dtype.itemsize
+    if count > max_count:
         at_most = "" if encoding == "raw" else "at most "
-        raise ValueError(f"expected {count} values, got {at_most}{most}")
+        raise ValueError(f"expected {count} values, got {at_most}{max_count}")
     values = np.empty(count, dtype)
-    room, done = values.view(np.uint8), 0
-    while done < len(room):
-        read = file.readinto(room[done : done + _PIECE])
-        if not read:
-            raise ValueError(f"expected {count} values, got {done // dtype.itemsize}")
-        done += read
+    content, start = values.view(np.uint8), 0
+    while start < len(content):
+        size = file.readinto(content[start : start + _CHUNK])
+        if not size:
+            raise ValueError(f"expected {count} values, got {start // dtype.itemsize}")
+        start += size
     if encoding == "gzip":
         file.read(1)  # the checksum comes after the values
     if not dtype.isnative:
@@ -141,76 +138,47 @@ def read_values(file, dtype, shape, size, encoding="raw"):
 
 
 def skip(file, size):
-    """Read on over some bytes of a binary file."""
-    while size > 0 and (read := len(file.read(min(size, _PIECE)))):
-        size -= read
+    """Read and drop some bytes of a binary file."""
+    while size > 0 and (dropped := len(file.read(min(size, _CHUNK)))):
+        size -= dropped
 
 
 def packing(file):
-    """A binary file that is packed, as gzip does, into an open one."""
-    return gzip.GzipFile("", "wb", _FAST, file, mtime=0)
+    """A binary file that is written to an open one in gzip's format."""
+    return gzip.GzipFile("", "wb", _LEVEL, file, mtime=0)
 
 
 def write_values(file, values):
-    """Write values to a binary file, the last axis fastest, with their lowest bytes first."""
+    """Write values to a binary file, last axis fastest, little-endian."""
     data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint8)
-    for start in range(0, len(data), _PIECE):
-        file.write(data[start : start + _PIECE])
-
-
-def named_file(path, name):
-    """The file that a header names.
-
-    Parameters
-    ----------
-    path : Path
-        Of the header.
-    name : str
-        As the header has it, from the header's folder on.
-
-    Raises
-    ------
-    ValueError
-        If it leads out of that folder, or to no file.
-    """
-    check_within(name)
-    found = path.parent / name
-    if not found.is_file():
-        raise ValueError(f"there is no data file `{found}`")
-    return found
-
-
-def check_within(name):
-    """Raise ValueError if a file that a header names is not in the header's folder."""
-    paths = PurePosixPath(name), PureWindowsPath(name)
-    if any(path.is_absolute() or path.drive or ".." in path.parts for path in paths):
-        raise ValueError(f"its data file `{name:.80}` is not in its own folder")
+    for start in range(0, len(data), _CHUNK):
+        file.write(data[start : start + _CHUNK])
 
 
 class _Inflated(io.RawIOBase):
-    """What a stream of zlib's, or the members of a gzip file, hold."""
+    """The content of a zlib stream, or of all members of a gzip file."""
 
     def __init__(self, file):
         self._file, self._packed = file, b""
-        self._inflater = zlib.decompressobj(wbits=47)  # by itself finds out which of the two
+        self._inflater = zlib.decompressobj(wbits=47)  # detects which of the two
 
     def readable(self):
         return True
 
-    def readinto(self, room):
+    def readinto(self, buffer):
         while True:
-            packed = self._packed or self._file.read(_PIECE)
+            packed = self._packed or self._file.read(_CHUNK)
             if self._inflater.eof:
                 if not packed.startswith(b"\x1f\x8b"):
                     return 0
                 self._inflater = zlib.decompressobj(wbits=47)
             try:
-                values = self._inflater.decompress(packed, len(room))
+                values = self._inflater.decompress(packed, len(buffer))
             except zlib.error as error:
                 raise ValueError(f"its values cannot be unpacked: {error}") from None
             self._packed = self._inflater.unconsumed_tail or self._inflater.unused_data
             if values:
-                room[: len(values)] = values
+                buffer[: len(values)] = values
                 return len(values)
             if not packed:  # cut off
                 return 0

@@ -1,4 +1,4 @@
-"""Files by VTK's own readers and writers, whose failures become errors."""
+"""VTK's own readers and writers, whose failures become errors."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from contextlib import contextmanager
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow, vtkVersion
 from vtkmodules.vtkCommonMisc import vtkErrorCode
 
-_LONGEST = 200  # characters of what others say in an error
+_MAX_TEXT = 200  # characters of a quoted error
 
 
 def made(name):
-    """A new reader or writer of VTK's, by its module and class: `vtkIOXML.vtkXMLPolyDataReader`.
+    """A new reader or writer by module and class, such as `vtkIOXML.vtkXMLPolyDataReader`.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def made(name):
 
 
 def read(reader, path):
-    """What a reader makes of a file."""
+    """The output of a reader."""
     reader.SetFileName(str(path))
     reader.Update()
     return reader.GetOutputDataObject(0)
@@ -51,18 +51,15 @@ def write(writer, dataset, path):
 
 
 def check_size(path, size):
-    """Raise OSError if a file has not the bytes that it must have.
-
-    For writers that do not notice it when the disk is full.
-    """
+    """Raise OSError unless a file has so many bytes, for writers that miss a full disk."""
     if path.stat().st_size != size:
         raise _disk_full()
 
 
 @contextmanager
 def failures_named(path):
-    """What goes wrong, also what VTK only reports, becomes a ValueError that names the file."""
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    """Turn errors, also those that VTK only prints, into a ValueError that names the file."""
+    default_window, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
@@ -75,7 +72,7 @@ def failures_named(path):
             raise
         raise ValueError(f"`{path}` cannot be used: {_sentence(str(error))}") from error
     finally:
-        vtkOutputWindow.SetInstance(usual)
+        vtkOutputWindow.SetInstance(default_window)
         vtkLogger.SetStderrVerbosity(verbosity)
     errors = _reported(window.GetOutput())
     if errors:
@@ -83,19 +80,19 @@ def failures_named(path):
 
 
 def _reported(text):
-    """Errors in what VTK has printed, those that say a reason first."""
+    """Errors that VTK has printed, those with a reason first."""
     if isinstance(text, bytes):  # it quotes a file that is no text
         text = text.decode(errors="replace")
-    found = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
-    found = [error for error in found if "did not create output" not in error]  # is seen anyway
-    return sorted(found, key=lambda error: "returned failure for request" in error)
+    errors = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
+    errors = [error for error in errors if "did not create output" not in error]  # no reason
+    return sorted(errors, key=lambda error: "returned failure for request" in error)
 
 
 def _sentence(text):
-    """The beginning of a text on one line, without what is not for reading."""
+    """The beginning of a text on one line, without addresses and control characters."""
     text = re.sub(r" \(0x[0-9a-f]+\)", "", " ".join(text.split()))
-    text = "".join(each if each.isprintable() else "?" for each in text)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    text = "".join(letter if letter.isprintable() else "?" for letter in text)
+    return text if len(text) <= _MAX_TEXT else f"{text[:_MAX_TEXT]}..."
 
 
 def _disk_full():

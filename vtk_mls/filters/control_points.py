@@ -6,7 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls.base.validation import short_repr
-from vtk_mls.files import control_point_files, provenance
+from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.handle_arrows import fill_arrows
@@ -42,7 +42,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         fill_arrows(arrows, rest, deformed)
         if mode == "file":
             for polydata in (points, arrows):
-                provenance.keep(polydata, provenance.SPACE, ["LPS"])
+                metadata.store(polydata, metadata.SPACE, ["LPS"])
         return 1
 
     def _filed(self):

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSet, vtkImageDat
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid
-from vtk_mls.files import nifti, provenance
+from vtk_mls.files import metadata, nifti
 from vtk_mls.filters import gradients, parallel, pipeline, property_tables, void_arrays
 from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
@@ -92,8 +92,8 @@ class MLSDisplacementField(DeformingFilter):
             extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
             whole = ImageGeometry.of_image(dataset)
             whole = whole.part(extent or whole.extent)
-            lines = nifti.place_lines(provenance.kept(dataset, provenance.NIFTI_HEADER))
-            provenance.keep(output, provenance.NIFTI_HEADER, lines)
+            lines = nifti.geometry_lines(metadata.load(dataset, metadata.NIFTI_HEADER))
+            metadata.store(output, metadata.NIFTI_HEADER, lines)
             if whole.is_empty:
                 raise ValueError("`Input` is an empty image; it must have at least one point")
         else:
@@ -135,7 +135,7 @@ class MLSDisplacementField(DeformingFilter):
             displacement[part], found[part] = field.displacement, field.found
             if with_jacobian:
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
-        _add_field(output, provenance.FORWARD_DISPLACEMENT, displacement)
+        _add_field(output, metadata.FORWARD_DISPLACEMENT, displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         failures = np.array([np.count_nonzero(~found)], np.int64)
         arrays.add(output.GetFieldData(), "FailedInverses", failures)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from vtk_mls.base import buffer_pool, interpolation
-from vtk_mls.files import provenance
+from vtk_mls.files import metadata
 from vtk_mls.filters import gradients, pipeline, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.vtk import arrays
@@ -60,7 +60,7 @@ class Resampling:
         self._void_distance = self._gradient = None
         name = options.gradient_array
         self._scalars = gradients.scalars(image, name) if name else None  # (nz, ny, nx)
-        self.labels = {*options.label_arrays, *provenance.kept(image, provenance.LABEL_ARRAYS)}
+        self.labels = {*options.label_arrays, *metadata.load(image, metadata.LABEL_ARRAYS)}
 
     def tasks(self):
         """Functions of a Progress, in their order."""

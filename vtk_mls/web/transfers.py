@@ -16,7 +16,7 @@ from vtk_mls import io
 from vtk_mls.base import child_process
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.files.replacing import replacing
+from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
 MAX_HANDLE_BYTES = 64 << 20

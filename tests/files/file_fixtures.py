@@ -1,0 +1,168 @@
+"""Images and meshes for tests of files, and their oracles."""
+
+import gzip
+import struct
+
+import nibabel
+import numpy as np
+import SimpleITK
+from vtk_fixtures import TURNED, add_array, make_image
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
+
+from vtk_mls.files import frames
+from vtk_mls.filters import MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
+ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])
+VALUES = np.arange(7 * 8 * 9, dtype=np.int16).reshape(7, 8, 9) * 17 % 991
+HANDLES = ORIGIN + [(2, 3, 4), (8, 1, 5), (3, 9, 2), (6, 6, 12)]
+DRAGGED = HANDLES + [(1.5, 0, 0), (0, -1, 0.5), (0, 0, 0), (0.25, 0.5, -2)]
+VECTORS = np.stack([VALUES, -VALUES, VALUES + 7.5], axis=-1).astype(np.float32)
+META = """ObjectType = Image
+NDims = 3
+DimSize = 9 8 7
+ElementType = MET_SHORT
+Offset = 1 2 3
+ElementSpacing = 2 3 4
+AnatomicalOrientation = RAI
+"""
+COLORS = (np.arange(7 * 8 * 9 * 4) % 251).astype(np.uint8).reshape(7, 8, 9, 4)
+NRRD = """NRRD0004
+# a comment: with a colon
+type: short
+dimension: 3
+space: left-anterior-superior
+sizes: 2 2 1
+space directions: (0,2,0) (-3,0,0) (0,0,4)
+kinds: domain domain domain
+endian: little
+encoding: raw
+space origin: (5,6,7)
+key:=value
+"""
+NRRD_DATA = struct.pack("<4h", 1, 2, 3, 400)
+
+
+def image_with(values, vtk_type, **place):
+    image = make_image((4, 3, 2), **place)
+    add_array(image.GetPointData(), "values", values, vtk_type)
+    image.GetPointData().SetActiveScalars("values")
+    return image
+
+
+def scalars(image):
+    return arrays.to_numpy(image.GetPointData().GetScalars())
+
+
+def assert_same_place(image, other, atol=0.0):
+    np.testing.assert_allclose(
+        ImageGeometry.of_image(image).grid.points(),
+        ImageGeometry.of_image(other).grid.points(),
+        atol=atol,
+    )
+
+
+def _structured_grid():
+    points, grid = vtkPoints(), vtkStructuredGrid()
+    points.SetNumberOfPoints(8)
+    for number in range(8):
+        points.SetPoint(number, number % 2, number // 2 % 2, number // 4)
+    grid.SetDimensions(2, 2, 2)
+    grid.SetPoints(points)
+    return grid
+
+
+def output_of(source):
+    source.Update()
+    return source.GetOutput()
+
+
+MESHES = {
+    ".vtu": lambda: output_of(vtkCellTypeSource()),
+    ".vtk": lambda: output_of(vtkCellTypeSource()),
+    ".vts": _structured_grid,
+    **dict.fromkeys((".vtp", ".stl", ".ply"), lambda: output_of(vtkSphereSource())),
+}
+
+
+def matrix(image):
+    """(3, 4) matrix from indices to the world of an image of ours."""
+    grid = ImageGeometry.of_image(image).grid
+    return np.column_stack([grid.index_to_world, grid.origin])
+
+
+def in_lps(affine):
+    return np.diag([-1, -1, 1]) @ affine[:3]
+
+
+def itk_matrix(path):
+    image = SimpleITK.ReadImage(str(path))
+    direction = np.reshape(image.GetDirection(), (3, 3))
+    return np.column_stack([direction * image.GetSpacing(), image.GetOrigin()])
+
+
+def as_itk(direction, values=VALUES):
+    image = SimpleITK.GetImageFromArray(values)
+    image.SetOrigin(ORIGIN.tolist())
+    image.SetSpacing(SPACING.tolist())
+    image.SetDirection(direction.ravel().tolist())
+    return image
+
+
+def nrrd_bytes(space, direction, values=VALUES, more=""):
+    """A NRRD file of the same image, in a space of eight."""
+    signs = frames.signs(space)
+    steps = (direction * SPACING).T * signs
+    vectors = [f"({','.join(map(repr, vector.tolist()))})" for vector in (*steps, ORIGIN * signs)]
+    header = (
+        f"NRRD0005\ntype: {values.dtype.name}\ndimension: 3\nspace: {space}\nsizes: 9 8 7\n"
+        f"space directions: {' '.join(vectors[:3])}\nkinds: domain domain domain\n"
+        f"endian: little\nencoding: gzip\nspace origin: {vectors[3]}\n{more}\n"
+    )
+    return header.encode() + gzip.compress(values.tobytes())
+
+
+def as_nifti(direction, values=VALUES, kind=nibabel.Nifti1Image):
+    affine = np.eye(4)
+    affine[:3] = np.diag([-1, -1, 1]) @ np.column_stack([direction * SPACING, ORIGIN])
+    return kind(values.T, affine)
+
+
+def field_on(image, inverse=False):
+    corners = ImageGeometry.of_image(image).grid.corners()
+    moved = np.array(corners)
+    moved[0] += 0.1 * (corners[-1] - corners[0])
+    field = MLSDisplacementField()
+    field.SetInputData(0, image)
+    field.SetRestPoints(corners)
+    field.SetDeformedPoints(moved)
+    field.SetInverse(inverse)
+    assert field.Update()
+    return field.GetOutput()
+
+
+def nifti_header(size, **changes):
+    header = nibabel.Nifti2Header()
+    header.set_data_shape(size)
+    header["vox_offset"], header["magic"] = 544, b"n+2\0\r\n\x1a\n"
+    for name, value in changes.items():
+        header[name] = value
+    return header.binaryblock + bytes(4)
+
+
+def limits(name):
+    """A volume with the least and the greatest value of a type."""
+    dtype = np.dtype(name)
+    info = np.finfo(dtype) if dtype.kind == "f" else np.iinfo(dtype)
+    values = VALUES.astype(dtype)
+    values.flat[:2] = info.min, info.max
+    return values
+
+
+def write_by_itk(path, values):
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(path))
+    return path
