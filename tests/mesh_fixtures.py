@@ -2,16 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    add_array,
-    connect,
-    control_points,
-    device,  # noqa: F401
-    messages,  # noqa: F401
-)
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, connect, control_points
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,

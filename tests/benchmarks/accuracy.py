@@ -13,7 +13,14 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from conftest import EXTENT, HARD_SETS, KINDS_AND_DEGREES, deformation, places, random_handles
+from control_point_sets import (
+    EXTENT,
+    HARD_SETS,
+    KINDS_AND_DEGREES,
+    deformation,
+    places,
+    random_handles,
+)
 
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device.devices import Device
@@ -26,7 +33,7 @@ HEAD = """# Accuracy
 
 Largest error of a displacement against the specification in float64, in **thousandths of a voxel of
 a volume of 256^3** that the control points fill: at 500 points all over it, and at and next to
-control points. Made by `make accuracy` on {device}. The sets are those of `tests/conftest.py`.
+control points. Made by `make accuracy` on {device}. The sets: `tests/control_point_sets.py`.
 Without float64, degree 2 at alpha 3 and degree 3 from alpha 2 on lose digits that one can see.
 """
 

@@ -6,15 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import SimpleITK as sitk
-from command_fixtures import PROJECT, WITHOUT, files, run  # noqa: F401
-from conftest import DEVICES
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    messages,  # noqa: F401
-    values_of,
-)
+from command_fixtures import WITHOUT, run
+from control_point_sets import DEVICES
+from vtk_fixtures import DEFORMED, FAST, REST, values_of
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import (

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from command_fixtures import files  # noqa: F401
-from vtk_fixtures import FAST, messages  # noqa: F401
+from vtk_fixtures import FAST
 
 from vtk_mls import io
 from vtk_mls.cli import main

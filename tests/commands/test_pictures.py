@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import vtkmodules.vtkRenderingOpenGL2
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
-from vtk_fixtures import FAST, messages, opengl  # noqa: F401  (fixtures)
+from vtk_fixtures import FAST
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter

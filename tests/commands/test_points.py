@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 import SimpleITK as sitk
-from command_fixtures import files, run  # noqa: F401
-from vtk_fixtures import DEFORMED, FAST, REST, messages  # noqa: F401
+from command_fixtures import run
+from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane
 from vtk_mls.cli import main

@@ -4,16 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import files  # noqa: F401
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    add_array,
-    make_image,
-    messages,  # noqa: F401
-    values_of,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io

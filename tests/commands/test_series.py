@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_fixtures import AT, run
-from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid

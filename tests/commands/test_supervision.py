@@ -6,8 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from command_fixtures import AT, PROJECT, files, run  # noqa: F401
-from vtk_fixtures import DEFORMED, REST, messages  # noqa: F401
+from command_fixtures import AT, PROJECT, run
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import (
+from control_point_sets import (
     DEVICES,
     EXTENT,
     KINDS_AND_DEGREES,
@@ -11,6 +11,7 @@ from conftest import (
     random_handles,
     random_rotation,
 )
+from cut_shapes import EVERY_SHAPE, SHAPES, lengths
 from pairwise import paired
 
 from vtk_mls import (
@@ -22,47 +23,10 @@ from vtk_mls import (
     Surface,
 )
 
-HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
-SHAPES = {
-    "half-plane": (HALF_PLANE,),
-    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
-    "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
-    "concave polygon": (
-        Surface.polygon([(40, 40, 128), (220, 40, 128), (128, 90, 128), (220, 220, 128)]),
-    ),
-    "bent surface": (
-        Surface(
-            [(60, 60, 100), (200, 60, 100), (60, 130, 140), (200, 130, 140), (130, 210, 110)],
-            [(0, 1, 2), (1, 3, 2), (2, 3, 4)],
-        ),
-    ),
-    "crossing half-planes": (HALF_PLANE, HalfPlane((128, 100, 128), (1, 0, 0.3), (0, 1, 0))),
-    "crossing planes": (
-        Plane((128, 128, 128), (0.1, 0.2, 1)),
-        Plane((100, 128, 100), (1, 0, 0.1)),
-    ),
-    "plane and half-plane": (Plane((128, 128, 100), (0.1, 0, 1)), HALF_PLANE),
-    "outside": (HalfPlane((900, 128, 128), (0, 0, 1), (1, 0, 0)),),
-}
-
-
-@pytest.fixture(params=SHAPES)
-def cuts(request):
-    return SHAPES[request.param]
-
-
-@pytest.fixture(params=["reference", *DEVICES])
-def device(request):
-    return request.param
-
 
 @pytest.fixture(params=CUT_FRAMES)
 def cut_frame(request):
     return request.param
-
-
-def lengths(vectors):
-    return np.linalg.norm(vectors, axis=-1)
 
 
 def shortest(cut, v, q):
@@ -233,14 +197,6 @@ def test_a_closed_surface_has_no_detour():
 
 
 # The map
-
-
-EVERY_SHAPE = paired(
-    shape=SHAPES,
-    kind_and_degree=KINDS_AND_DEGREES,
-    device=["reference", *DEVICES],
-    cut_frame=CUT_FRAMES,
-)
 
 
 @EVERY_SHAPE

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import DEVICES, random_handles
+from control_point_sets import DEVICES, random_handles
 
 import vtk_mls
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Plane, Sampling, Surface

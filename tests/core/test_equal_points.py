@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import DEVICES, EXTENT, deformation, random_handles
+from control_point_sets import DEVICES, EXTENT, deformation, random_handles
 from pairwise import paired
 
 from vtk_mls import HalfPlane, Plane, Surface

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import (
+from control_point_sets import (
     DEVICES,
     EXTENT,
     KINDS_AND_DEGREES,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+from control_point_sets import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine.launch.launcher import Launcher

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import (
+from control_point_sets import (
     DEVICES,
     HARD_SETS,
     KINDS_AND_DEGREES,

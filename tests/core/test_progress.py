@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import DEVICES, EXTENT, random_handles
+from control_point_sets import DEVICES, EXTENT, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.base.progress import SILENT, Progress, whole

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from conftest import DEVICES, random_rotation
+from control_point_sets import DEVICES, random_rotation
 from scipy.ndimage import map_coordinates
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, HalfPlane, Sampling

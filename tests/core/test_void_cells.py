@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 from pairwise import paired
 
 from vtk_mls import VOID_VALUES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from conftest import (
+from control_point_sets import (
     DEVICES,
     KINDS_AND_DEGREES,
     deformation,
     random_handles,
     random_rotation,
 )
-from test_cuts import EVERY_SHAPE, HALF_PLANE, SHAPES, cuts, device, lengths  # noqa: F401  (fixtures)
+from cut_shapes import HALF_PLANE, SHAPES, lengths
 
 from vtk_mls import (
     VOID_VALUES,

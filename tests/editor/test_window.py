@@ -37,12 +37,7 @@ x.XCloseDisplay(display)
 """
 
 
-@pytest.fixture(autouse=True)
-def _screen():
-    missing = [tool for tool in ("Xvfb", "xdotool") if not shutil.which(tool)]
-    if missing:
-        report = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
-        report(f"no {', '.join(missing)} on this system: tests/paraview/install.sh installs them")
+pytestmark = pytest.mark.usefixtures("screen")
 
 
 class Window:

@@ -7,9 +7,9 @@ import time
 import pytest
 from command_fixtures import PROJECT
 from opened_brain import MOST_ACTIONS, NAME, OpenedBrain, copy_to
-from test_window import _screen, window  # noqa: F401  (one is a fixture)
+from test_window import window
 
-pytestmark = pytest.mark.matrix
+pytestmark = [pytest.mark.matrix, pytest.mark.usefixtures("screen")]
 _SIZE = 1200, 850
 _PICTURES = PROJECT / "build" / "window"
 

@@ -6,7 +6,7 @@ import types
 
 import pyopencl as cl
 import pytest
-from conftest import DEVICES, LOCAL_POINTS
+from control_point_sets import DEVICES, LOCAL_POINTS
 
 from vtk_mls import Deformation, DeviceError
 from vtk_mls.base.resources import resource

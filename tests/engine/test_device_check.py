@@ -12,7 +12,7 @@ import types
 from pathlib import Path
 
 import pytest
-from conftest import DEVICES, LOCAL_POINTS
+from control_point_sets import DEVICES, LOCAL_POINTS
 
 from vtk_mls.base import child_process, messages
 from vtk_mls.engine import dispatch

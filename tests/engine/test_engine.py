@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import (
+from control_point_sets import (
     DEVICES,
     EXTENT,
     HARD_SETS,

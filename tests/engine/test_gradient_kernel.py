@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import DEVICES, random_rotation
+from control_point_sets import DEVICES, random_rotation
 
 from vtk_mls import Grid
 from vtk_mls.engine import dispatch

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from conftest import DEVICES, OTHER_DEVICES
+from control_point_sets import DEVICES, OTHER_DEVICES
 
 pytest.importorskip("pyopencl", reason="there is no OpenCL without pyopencl")
 

@@ -1,7 +1,7 @@
 """The check of a device launches kernels of every sort."""
 
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 
 from vtk_mls.commands import kernel_checks
 from vtk_mls.engine import dispatch

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from conftest import DEVICES, random_rotation
+from control_point_sets import DEVICES, random_rotation
 from kernel_functions import call
 
 from vtk_mls import Deformation, HalfPlane, Surface

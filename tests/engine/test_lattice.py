@@ -4,7 +4,7 @@ import gc
 
 import numpy as np
 import pytest
-from conftest import DEVICES, EXTENT, deformation, random_handles
+from control_point_sets import DEVICES, EXTENT, deformation, random_handles
 
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.engine import dispatch, engine

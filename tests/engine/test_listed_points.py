@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
 from vtk_mls.engine import dispatch

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 
 from vtk_mls import INTERPOLATIONS, Grid
 from vtk_mls.base import interpolation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.sample import void_corners

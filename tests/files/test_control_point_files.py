@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from vtk_fixtures import messages, update  # noqa: F401
+from vtk_fixtures import update
 
 from vtk_mls.files import control_point_files, point_tables
 from vtk_mls.filters import MLSControlPoints

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    TURNED,
-    add_array,
-    make_image,
-    messages,  # noqa: F401
-    values_of,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image, values_of
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import KINDS, Deformation, Grid, io

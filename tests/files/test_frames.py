@@ -19,7 +19,6 @@ from file_fixtures import (
     scalars,
 )
 from slicer_peer import needs_slicer
-from vtk_fixtures import TURNED, messages  # noqa: F401
 
 from vtk_mls import io
 from vtk_mls.cli import main

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from file_fixtures import MESHES, assert_same_place, image_with, output_of, scalars
-from vtk_fixtures import TURNED, TYPES, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import TURNED, TYPES, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkStripper

@@ -4,16 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from command_fixtures import files  # noqa: F401
-from vtk_fixtures import (  # noqa: F401
-    DEFORMED,
-    FAST,
-    REST,
-    control_points,
-    make_image,
-    messages,
-    update,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, control_points, make_image, update
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import io

@@ -2,14 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    DEFORMED,
-    REST,
-    TYPES,
-    add_array,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import DEFORMED, REST, TYPES, add_array, update
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,

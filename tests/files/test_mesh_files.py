@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 import pytest
 from command_fixtures import WITHOUT, run
-from vtk_fixtures import FAST, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkMultiBlockDataSet,

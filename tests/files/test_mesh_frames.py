@@ -5,7 +5,7 @@ import pytest
 import slicer_peer
 from file_fixtures import MESHES
 from slicer_peer import needs_slicer
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, messages  # noqa: F401
+from vtk_fixtures import DEFORMED, FAST, REST, add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkConeSource

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 import SimpleITK
 from file_fixtures import META, VALUES, image_with, scalars
-from vtk_fixtures import (
-    TYPES,
-    messages,  # noqa: F401
-)
+from vtk_fixtures import TYPES
 
 from vtk_mls import io
 from vtk_mls.vtk.arrays import ImageGeometry

@@ -24,9 +24,6 @@ from file_fixtures import (
     nifti_header,
     scalars,
 )
-from vtk_fixtures import (
-    messages,  # noqa: F401
-)
 
 from vtk_mls import io
 from vtk_mls.base.messages import listening

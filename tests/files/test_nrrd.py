@@ -26,7 +26,6 @@ from file_fixtures import (
     scalars,
     write_by_itk,
 )
-from vtk_fixtures import messages  # noqa: F401
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io

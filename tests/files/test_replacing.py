@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from file_fixtures import MESHES, image_with
-from vtk_fixtures import TYPES, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import TYPES, add_array, make_image
 from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
 from vtk_mls import io

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from vtk_fixtures import messages, update  # noqa: F401
+from vtk_fixtures import update
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 from mesh_fixtures import mixed, rectilinear, sphere, structured
-from vtk_fixtures import FAST, add_array, connect, control_points, make_image, messages, update  # noqa: F401
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update
 
 from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField

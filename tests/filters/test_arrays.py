@@ -5,7 +5,7 @@ import weakref
 
 import numpy as np
 import pytest
-from vtk_fixtures import TURNED, TYPES, add_array, make_image, messages  # noqa: F401
+from vtk_fixtures import TURNED, TYPES, add_array, make_image
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkInformation, vtkStringArray
 from vtkmodules.vtkCommonDataModel import (

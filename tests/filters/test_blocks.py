@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 from mesh_fixtures import array_of, cells, deforming, places_of, set_places
-from vtk_fixtures import (
-    DEFORMED,
-    REST,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import DEFORMED, REST, add_array, connect, control_points, make_image, update
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,

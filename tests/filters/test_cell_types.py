@@ -19,15 +19,7 @@ from mesh_fixtures import (
     set_places,
     sizes,
 )
-from vtk_fixtures import (
-    REST,
-    TURNED,
-    TYPES,
-    add_array,
-    control_points,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import REST, TURNED, TYPES, add_array, control_points, update
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_EMPTY_CELL,

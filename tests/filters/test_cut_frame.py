@@ -2,17 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    FAST,
-    add_array,
-    connect,
-    control_points,
-    device,  # noqa: F401
-    make_image,
-    messages,  # noqa: F401
-    update,
-    values_of,
-)
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update, values_of
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling
 from vtk_mls.filters import MLSDeform, MLSDisplacementField

@@ -2,24 +2,8 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import (
-    CUTS,
-    MESHES,
-    OPENED,
-    any_mesh,  # noqa: F401
-    as_grid,
-    cells,
-    count,
-    deforming,
-    places_of,
-)
-from vtk_fixtures import (
-    add_array,
-    control_points,
-    device,  # noqa: F401
-    messages,  # noqa: F401
-    update,
-)
+from mesh_fixtures import CUTS, MESHES, OPENED, as_grid, cells, count, deforming, places_of
+from vtk_fixtures import add_array, control_points, update
 from vtkmodules.vtkCommonDataModel import (
     VTK_TETRA,
     vtkCellArray,

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 from mesh_fixtures import (
     CUTS,
     HIGH,
@@ -12,7 +12,6 @@ from mesh_fixtures import (
     MESHES,
     OPENED,
     VOLUMES,
-    any_mesh,  # noqa: F401
     array_of,
     as_grid,
     cells,
@@ -28,14 +27,7 @@ from mesh_fixtures import (
     split,
 )
 from pairwise import paired
-from vtk_fixtures import (
-    REST,
-    add_array,
-    control_points,
-    device,  # noqa: F401
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import REST, add_array, control_points, update
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,

@@ -10,9 +10,7 @@ from vtk_fixtures import (
     add_array,
     connect,
     control_points,
-    device,  # noqa: F401
     make_image,
-    messages,  # noqa: F401
     update,
     values_of,
 )

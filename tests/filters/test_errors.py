@@ -10,7 +10,6 @@ from vtk_fixtures import (
     add_array,
     connect,
     control_points,
-    messages,  # noqa: F401
     update,
 )
 from vtkmodules.util.misc import calldata_type

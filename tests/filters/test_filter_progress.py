@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, cells, deforming
-from vtk_fixtures import (
-    FAST,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 

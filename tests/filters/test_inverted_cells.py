@@ -16,13 +16,7 @@ from mesh_fixtures import (
     sphere,
     structured,
 )
-from vtk_fixtures import (
-    REST,
-    add_array,
-    control_points,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import REST, add_array, control_points, update
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,

@@ -10,7 +10,6 @@ from mesh_fixtures import (
     LINEAR,
     LOW,
     QUADRATIC,
-    any_mesh,  # noqa: F401
     array_of,
     cells,
     count,
@@ -23,16 +22,7 @@ from mesh_fixtures import (
     sphere,
     structured,
 )
-from vtk_fixtures import (
-    DEFORMED,
-    REST,
-    add_array,
-    control_points,
-    device,  # noqa: F401
-    make_image,
-    messages,  # noqa: F401
-    update,
-)
+from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,

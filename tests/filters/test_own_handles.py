@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (  # noqa: F401
+from vtk_fixtures import (
     DEFORMED,
     FAST,
     REST,
@@ -11,7 +11,6 @@ from vtk_fixtures import (  # noqa: F401
     connect,
     control_points,
     make_image,
-    messages,
     update,
     values_of,
 )

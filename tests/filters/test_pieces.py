@@ -13,7 +13,6 @@ from vtk_fixtures import (
     connect,
     control_points,
     make_image,
-    messages,  # noqa: F401
     update,
 )
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES
+from control_point_sets import DEVICES
 from vtk_fixtures import add_array, connect, make_image, update, values_of
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 

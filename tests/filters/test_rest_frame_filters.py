@@ -2,26 +2,15 @@
 
 import numpy as np
 import pytest
-from conftest import DEVICES
-from mesh_fixtures import (
-    CUTS,
-    MESHES,
-    array_of,
-    as_grid,
-    deforming,
-    places_of,
-    sizes,
-    split,
-)
+from control_point_sets import DEVICES
+from mesh_fixtures import CUTS, MESHES, array_of, as_grid, deforming, places_of, sizes, split
 from vtk_fixtures import (
     FAST,
     REST,
     add_array,
     connect,
     control_points,
-    device,  # noqa: F401
     make_image,
-    messages,  # noqa: F401
     update,
     values_of,
 )

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, make_image, messages, values_of  # noqa: F401
+from vtk_fixtures import FAST, make_image, values_of
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,

@@ -9,7 +9,7 @@ from functools import partial
 import pytest
 from gui import running
 from gui_scenes import OWN, SETUP, noise, write_brain
-from paraviews import PICTURES, PROJECT, display, paraview  # noqa: F401  fixtures
+from paraviews import PICTURES, PROJECT
 
 HAS_QT = """
 try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import nibabel
 import numpy as np
 import pytest
-from gui_fixtures import brain, display, gui, paraview, require_qt, start  # noqa: F401  fixtures
+from gui_fixtures import require_qt
 from gui_scenes import ASIDE, BRAIN, OWN, PROJECT, PULL, noise, vtk_mls_command, write_image
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 from gui import LISTENER
-from gui_fixtures import display, paraview, require_qt, start  # noqa: F401  fixtures
+from gui_fixtures import require_qt
 from gui_scenes import PICTURES, PROJECT, noise
 
 pytestmark = pytest.mark.matrix

@@ -7,7 +7,6 @@ import time
 import numpy as np
 import pytest
 from gui import LISTENER
-from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
 from gui_scenes import BALL, HANDLE, PICTURES, PROJECT, PULL, SETUP, noise, write_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
 from gui_scenes import AS_VOLUME, BALL, HANDLE, PULL
 
 

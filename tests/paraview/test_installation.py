@@ -10,7 +10,7 @@ import venv
 from pathlib import Path
 
 import pytest
-from paraviews import PARAVIEWS, display  # noqa: F401  fixture
+from paraviews import PARAVIEWS
 
 from vtk_mls.base.resources import resource
 from vtk_mls.cli import main

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
 from gui_scenes import HANDLE, LIVE, PULL
 
 

@@ -8,7 +8,6 @@ import socket
 import subprocess
 
 import pytest
-from gui_fixtures import display, gui, paraview, start  # noqa: F401  fixtures
 from gui_scenes import HANDLE, LIVE, LOAD, PROJECT, PULL, SETUP, WAVELET
 
 NO_GLSL = """

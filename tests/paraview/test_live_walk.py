@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import display, gui, paraview, require_qt, start  # noqa: F401  fixtures
+from gui_fixtures import require_qt
 from gui_scenes import AS_VOLUME, HANDLE, LIVE, PULL, VALUES, WAVELET
 
 VOLUME = ["vtkVolume"]  # ParaView's own is of another class

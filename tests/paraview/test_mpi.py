@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from paraviews import NOISE, PROJECT, display, paraview  # noqa: F401  fixtures
+from paraviews import NOISE, PROJECT
 
 SCRIPTS = Path("tests/paraview/mpi")
 TIMEOUT = 300  # seconds

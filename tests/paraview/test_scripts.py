@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from gui_scenes import write_brain
-from paraviews import PICTURES, PROJECT, display, paraview  # noqa: F401  fixtures
+from paraviews import PICTURES, PROJECT
 
 SCRIPTS = sorted(
     path.relative_to(PROJECT)

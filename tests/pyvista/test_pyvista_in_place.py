@@ -6,8 +6,7 @@ import importlib
 
 import numpy as np
 import pytest
-from conftest import DEVICES
-from vtk_fixtures import opengl  # noqa: F401
+from control_point_sets import DEVICES
 
 from vtk_mls import Deformation, Grid, Plane, Surface
 from vtk_mls.engine import dispatch, engine

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
 from pairwise import paired
-from vtk_fixtures import add_array, control_points, messages, opengl, update  # noqa: F401
+from vtk_fixtures import add_array, control_points, update
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals

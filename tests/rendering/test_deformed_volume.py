@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
 from pairwise import paired
-from vtk_fixtures import FAST, TURNED, messages, opengl  # noqa: F401  (fixtures)
+from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageShiftScale

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from drawing import Scene, image_of, phantom, volume_of
 from test_deformed_volume import deformation
-from vtk_fixtures import opengl  # noqa: F401  (fixture)
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls.rendering import DeformedVolume, pace

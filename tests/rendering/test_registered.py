@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
-from vtk_fixtures import FAST, messages, opengl, update  # noqa: F401  (fixtures)
+from vtk_fixtures import FAST, update
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper

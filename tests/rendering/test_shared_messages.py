@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from drawing import Scene, image_of, volume_of
 from test_deformed_volume import VALUES, deformation
-from vtk_fixtures import messages, opengl  # noqa: F401  (fixtures)
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.rendering import DeformedVolume, shader

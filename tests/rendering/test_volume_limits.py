@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from drawing import Scene, assert_alike, image_of, volume_of
 from test_deformed_volume import VALUES, deformation, resampled
-from vtk_fixtures import messages, opengl  # noqa: F401  (fixtures)
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper

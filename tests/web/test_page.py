@@ -13,7 +13,6 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from browser_fixtures import browser  # noqa: F401  (a fixture)
 from command_fixtures import PROJECT, run
 from page_mouse import drag
 from page_server import server

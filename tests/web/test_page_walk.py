@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 import pytest
-from browser_fixtures import browser  # noqa: F401  (a fixture)
 from command_fixtures import PROJECT
 from opened_brain import MOST_ACTIONS, NAME, OpenedBrain, copy_to
 from page_mouse import drag

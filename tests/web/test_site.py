@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from browser_fixtures import browser  # noqa: F401  (a fixture)
 
 PROJECT = Path(__file__).resolve().parents[2]
 SITE = PROJECT / "docs" / "_build" / "html"

@@ -1,0 +1,5 @@
+"""Fixtures of PyVista."""
+
+from vtk_fixtures import opengl
+
+__all__ = ["opengl"]
