@@ -26,7 +26,7 @@ from file_fixtures import (
 )
 
 from vtk_mls import io
-from vtk_mls.base.messages import listening
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -56,7 +56,7 @@ def write_nifti(path, qform, qform_code, sform, sform_code, unit="mm"):
 def heard(read):
     """What `read` returns, and the warnings meanwhile."""
     sentences = []
-    with listening(None, sentences.append):
+    with message_handlers(None, sentences.append):
         return read(), sentences
 
 
