@@ -118,7 +118,7 @@ def _deform_all(steps, deform, options):
     """Deform and write one time step after the other."""
     from vtk_mls.commands import series
 
-    lost, inverted, are_empty, notes = 0, 0, [], ""
+    failures, inverted, are_empty, notes = 0, 0, [], ""
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with distinct_warnings(), series.writing(options.output) as write:
@@ -128,13 +128,13 @@ def _deform_all(steps, deform, options):
             inverted_cells = remarks.InvertedCells(deform, dataset)
             update(deform, options, number, len(steps))
             inverted += inverted_cells.take()
-            lost += _failures(deform.GetOutput())
+            failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
             if number + 1 == len(steps):  # the map is the same for all
                 notes = _notes(deform)
             with step("write", options.output):
                 write(time, deform.GetOutput())
-    summary = f"{len(steps)} time steps, {options.kind}{_lost_points(lost)}"
+    summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
     summary += remarks.inverted_cells(inverted) + notes
     _report(summary, are_empty, options)
     return 0

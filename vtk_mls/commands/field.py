@@ -126,11 +126,11 @@ def _summary(output, options):
 def _remarks(output, options):
     """Warnings about points whose state the file cannot hold."""
     count, is_whole = output.GetNumberOfPoints(), options.output.lower().endswith((".vti", ".vtk"))
-    lost = _number_of(output, "NoInverse")
-    if lost:
+    failures = _number_of(output, "NoInverse")
+    if failures:
         value = "is 0" if options.jacobian else "leads to the nearest place that was found"
         yield (
-            f"{lost} of {count} points have no forward image, for the map folds or a cut was "
+            f"{failures} of {count} points have no forward image, for the map folds or a cut was "
             f"pushed over them; the value there {value}"
         )
     void = _number_of(output, "Void")

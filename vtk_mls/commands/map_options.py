@@ -74,8 +74,7 @@ def add(parser, is_interactive=False):
     for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)
     if not is_interactive:
-        text = "show a progress bar even without a terminal"
-        add("--progress", action="store_true", help=text)
+        add("--progress", action="store_true", help="show a progress bar even without a terminal")
         text = "continue if all control points rest and nothing moves, instead of an error"
         add("--allow-identity", action="store_true", help=text)
 

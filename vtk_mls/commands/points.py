@@ -88,12 +88,12 @@ def _losses(landmarks, moved, options, are_left_out):
     from vtk_mls.files.landmarks import listed
 
     fate = "left out" if are_left_out else "marked so"
-    lost = np.flatnonzero(landmarks.is_placed & ~moved.is_placed).tolist()
+    failures = np.flatnonzero(landmarks.is_placed & ~moved.is_placed).tolist()
     unplaced = int((~landmarks.is_placed).sum())
     text = ""
-    if lost:
-        names = listed([landmarks.labels[i] or f"number {i + 1}" for i in lost])
-        text += f"; {len(lost)} have no place in the output and are {fate}: {names}"
+    if failures:
+        names = listed([landmarks.labels[i] or f"number {i + 1}" for i in failures])
+        text += f"; {len(failures)} have no place in the output and are {fate}: {names}"
     if unplaced and are_left_out:
         text += f"; {unplaced} are not placed in `{options.input}` and are left out"
     return text

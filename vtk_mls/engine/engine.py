@@ -150,11 +150,11 @@ class Engine:
         result = buffer_pool.empty((grid.size, 9), np.float32)
         launches = self._launches(deformation)
         slabs = self.launcher.slabs(grid.size, deformation, 36)
-        rivals = self._competing_distances(deformation, slabs)
+        competing = self._competing_distances(deformation, slabs)
         for part in progress.over(slabs):
             with self.memory.output_buffer(result[part]) as out:
                 for map_, second_pass in launches:
-                    outputs = [out, *map_.void_outputs(rivals)]
+                    outputs = [out, *map_.void_outputs(competing)]
                     map_.launch_on_grid(
                         "grid_jacobian", grid, part, *outputs, second_pass=second_pass
                     )
@@ -236,8 +236,8 @@ class Engine:
         The second pass computes void points of other regions.
         """
         maps = self._maps(deformation)
-        rivals = [(map_, True) for map_ in maps] if deformation.has_competing_regions else []
-        return [(map_, False) for map_ in maps] + rivals
+        second = [(map_, True) for map_ in maps] if deformation.has_competing_regions else []
+        return [(map_, False) for map_ in maps] + second
 
     def _competing_distances(self, deformation, slabs):
         """A buffer for void distances, if competing regions need it to choose; else None."""
@@ -286,14 +286,14 @@ class Engine:
             sampling.target.size, deformation, bytes_per_point + 4 + largest
         )
         sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
-        rivals = self._competing_distances(deformation, slabs)
+        competing = self._competing_distances(deformation, slabs)
         launches = [
             (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
             for map_, second_pass in self._launches(deformation)
         ]
         for part in progress.over(slabs):
             with ExitStack() as buffers:
-                distance = rivals
+                distance = competing
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.inout_buffer(void_distance[part]))
                 for map_, to_source, second_pass in launches:

@@ -117,24 +117,24 @@ def _inverse(deformation, region, x):
     return v, residual
 
 
-def _newton(deformation, region, x, trial):
-    """v with G(v) = x, from `trial`, all (m, 3); the residuals |G(v) - x| (m,), world units.
+def _newton(deformation, region, x, candidate):
+    """v with G(v) = x, from `candidate`, all (m, 3); the residuals |G(v) - x| (m,), world units.
 
     Backtracking halves a step that does not reduce the residual. Steps may cross cuts; only the end
     of the search is checked against them.
     """
     at = _evaluation_points(deformation, x)
-    trial = np.where(_is_blocked(deformation, x, trial)[:, None], x, trial)
-    v = trial.copy()
+    candidate = np.where(_is_blocked(deformation, x, candidate)[:, None], x, candidate)
+    v = candidate.copy()
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
     tolerance = _CONVERGED * _size_of(region.control_points, x)
     active = np.arange(len(x))
     for _ in range(_MAX_EVALUATIONS):
-        fit = _Fit(deformation, region.control_points, trial[active], at and at.rows(active))
-        error = x[active] - trial[active] - fit.displacement()
+        fit = _Fit(deformation, region.control_points, candidate[active], at and at.rows(active))
+        error = x[active] - candidate[active] - fit.displacement()
         distance = np.linalg.norm(error, axis=1)
         closer = distance < residual[active]
-        v[active[closer]], residual[active[closer]] = trial[active[closer]], distance[closer]
+        v[active[closer]], residual[active[closer]] = candidate[active[closer]], distance[closer]
         share[active] = np.where(closer, 1, share[active] / 2)
         goes_on = (residual[active] > tolerance[active]) & (share[active] > _MIN_SHARE)
         if not goes_on.any():
@@ -143,7 +143,7 @@ def _newton(deformation, region, x, trial):
         newton = (np.linalg.pinv(jacobian) @ error[goes_on & closer][:, :, None])[:, :, 0]
         step[active[goes_on & closer]] = newton
         active = active[goes_on]
-        trial[active] = v[active] + share[active, None] * step[active]
+        candidate[active] = v[active] + share[active, None] * step[active]
     cut_off = _is_blocked(deformation, x, v)
     planes = [] if deformation.in_rest_frame else deformation.planes
     for plane, side in zip(planes, region.sides):

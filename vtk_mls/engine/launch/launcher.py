@@ -76,11 +76,11 @@ class Launcher:
 
     def launch(self, name, constants, count, *arguments):
         """Launch a kernel for `count` points."""
-        known = self._kernels.get((name, constants))
-        if known is None:
+        cached = self._kernels.get((name, constants))
+        if cached is None:
             kernel = devices.kernel(self.device, name, constants)
-            known = self._kernels[name, constants] = kernel, dict(constants)["LANES"]
-        kernel, lanes = known
+            cached = self._kernels[name, constants] = kernel, dict(constants)["LANES"]
+        kernel, lanes = cached
         items = -(-count // lanes)
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.memory.queue, (-(-items // local) * local,), (local,), *arguments)
@@ -139,7 +139,7 @@ class RegionMap:
         # planes of "point_displacement": in the rest frame of cuts also the void distance
         self.displacements = 4 if deformation.in_rest_frame else 3
         # by grid, None at points, and whether it is the second pass
-        self._described = {}
+        self._shared_arguments = {}
         searches = deformation.in_rest_frame and deformation.obstacles
         self._nodes = OriginNodes(self) if searches else None
         self._coarse_map = CoarseMap(self) if deformation.map_tolerance > 0 else None
@@ -158,8 +158,8 @@ class RegionMap:
                 *map(self.memory.inout_buffer, changed),
                 *map(self.memory.output_buffer, outputs),
             ]
-            written = [buffers.enter_context(array) for array in arrays]
-            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *written)
+            outputs = [buffers.enter_context(array) for array in arrays]
+            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *outputs)
 
     def at_points(self, name, planes, points):
         """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
@@ -250,8 +250,8 @@ class RegionMap:
         constants = [("LANES", device.lanes), ("VALUE", array_types.c_type(points))]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
-        read, written = self.memory.input_buffer, self.memory.output_buffer
-        with read(np.ascontiguousarray(points)) as x, written(local) as out:
+        memory, points = self.memory, np.ascontiguousarray(points)
+        with memory.input_buffer(points) as x, memory.output_buffer(local) as out:
             self.launcher.launch(
                 "local_points",
                 tuple(constants),
@@ -264,13 +264,13 @@ class RegionMap:
             )
         return local
 
-    def launch(self, name, described, count, *arguments, constants=()):
-        of_map, shared = self.described(*described)
-        self.launcher.launch(name, (*of_map, *constants), count, *shared, *arguments)
+    def launch(self, name, grid_and_pass, count, *arguments, constants=()):
+        map_constants, shared = self.shared_arguments(*grid_and_pass)
+        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
 
-    def described(self, *grid_and_pass):
+    def shared_arguments(self, *grid_and_pass):
         """Build constants and shared kernel arguments of the map, as `Launcher.map` has them."""
-        if grid_and_pass not in self._described:
+        if grid_and_pass not in self._shared_arguments:
             shared = self.launcher.map(self.deformation, self.region, *grid_and_pass)
-            self._described[grid_and_pass] = shared
-        return self._described[grid_and_pass]
+            self._shared_arguments[grid_and_pass] = shared
+        return self._shared_arguments[grid_and_pass]

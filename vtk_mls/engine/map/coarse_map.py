@@ -68,16 +68,16 @@ class CoarseMap:
         first, cells = cells_of(grid)
         nx, ny, _ = grid.dimensions
         low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
-        described = (grid.whole, False)
-        here = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
+        grid_and_pass = (grid.whole, False)
+        block = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
         to_local = grid.index_to_world / self.map.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
         record = kernel_arguments.filled(
-            kernel_arguments.COARSE, **here, **self._around, to_slopes=to_slopes
+            kernel_arguments.COARSE, **block, **self._around, to_slopes=to_slopes
         )
         kernel, additional = _COARSE[name]
         self._launch_blocks(
-            kernel, described, here, points, record, self._nodes, *arguments, *additional
+            kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
         )
         layer = cells[0] * cells[1]
         a, b = np.searchsorted(self._far, [(low - first[2]) * layer, (high + 1 - first[2]) * layer])
@@ -87,16 +87,16 @@ class CoarseMap:
             kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
         )
         items = self.map.grid_items(grid, part, record, self._listed)
-        constants = (("POINTS", "CELLS"),)
+        count, constants = (b - a) * STEP**3, (("POINTS", "CELLS"),)
         self.map.launch(
-            *(name, described, (b - a) * STEP**3, points, *items, *arguments), constants=constants
+            *(name, grid_and_pass, count, points, *items, *arguments), constants=constants
         )
 
-    def _launch_blocks(self, name, described, here, *arguments):
+    def _launch_blocks(self, name, grid_and_pass, block, *arguments):
         """Launch a kernel whose work items take so many cells along x as others take points."""
         lanes = dict(self.map.launcher.sums(False))["LANES"]
-        nx, ny, nz = map(int, here["cells"])
-        self.map.launch(name, described, -(-nx // lanes) * lanes * ny * nz, *arguments)
+        nx, ny, nz = map(int, block["cells"])
+        self.map.launch(name, grid_and_pass, -(-nx // lanes) * lanes * ny * nz, *arguments)
 
     def _find(self, grid):
         """Find the nodes around a grid, and its cells that are far from the map."""
@@ -120,8 +120,8 @@ class CoarseMap:
     def _check(self, grid, low, checked):
         """What coarse_check.cl says of the cells from `low` on (nz, ny, nx)."""
         middles = self._at_nodes(grid, low, checked, STEP / 2)
-        here = {"first_cell": low, "cells": checked}
-        record = kernel_arguments.filled(kernel_arguments.COARSE, **here, **self._around)
+        block = {"first_cell": low, "cells": checked}
+        record = kernel_arguments.filled(kernel_arguments.COARSE, **block, **self._around)
         to_index = grid.world_to_index * self.map.control_points.scale
         limit = self.map.deformation.map_tolerance / _SAFETY
         check = kernel_arguments.filled(
@@ -133,7 +133,7 @@ class CoarseMap:
         far = np.empty(checked[::-1], np.uint8)
         with self.map.memory.output_buffer(far) as out:
             self._launch_blocks(
-                *("coarse_check", (grid.whole, False), here, points, record, check),
+                *("coarse_check", (grid.whole, False), block, points, record, check),
                 *(self._nodes, middles, out),
             )
         return far

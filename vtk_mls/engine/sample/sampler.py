@@ -119,7 +119,7 @@ class Sampler:
         if self.rule.covariant is not None:
             constants += (("COVARIANT", 1),)
             background = 0
-        described = kernel_arguments.filled(
+        record = kernel_arguments.filled(
             kernel_arguments.ARRAY,
             size=self.source.whole.dimensions,
             first=piece.grid.first,
@@ -133,7 +133,7 @@ class Sampler:
                 count,
                 np.int64(count),
                 piece.index,
-                described,
+                record,
                 array.dtype.type(interpolation.cast(background, array.dtype)),
                 np.int32(bool(self.rule.covariant)),
                 piece.values,
