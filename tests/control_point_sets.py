@@ -25,12 +25,7 @@ for _kind in KINDS:
 KINDS_AND_DEGREES = [each for each in TOLERANCE if each != ("polynomial", 1)]
 
 # Build constants of a kernel of no map.
-LOCAL_POINTS = (
-    ("LANES", 1),
-    ("COORDINATE", "float"),
-    ("REAL", "float"),
-    ("LOCAL_FRAME", "float density; float centre[3]; float centre_rest[3];"),
-)
+LOCAL_POINTS = (("LANES", 1), ("VALUE", "float"))
 
 
 def _sound_devices():

@@ -201,7 +201,10 @@ def test_a_mesh_is_colored_by_its_scalars():
         (["empty.vti"], "`empty.vti`"),
         (["text.txt"], "cannot read an image or a mesh from `text.txt`"),
         (["ball.vti", "empty.csv"], "`empty.csv` holds no control points"),
-        (["ball.vti", "--deformed", "empty.csv"], "`--deformed` needs handles"),
+        (
+            ["ball.vti", "--deformed", "empty.csv"],
+            "`--deformed` has the new positions of handles",
+        ),
         (["ball.vti"], "`vtk-mls view --web` needs none"),
     ],
 )

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.long
 
 
 def recipe(title):
-    """(path, what it says behind the path, code) of each block of a section."""
+    """(path, text behind the path, code) of each block of a section."""
     section = TEXT.partition(f"## {title}\n")[2].partition("\n## ")[0]
     assert section, f"CONTRIBUTING has no section {title}"
     return re.findall(r"```\w+\n(?:#|//) ([\w./]+)(?:, ([^\n]*))?\n(.*?)```", section, re.DOTALL)
@@ -48,7 +48,7 @@ def run(copy, *command):
 
 
 def test_a_format(copy):
-    (module, _, code), (table, where, line) = recipe("Add a format of files")
+    (module, _, code), (table, where, line) = recipe("Add a file format")
     assert where == "in TABLE"
     (copy / module).write_text(code)
     text = (copy / table).read_text()
@@ -86,6 +86,13 @@ def insert(path, anchor, code):
     path.write_text(text.replace(anchor, anchor + textwrap.indent(code, indent)))
 
 
+def add_after(path, before, line):
+    """Insert `line` behind the line `before`, at the same level."""
+    text = path.read_text()
+    (indent,) = re.findall(rf"^( *){re.escape(before)}\n", text, re.MULTILINE)
+    path.write_text(text.replace(f"{indent}{before}\n", f"{indent}{before}\n{indent}{line}"))
+
+
 def test_a_kind(copy):
     test = write(copy, recipe("Add a kind"))
     run(copy, "-m", "pytest", "-q", test)
@@ -104,20 +111,19 @@ def test_an_option(copy):
     assert in_table == "in OPTIONS"
     insert(copy / table, "\nOPTIONS = (\n", f"{row.rstrip()},\n")
     for module, place, line in changes:
-        before = place.removeprefix("after ")
-        text = (copy / module).read_text()
-        (indent,) = re.findall(rf"^( *){re.escape(before)}\n", text, re.MULTILINE)
-        (copy / module).write_text(text.replace(f"{before}\n", f"{before}\n{indent}{line}"))
+        add_after(copy / module, place.removeprefix("after "), line)
     run(copy, "-m", "pytest", "-q", write(copy, [test]))
     run(copy, "docs/properties_page.py")
     assert "WeightPower" in (copy / "docs/properties.md").read_text()
 
 
 def test_a_property(copy):
-    (table, in_table, line), (module, in_module, use), *test = recipe("Add a property")
+    (table, in_table, line), *changes, (module, in_module, use), test = recipe("Add a property")
     assert (in_table, in_module) == ("in VOID", "first in _mark_cells")
     insert(copy / table, "\nVOID = (\n", line.replace(")\n", "),\n"))
+    for changed, place, row in changes:
+        add_after(copy / changed, place.removeprefix("after "), row)
     insert(copy / module, "    def _mark_cells(self, progress):\n", use)
-    run(copy, "-m", "pytest", "-q", write(copy, test))
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))
     run(copy, "docs/properties_page.py")
     assert "MarkVoidCells" in (copy / "docs/properties.md").read_text()

@@ -304,7 +304,7 @@ def test_the_interpolated_map_is_off_by_half_a_pixel_at_most(moved, cut, many):
         normals = arrays.to_numpy(shown.GetPointData().GetNormals())
         found.append((scene.picture(), places_of(shown).copy(), normals.copy()))
     (coarse, x, n), (fine, y, m) = found
-    assert 0 < np.abs(x - y).max() < 2 * coarse_forward._ERROR * 4.8
+    assert 0 < np.abs(x - y).max() < 2 * coarse_forward._MAX_ERROR * 4.8
     cosine = (n * m).sum(axis=1) / np.linalg.norm(n, axis=1) / np.linalg.norm(m, axis=1)
     assert np.quantile(cosine, 0.01) > np.cos(np.radians(3))
     apart = np.abs(coarse - fine).max(axis=2)
@@ -337,7 +337,7 @@ def test_points_far_from_all_others_are_exact(many):
     shown = places_of(scene.actor.GetMapper().GetInput())
     expected = x + deformation().forward_field(x).displacement
     np.testing.assert_allclose(shown[5:7], expected[5:7], atol=1e-4)
-    assert np.nanmax(np.abs(shown - expected)) < 2 * coarse_forward._ERROR * 4.8
+    assert np.nanmax(np.abs(shown - expected)) < 2 * coarse_forward._MAX_ERROR * 4.8
 
 
 def test_with_cuts_that_stay_the_map_is_not_interpolated(many):

@@ -31,15 +31,15 @@ class MapParameters:
 
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
-    kind: str
-    alpha: float
-    degree: int
+    kind: str = named("kind").default
+    alpha: float = named("alpha").default
+    degree: int = named("degree").default
     weights: NDArray[np.float64]
-    cuts: tuple[Cut, ...]
-    nu: float
-    cut_frame: str
-    map_tolerance: float
-    device: str | None
+    cuts: tuple[Cut, ...] = ()
+    nu: float = named("nu").default
+    cut_frame: str = named("cut_frame").default
+    map_tolerance: float = named("map_tolerance").default
+    device: str | None = named("device").default
     regions: tuple[Region, ...] = field(init=False)
 
     def __init__(
