@@ -24,9 +24,11 @@ def page():
 
     os.environ["COLUMNS"] = "78"
     commands = next(
-        each for each in cli._parser()._actions if isinstance(each, argparse._SubParsersAction)
+        action
+        for action in cli._parser()._actions
+        if isinstance(action, argparse._SubParsersAction)
     )
-    helps = {each.dest: each.help for each in commands._choices_actions}
+    helps = {action.dest: action.help for action in commands._choices_actions}
     seen, parts = [], [HEAD]
     for name, parser in commands.choices.items():
         if parser not in seen:  # an alias has its parser
@@ -40,10 +42,10 @@ def _command(name, parser, helps):
     about = _sentence(parser.description or helps.get(name, ""))
     parts = [f"## vtk-mls {name}\n\n{about}\n\n```text\n{usage}```\n"]
     for group in parser._action_groups:
-        actions = [each for each in group._group_actions if each.help != argparse.SUPPRESS]
+        actions = [action for action in group._group_actions if action.help != argparse.SUPPRESS]
         if actions:
             parts.append(f"*{group.title.capitalize()}*\n")
-            parts += [_action(each, parser) for each in actions]
+            parts += [_action(action, parser) for action in actions]
     if parser.epilog:
         parts.append(f"```text\n{parser.epilog}\n```\n")
     return "\n".join(parts)

@@ -28,7 +28,7 @@ _CUT = "Cut"
 def stubs():
     """The text of the stubs."""
     classes = [getattr(filters, name) for name in filters.__all__]
-    return HEAD + "\n".join(_class(each) for each in classes)
+    return HEAD + "\n".join(_class(kind) for kind in classes)
 
 
 def _class(kind):
@@ -37,9 +37,9 @@ def _class(kind):
         "    def __init__(self) -> None: ...",
     ]
     known = set()
-    for each in kind.PROPERTIES:
-        known.update(each.methods())
-        lines += [_property_method(each, getattr(kind, name)) for name in each.methods()]
+    for prop in kind.PROPERTIES:
+        known.update(prop.methods())
+        lines += [_property_method(prop, getattr(kind, name)) for name in prop.methods()]
     others = {
         name: method
         for base in reversed(kind.__mro__)

@@ -68,11 +68,11 @@ def _is_of(line, words):
 
 
 def _row(line, words):
-    endings = " ".join(f"`{each}`" for each in line.endings.split())
+    endings = " ".join(f"`{ending}`" for ending in line.endings.split())
     name = f"{line.name} (`pip install {line.needs}`)" if line.needs else line.name
     # one mesh may be read as blocks
-    same = [each for each in formats.TABLE if each.endings == line.endings]
-    reads = "yes" if any(each.reads for each in same) else ""
+    same = [other for other in formats.TABLE if other.endings == line.endings]
+    reads = "yes" if any(other.reads for other in same) else ""
     writes = "yes" if {*line.writes} & {*words} else ""
     return f"| {name} | {endings} | {reads} | {writes} | {line.frame} |"
 

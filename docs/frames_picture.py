@@ -45,7 +45,7 @@ def draw(file):
             "RAS": "NIfTI files, nibabel, FreeSurfer, 3D Slicer's own views",
         }.items()
     ):
-        numbers = ", ".join(f"{each:g}" for each in HANDLE * frames.signs(frame))
+        numbers = ", ".join(f"{coordinate:g}" for coordinate in HANDLE * frames.signs(frame))
         handle = spheres(HANDLE[None], 5.0, DRAGGED)
         label = _text(f"({numbers})", HANDLE + [0, 0, 12], (1.0, 1.0, 1.0))
         fill(panels, i, frame, users, _surface(brain), handle, label, *_axes(frame))

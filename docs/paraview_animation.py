@@ -18,7 +18,11 @@ from gui_scenes import BRAIN, vtk_mls_command, write_brain  # noqa: E402
 from paraviews import PARAVIEWS, PICTURES, virtual_display  # noqa: E402
 
 # the others are for `make matrix`
-(NEWEST,) = (each.values[0] for each in PARAVIEWS if "matrix" not in [m.name for m in each.marks])
+(NEWEST,) = (
+    parameters.values[0]
+    for parameters in PARAVIEWS
+    if "matrix" not in [m.name for m in parameters.marks]
+)
 FOLDER = PICTURES / "animation"
 VIEW = "868x756+358+192"  # where it is on the screen
 PULLS = {(176, 116, 170): (5, -2), (20, 116, 170): (-5, -2)}  # pixels a step, of handles
@@ -71,7 +75,7 @@ def draw(file):
                     gui.move(step)
                     keep()
             keep()
-    still, moving, end = (["-delay", each] for each in ("100", "6", "200"))
+    still, moving, end = (["-delay", delay] for delay in ("100", "6", "200"))
     looks = ["-crop", VIEW, "+repage", "-resize", "560x", "+dither", "-colors", "64"]
     shown = [*still, frames[0], *moving, *frames[1:], *end, frames[-1], *looks]
     subprocess.run(["convert", *shown, "-layers", "optimize", file], check=True)

@@ -45,19 +45,19 @@ def page():
     parts, options = [HEAD], _options()
     for title, text, table in SECTIONS:
         is_shared = table is tables.DEFORMING or table is tables.CONTROL_POINTS
-        own = [each for each in table if is_shared or each not in tables.DEFORMING]
+        own = [prop for prop in table if is_shared or prop not in tables.DEFORMING]
         flags = {} if table is tables.CONTROL_POINTS else options
         parts.append(f"## {title}\n" + f"\n{text}\n" * bool(text))
-        parts += [_entry(each, flags.get(each.option)) for each in own]
+        parts += [_entry(prop, flags.get(prop.option)) for prop in own]
     return "\n".join([*parts, _arrays()])
 
 
 def _arrays():
     """The section of what the filters write."""
     lines = ["## Arrays\n", OUTPUTS, "| array | data | of | values | |", "|---|---|---|---|---|"]
-    for each in array_table.TABLE:
-        about = f"{each.help} {each.when}." if each.when else each.help
-        cells = (f"`{each.name}`", each.of, ", ".join(each.writers), each.values, about)
+    for row in array_table.TABLE:
+        about = f"{row.help} {row.when}." if row.when else row.help
+        cells = (f"`{row.name}`", row.of, ", ".join(row.writers), row.values, about)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
 

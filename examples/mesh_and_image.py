@@ -43,8 +43,8 @@ plotter.screenshot("mesh_and_image.png")
 
 places = pv.PolyData(np.random.default_rng(1).uniform(1, SIZE - 1, (10_000, 3)))
 found = [places.sample(data) for data in (bent_image, bent_mesh)]
-valid = np.logical_and(*(each["vtkValidPointMask"] > 0 for each in found))
-first, second = (each["RTData"][valid] for each in found)
+valid = np.logical_and(*(sampled["vtkValidPointMask"] > 0 for sampled in found))
+first, second = (sampled["RTData"][valid] for sampled in found)
 mean = np.abs(first - second).mean() / np.ptp(first)
 lost = bent_mesh.field_data["FailedInverses"][0]
 print(f"{bent_mesh.n_cells} tetrahedra; {lost} of {bent_mesh.n_points} points lost")

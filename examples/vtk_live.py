@@ -40,8 +40,8 @@ shown = [DeformedVolume(volume, plotter.renderer), DeformedMesh(actor)]
 for distance in np.linspace(0, 14, 8):  # what an observer of a dragged handle would do
     deformed = rest + (rest[:, :1] > 0) * [distance, 0, 0]
     deformation = Deformation(rest, deformed, cuts=cut)
-    for each in shown:
-        each.update(deformation)
+    for drawn in shown:
+        drawn.update(deformation)
     plotter.render_window.Render()
 
 plotter.screenshot(sys.argv[1] if len(sys.argv) > 1 else "live.png")

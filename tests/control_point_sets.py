@@ -22,7 +22,7 @@ TOLERANCE = {
 for _kind in KINDS:
     TOLERANCE.setdefault((_kind, 1), (2e-4, 1e-4))
 # the polynomial kind of degree 1 runs what the affine kind does: one test says so
-KINDS_AND_DEGREES = [each for each in TOLERANCE if each != ("polynomial", 1)]
+KINDS_AND_DEGREES = [pair for pair in TOLERANCE if pair != ("polynomial", 1)]
 
 # Build constants of a kernel of no map.
 LOCAL_POINTS = (("LANES", 1), ("VALUE", "float"))

@@ -80,7 +80,7 @@ def _print_table(corner, rows, value):
     print("|---" * (len(names) + 1) + "|")
     for row in rows:
         values = [value(row, kind) for kind in KINDS_AND_DEGREES]
-        print(f"| {row} | " + " | ".join(_text(each) for each in values) + " |", flush=True)
+        print(f"| {row} | " + " | ".join(_text(value) for value in values) + " |", flush=True)
 
 
 def _text(voxels):

@@ -226,12 +226,12 @@ def cells(table):
             yield [name, *(_three_digits(figures[h]) if h in figures else "" for h in heads)]
         return
     base, papers = rows[table["base"]], paper(table["title"])
-    columns = [each for each in base if each != "processor"]
+    columns = [column for column in base if column != "processor"]
     heads = ["", *columns, f"x {table['base']}", "processor"]
     yield heads + (["the paper's GPU", "its CPU"] if papers else [])
     for name, figures in rows.items():
-        row = [name, *(_three_digits(figures[each]) for each in columns)]
-        row += [f"{figures[each] / base[each]:.2f}" for each in ("smallest", "processor")]
+        row = [name, *(_three_digits(figures[column]) for column in columns)]
+        row += [f"{figures[column] / base[column]:.2f}" for column in ("smallest", "processor")]
         yield row + ([*map(str, papers.get(name, ("", "")))] if papers else [])
 
 

@@ -152,8 +152,8 @@ def maps_with_cuts(n):
     rest, deformed = handles(n)
     for count in (0, 1, 2, 4, 8):
         places = [(n * (k + 1) / (count + 1), n / 2, n / 2) for k in range(count)]
-        planes = [vtk_mls.Plane(each, (1, 0, 0)) for each in places]
-        halves = [vtk_mls.HalfPlane(each, (1, 0, 0), (0, 0, 1)) for each in places]
+        planes = [vtk_mls.Plane(place, (1, 0, 0)) for place in places]
+        halves = [vtk_mls.HalfPlane(place, (1, 0, 0), (0, 0, 1)) for place in places]
         for what, cuts in (("planes", planes), ("half-planes", halves)):
             # of full planes there can be six; no cut is no cut
             if count <= 4 if what == "planes" else count:

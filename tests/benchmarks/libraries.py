@@ -29,13 +29,13 @@ def ours(p, q):
 def vtk(p, q):
     spline = peers.spline(q, p)
     maps = spline, spline.GetInverse()
-    return [lambda x, of=of: np.array([of.TransformPoint(each) for each in x]) for of in maps]
+    return [lambda x, of=of: np.array([of.TransformPoint(point) for point in x]) for of in maps]
 
 
 def itk(p, q):
     spline = peers.itk_spline(q, p)
     assert spline.GetInverseTransform() is None
-    return lambda x: np.array([list(spline.TransformPoint(each)) for each in x.tolist()]), None
+    return lambda x: np.array([list(spline.TransformPoint(point)) for point in x.tolist()]), None
 
 
 def scipy(p, q):
@@ -89,7 +89,7 @@ def main():
     if version("SimpleITK"):
         import SimpleITK
 
-        known = [each for each in dir(SimpleITK) if "Kernel" in each or "ThinPlate" in each]
+        known = [name for name in dir(SimpleITK) if "Kernel" in name or "ThinPlate" in name]
         print(f"\nSimpleITK {version('SimpleITK')} has {known or 'no spline of landmarks'}.")
 
 

@@ -171,10 +171,10 @@ def _run_all():
     engine, flush = Engine(dataclasses.replace(found, width=1)), ctypes.CDLL(None).fflush
     n = 64
     for count in (HANDLES, 2 * HANDLES):
-        for each in questions(n, count):
-            grid = Grid(each.shape, spacing=[(n - 1) / (a - 1) for a in each.shape])
-            print(f"===== {count} {grid.size} {each.kernel} {each.name}", flush=True)
-            each.ask(engine, grid)
+        for question in questions(n, count):
+            grid = Grid(question.shape, spacing=[(n - 1) / (a - 1) for a in question.shape])
+            print(f"===== {count} {grid.size} {question.kernel} {question.name}", flush=True)
+            question.ask(engine, grid)
             flush(None)
 
 

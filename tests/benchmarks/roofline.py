@@ -115,21 +115,21 @@ def table(engine, n):
     """Kernels with their shares of the peaks, as rows of a table of the benchmark."""
     operations_of, peak = operations.counted(), peaks(engine.device)
     grid, rows = Grid((n, n, n)), {}
-    for each in operations.questions(n):
+    for question in operations.questions(n):
         best = np.inf
         for _ in range(1 + _RUNS):  # the first builds
             with timed() as seconds:
-                each.ask(engine, grid)
-            best = min(best, seconds[each.kernel])
-        row = rows[each.name] = {"ms": 1000 * best}
-        moved = each.bytes * grid.size / best / 1e9
+                question.ask(engine, grid)
+            best = min(best, seconds[question.kernel])
+        row = rows[question.name] = {"ms": 1000 * best}
+        moved = question.bytes * grid.size / best / 1e9
         if operations_of:
-            needed = operations_of[each.name]
+            needed = operations_of[question.name]
             done = needed["point"] * grid.size / best / 1e9
             row["operations"] = needed["point"]
             row["for each control point"] = round(needed["pair"], 1)
             row |= {"G/s": done, "% of the peak": 100 * done / peak[0]}
-        row |= {"bytes": each.bytes, "GB/s": moved, "% of the memory's": 100 * moved / peak[1]}
+        row |= {"bytes": question.bytes, "GB/s": moved, "% of the memory's": 100 * moved / peak[1]}
     rows["peak"] = {"G/s": peak[0], "GB/s": peak[1]}
     if engine.device.kind != "cpu":  # that one works on the host's arrays
         rows |= {name: {"GB/s": speed} for name, speed in transfers(engine.device).items()}

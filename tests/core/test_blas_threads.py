@@ -16,7 +16,7 @@ threads = set(os.listdir("/proc/self/task")) - before
 
 def ticks():
     # of the processor's time: the fields after the name, which may have blanks
-    rows = [open(f"/proc/self/task/{each}/stat").read().rpartition(")")[2] for each in threads]
+    rows = [open(f"/proc/self/task/{thread}/stat").read().rpartition(")")[2] for thread in threads]
     return sum(int(field) for row in rows for field in row.split()[11:13])
 
 

@@ -164,8 +164,8 @@ def test_degree_1_is_affine(name, device, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = some_places(rng, deformed)
     affine, polynomial = (
-        deformation(rest, deformed, each, device, alpha=1.3)
-        for each in (("affine", 1), ("polynomial", 1))
+        deformation(rest, deformed, kind_and_degree, device, alpha=1.3)
+        for kind_and_degree in (("affine", 1), ("polynomial", 1))
     )
     np.testing.assert_array_equal(polynomial.backward(v), affine.backward(v))
     np.testing.assert_array_equal(polynomial.jacobian(v), affine.jacobian(v))

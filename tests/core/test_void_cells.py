@@ -104,7 +104,7 @@ def test_infinite_void_distances_tell_nothing_of_cells():
 
 def layers(heights, moves):
     """Control points above, between and below cuts across z at some heights; layer i moves."""
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1, 20, 6), np.linspace(-1, 20, 6)))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 20, 6), np.linspace(-1, 20, 6)))
     ends = [heights[0] - 4, *heights, heights[-1] + 4]
     middles = [(low + high) / 2 for low, high in itertools.pairwise(ends)]
     rest = np.concatenate([np.stack([x, y, 0 * x + z], axis=1) for z in middles])

@@ -76,7 +76,7 @@ def test_continued_values_are_those_of_each_sides_map(device):
     grid = Grid((33, 33, 33))
     image = waves(grid.points()).reshape(grid.shape)
     kept, continued = (
-        d.resample([image], Sampling(grid, void_values=each))[0] for each in VOID_VALUES
+        d.resample([image], Sampling(grid, void_values=mode))[0] for mode in VOID_VALUES
     )
     void = d.displacement_field(grid.dimensions).void
     assert void.sum() > 500
@@ -196,8 +196,8 @@ def test_devices_agree_on_gradients_at_an_opening(shape, normalise, key):
     grid = Grid((17, 17, 17), spacing=(2, 2, 2))
     image = 3 + waves(grid.points()).reshape(grid.shape)
     expected, got = (
-        pulled_apart(OPENINGS[shape], each).corrected_gradient(image, grid, normalise=normalise)
-        for each in ("reference", key)
+        pulled_apart(OPENINGS[shape], device).corrected_gradient(image, grid, normalise=normalise)
+        for device in ("reference", key)
     )
     error, allowed = lengths(got - expected), 1e-3 * lengths(expected).max()
     assert np.mean(error > allowed) <= 2e-4

@@ -118,7 +118,7 @@ def test_axes_of_any_order_keep_their_values(order, rng):
     image.SetSpacing(1, 2, 3)
     image.SetOrigin(7, 8, 9)
     drawn = scalar_image(image)
-    before, after = (ImageGeometry.of_image(each).grid for each in (image, drawn))
+    before, after = (ImageGeometry.of_image(image).grid for image in (image, drawn))
     assert (np.diag(after.direction) > 0).all()
     pairs = [
         {tuple(np.round(point, 6)): value for point, value in zip(grid.points().tolist(), flat)}

@@ -57,13 +57,13 @@ def main():
     assert Path(vtk_mls.__file__).resolve().is_relative_to(sys.argv[1]), vtk_mls.__file__
     devices = "", "reference"
     images = [deformed(volume(), device).GetPointData() for device in devices]
-    values = [arrays.to_numpy(each.GetArray("RTData")) for each in images]
-    voids = [arrays.to_numpy(each.GetArray("Void")) for each in images]
+    values = [arrays.to_numpy(image.GetArray("RTData")) for image in images]
+    voids = [arrays.to_numpy(image.GetArray("Void")) for image in images]
     assert voids[0].any()
     np.testing.assert_array_equal(*voids)
     np.testing.assert_allclose(*values, atol=0.1)  # they range over 200
     meshes = [deformed(mesh(), device) for device in devices]
-    places = [arrays.to_numpy(each.GetPoints().GetData()) for each in meshes]
+    places = [arrays.to_numpy(mesh.GetPoints().GetData()) for mesh in meshes]
     assert len(places[0]) > mesh().GetNumberOfPoints()  # doubled along the cut
     np.testing.assert_allclose(*places, atol=1e-4)
 

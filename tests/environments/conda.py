@@ -52,16 +52,16 @@ def built(channel, output):
     (variant,) = Stage0Recipe.from_file(PROJECT / "conda/recipe.yaml").render(VariantConfig())
     (file,) = variant.run_build(output_dir=output, channels=[str(channel)]).packages
     package = Package.from_file(file)
-    for each in package.run_tests(channel=[str(channel)]):
-        if not each.success:
-            sys.exit("\n".join(["The recipe's tests fail:", *each.output]))
+    for line in package.run_tests(channel=[str(channel)]):
+        if not line.success:
+            sys.exit("\n".join(["The recipe's tests fail:", *line.output]))
     return package
 
 
 async def installed(specs, channels, environment):
     """An environment of conda packages."""
     found = await solve(
-        [str(each) for each in channels],
+        [str(channel) for channel in channels],
         list(specs),
         platforms=[Platform.current(), Platform("noarch")],
         virtual_packages=VirtualPackage.detect(),

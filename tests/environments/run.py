@@ -45,7 +45,7 @@ def main():
         shutil.rmtree(WORK / f"environment{number}", ignore_errors=True)
         outcomes.append(f"{name}: {said or '****** LEFT OUT: no such Python is here ******'}")
     print("", *outcomes, sep="\n")
-    return any("FAILS" in each for each in outcomes)
+    return any("FAILS" in outcome for outcome in outcomes)
 
 
 def tried(version, packages, folder):
@@ -60,8 +60,8 @@ def tried(version, packages, folder):
     if not root or os.geteuid() != 0:
         return None
     into = ["--target", folder, "--python-version", version, "--only-binary", ":all:"]
-    for each in PLATFORMS:
-        into += ["--platform", each]
+    for platform in PLATFORMS:
+        into += ["--platform", platform]
     run(sys.executable, "-m", "pip", "install", "--quiet", *into, *packages)
     seen = "/project" / folder.relative_to(PROJECT)  # from there
     return check([IN_ROOT, root, "env", f"PYTHONPATH={seen}", f"python{version}"], seen, "/project")
@@ -78,16 +78,16 @@ def check(python, environment, project=PROJECT):
 def interpreter(version):
     """A Python of a version that makes virtual environments, on PATH or of pyenv; or None."""
     of_pyenv = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))
-    for each in filter(None, [shutil.which(f"python{version}"), *of_pyenv]):
-        command = [each, "-c", "import ensurepip, venv"]
+    for program in filter(None, [shutil.which(f"python{version}"), *of_pyenv]):
+        command = [program, "-c", "import ensurepip, venv"]
         if subprocess.run(command, capture_output=True, check=False).returncode == 0:
-            return each
+            return program
     return None
 
 
 def root_with(version):
     """The root file system of a Debian with a Python of a version, or None."""
-    return next((each.parents[2] for each in CACHE.glob(f"*/usr/bin/python{version}")), None)
+    return next((path.parents[2] for path in CACHE.glob(f"*/usr/bin/python{version}")), None)
 
 
 def run(*command, cwd=None):

@@ -130,7 +130,7 @@ def of_port(tmp_path):
 def test_what_is_written_is_what_the_table_says(writer, of_port):
     find = {IMAGE: of_image, MESH: of_mesh, MAP: of_map}
     find |= {CONTROL_POINTS: partial(of_port, 0), ARROWS: partial(of_port, 1)}
-    told = {(each.of, each.name, told_values(each)) for each in TABLE if writer in each.writers}
+    told = {(row.of, row.name, told_values(row)) for row in TABLE if writer in row.writers}
     if writer == IMAGE and not CAN_HIDE_CELLS:
         told.remove((CELLS, arrays.GHOSTS, "bytes"))
     assert find[writer]() == told

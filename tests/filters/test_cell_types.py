@@ -170,7 +170,7 @@ def test_part_of_an_image():
     clip.SetInputData(output)
     clip.GenerateClippedOutputOn()
     clip.Update()
-    halves = [sizes(each).sum() for each in (clip.GetOutput(), clip.GetClippedOutput())]
+    halves = [sizes(part).sum() for part in (clip.GetOutput(), clip.GetClippedOutput())]
     np.testing.assert_allclose(sum(halves), 115, rtol=1e-5)
 
 
@@ -262,7 +262,7 @@ def check_empty(kind):
     for cut in CUTS.values():
         output = update(deforming(mesh, cut=cut))
         held = [output.GetCellData().GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
-        assert {each.GetNumberOfTuples() for each in held} == {output.GetNumberOfCells()}
+        assert {array.GetNumberOfTuples() for array in held} == {output.GetNumberOfCells()}
         numbers = arrays.to_numpy(output.GetCellData().GetScalars())
         assert sorted(numbers[empty_of(output)]) == [0, 2, 4]
     if kind in ("Polys", "Strips"):

@@ -157,15 +157,15 @@ def test_vtk_leaves_the_void_out():
     slices.SetCutFunction(plane)
     face.SetInputArrayToProcess(0, 0, 0, 0, "VoidDistance")
     face.SetValue(0, 0)
-    for each in filters:
-        each.SetInputConnection(deforming.GetOutputPort())
+    for algorithm in filters:
+        algorithm.SetInputConnection(deforming.GetOutputPort())
 
     def has_void(each):
         return numbers_of(update(each).GetPointData(), "Void").any()
 
-    assert not any(has_void(each) for each in (surface, threshold, slices))
+    assert not any(has_void(algorithm) for algorithm in (surface, threshold, slices))
     deforming.SetHideVoid(False)
-    assert all(has_void(each) for each in (surface, threshold, slices))
+    assert all(has_void(algorithm) for algorithm in (surface, threshold, slices))
     # the face of the opening is smooth: it lies where the value says, between the points
     points = arrays.to_numpy(update(face).GetPoints().GetData()).astype(float)
     value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device="reference")

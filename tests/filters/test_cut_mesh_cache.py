@@ -83,11 +83,13 @@ def assert_alike(output, expected):
         names = [other.GetArrayName(i) for i in range(other.GetNumberOfArrays())]
         assert [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())] == names
         for name in names:
-            values = [arrays.to_numpy(each.GetArray(name)) for each in (data, other)]
+            values = [arrays.to_numpy(attributes.GetArray(name)) for attributes in (data, other)]
             np.testing.assert_array_equal(*values, err_msg=name)
         if of != "GetFieldData":
             for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
-                active, wanted = (each.GetAbstractAttribute(kind) for each in (data, other))
+                active, wanted = (
+                    attributes.GetAbstractAttribute(kind) for attributes in (data, other)
+                )
                 assert (active and active.GetName()) == (wanted and wanted.GetName())
 
 

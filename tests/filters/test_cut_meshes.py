@@ -159,9 +159,9 @@ def test_pieces_are_inside_out_if_the_tetrahedron_is(order):
     mesh.InsertNextCell(VTK_TETRA, 4, order)
     output, _ = split(mesh, [Plane((0, 0, 0.3), (1, 2, 3))])
     signs = []
-    for each in (mesh, output):
-        corners = arrays.to_numpy(each.GetCells().GetConnectivityArray()).reshape(-1, 4)
-        a, b, c, d = places_of(each)[corners.T]
+    for dataset in (mesh, output):
+        corners = arrays.to_numpy(dataset.GetCells().GetConnectivityArray()).reshape(-1, 4)
+        a, b, c, d = places_of(dataset)[corners.T]
         signs.append(np.sign(np.sum(np.cross(b - a, c - a) * (d - a), axis=1)))
     assert len(signs[1]) > 2
     assert (signs[1] == signs[0]).all()

@@ -135,9 +135,9 @@ def test_vtk_grid_transform_deforms_alike(field, device, start, kind):
     image.GetPointData().SetActiveScalars("values")
     deform = MLSDeform()
     deform.SetDevice(device)
-    for each in (deform, field):
-        each.SetKind(kind)
-        connect(each, image, handles)
+    for algorithm in (deform, field):
+        algorithm.SetKind(kind)
+        connect(algorithm, image, handles)
     transform, reslice = vtkGridTransform(), vtkImageReslice()
     transform.SetDisplacementGridConnection(field.GetOutputPort())
     transform.SetInterpolationModeToLinear()

@@ -120,8 +120,8 @@ def test_mesh_and_image_stay_registered(options, rng):
     mesh = cells(VTK_TETRA, 24)
     add_array(mesh.GetPointData(), "f", smooth(places_of(mesh)))
     outputs = []
-    for each in (image, mesh):
-        filter_ = deforming(each)
+    for dataset in (image, mesh):
+        filter_ = deforming(dataset)
         for name, value in options.items():
             getattr(filter_, f"Set{name.title()}")(value)
         outputs.append(update(filter_))
@@ -152,7 +152,7 @@ def test_normals_need_no_name(name, cut):
     expected = update(deforming(other, cut=cut)).GetPointData().GetNormals()
     mesh.GetPointData().GetNormals().SetName(name)
     found = update(deforming(mesh, cut=cut)).GetPointData().GetNormals()
-    np.testing.assert_array_equal(*(arrays.to_numpy(each) for each in (found, expected)))
+    np.testing.assert_array_equal(*(arrays.to_numpy(array) for array in (found, expected)))
     assert not mesh.GetPointData().GetNormals().GetName()
 
 

@@ -67,14 +67,14 @@ def test_methods_look_written_by_hand(cls, each):
 
 @pytest.mark.parametrize("cls", FILTERS)
 def test_tables_are_whole(cls):
-    names = [each.name for each in cls.PROPERTIES]
+    names = [prop.name for prop in cls.PROPERTIES]
     assert len(set(names)) == len(names)
     for base in cls.__mro__[1:]:
         assert {*getattr(base, "PROPERTIES", ())} <= {*cls.PROPERTIES}
-    for each in cls.PROPERTIES:
-        if isinstance(each, properties.Choice):
-            assert each.default in each.choices
-        condition = each.shown_when or each.hidden_when
+    for prop in cls.PROPERTIES:
+        if isinstance(prop, properties.Choice):
+            assert prop.default in prop.choices
+        condition = prop.shown_when or prop.hidden_when
         assert condition is None or condition[0] in {*names, "ControlPoints"}
 
 

@@ -338,8 +338,8 @@ def test_devices_agree_on_gradients_at_an_opening(shape, key):
     grid = Grid((17, 17, 17), spacing=(2, 2, 2))
     image = ball(grid.points()).reshape(grid.shape)
     expected, got = (
-        opened(SHAPES[shape], each, 3.0, 0.3).corrected_gradient(image, grid)
-        for each in ("reference", key)
+        opened(SHAPES[shape], device, 3.0, 0.3).corrected_gradient(image, grid)
+        for device in ("reference", key)
     )
     error = np.linalg.norm(got - expected, axis=-1)
     assert np.mean(error > 1e-3 * np.linalg.norm(expected, axis=-1).max()) <= 1e-3

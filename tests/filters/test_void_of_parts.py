@@ -12,7 +12,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 @pytest.mark.parametrize("last", [10, 11, 19])
 def test_a_thin_part_has_the_void_of_the_whole(last):
-    x, y, z = (each.ravel() for each in np.meshgrid(*[np.linspace(-1, 20, 6)] * 3))
+    x, y, z = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-1, 20, 6)] * 3))
     rest = np.stack([x, y, z], axis=1)
     deformed = rest + np.where(rest[:, 2:] > 9.5, 0.2, -0.2) * [0, 0, 1]
     cut = HalfPlane((9.5, -9, 9.5), (0, 0, 1), (0, 1, 0))

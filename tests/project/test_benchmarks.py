@@ -40,8 +40,8 @@ def test_the_page_is_that_of_the_results(benchmarks):
 @pytest.mark.parametrize(
     ("question", "sizes", "base"),
     [
-        *((each, (8,), "rigid") for each in ("maps", "volumes", "points", "meshes", "drags")),
-        *((each, (8,), "rigid") for each in ("own_maps", "updates")),
+        *((name, (8,), "rigid") for name in ("maps", "volumes", "points", "meshes", "drags")),
+        *((name, (8,), "rigid") for name in ("own_maps", "updates")),
         ("maps_by_grid", ((8, 16),), "8^3"),
         ("maps_by_alpha", (8,), "rigid, 1"),
         ("maps_of_many", (8, 15), "15"),
@@ -88,7 +88,7 @@ Instructions executed for kernel 'mine':
 @pytest.mark.long
 def test_kernels_have_shares_of_the_peaks(benchmarks, monkeypatch):
     engine, n = engine_for("cpu"), 32
-    names = [each.name for each in benchmarks.operations.questions(n)]
+    names = [question.name for question in benchmarks.operations.questions(n)]
     counts = {name: {"point": 100, "pair": 1} for name in names}
     monkeypatch.setattr(benchmarks.operations, "counted", lambda: counts)
     monkeypatch.setattr(benchmarks.roofline, "_RUNS", 1)

@@ -52,13 +52,15 @@ def shell_lines(text):
     lines = re.findall(r"^ {4}(\S.*)$", prose, re.MULTILINE)
     for language in ("", "sh"):
         lines += "\n".join(blocks(text, language)).splitlines()
-    return [each for line in lines for each in commands(line)]
+    return [command for line in lines for command in commands(line)]
 
 
 def mentions(text):
     """Commands within a sentence, perhaps without their files."""
     return [
-        each for line in re.findall(r"`([^`]+)`", FENCE.sub("", text)) for each in commands(line)
+        command
+        for line in re.findall(r"`([^`]+)`", FENCE.sub("", text))
+        for command in commands(line)
     ]
 
 
@@ -81,7 +83,7 @@ def wrong(line, targets):
         return None if is_taken(words) else "the command does not take it"
     if program == "pip":
         asked = re.findall(r"(?:\.|vtk-mls)\[([\w,]+)\]", line)
-        missing = sorted({each for group in asked for each in group.split(",")} - EXTRAS)
+        missing = sorted({extra for group in asked for extra in group.split(",")} - EXTRAS)
         return f"no extra {missing}" if missing else None
     files = [word for word in words if word.endswith(".py") and "/" in word]
     lost = [word for word in files if not (PROJECT / word).is_file()]
@@ -118,7 +120,7 @@ def test_commands_are_taken(page, capsys):
     told = {line: wrong(line, targets) for line in shell_lines(text)}
     for line in mentions(text):
         files = ("", " a", " a b", " a b c")
-        told[line] = line.startswith("vtk-mls ") and all(wrong(line + each, ()) for each in files)
+        told[line] = line.startswith("vtk-mls ") and all(wrong(line + file, ()) for file in files)
     assert not {line: what for line, what in told.items() if what}
 
 
@@ -134,12 +136,16 @@ def exists(module, name):
 
 
 # The recipes of CONTRIBUTING import what they write; test_recipes.py runs them.
-@pytest.mark.parametrize("page", [each for each in PAGES if each.stem != "CONTRIBUTING"], ids=named)
+@pytest.mark.parametrize(
+    "page", [page_path for page_path in PAGES if page_path.stem != "CONTRIBUTING"], ids=named
+)
 def test_python_names_exist(page):
     for code in blocks(page.read_text(encoding="utf-8"), "python"):
         for node in ast.walk(ast.parse(code)):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vtk_mls"):
-                missing = [each.name for each in node.names if not exists(node.module, each.name)]
+                missing = [
+                    alias.name for alias in node.names if not exists(node.module, alias.name)
+                ]
                 assert not missing, f"{node.module} has no {missing}"
             elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
                 owner = OBJECTS.get(node.value.id)

@@ -29,7 +29,7 @@ def objects():
 
 @pytest.mark.parametrize("module", PUBLIC)
 def test_what_is_public_is_in_the_reference(module):
-    there = {id(each) for each in objects().values()}
+    there = {id(value) for value in objects().values()}
     public = resolve_name(module)
     missing = [name for name in public.__all__ if id(getattr(public, name)) not in there]
     assert not missing, f"docs/reference/api.md lacks {missing} of {module}"

@@ -31,10 +31,10 @@ def is_own_function(module, name):
 
 def methods(kind):
     """(name, function) of what a class of the package defines itself for users."""
-    for each in kind.__mro__:
-        if not each.__module__.startswith("vtk_mls"):
+    for base in kind.__mro__:
+        if not base.__module__.startswith("vtk_mls"):
             continue
-        for name, value in vars(each).items():
+        for name, value in vars(base).items():
             if isinstance(value, property):
                 value = value.fget
             value = inspect.unwrap(getattr(value, "__func__", value))

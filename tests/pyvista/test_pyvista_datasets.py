@@ -76,7 +76,7 @@ def test_a_surface_cuts():
 
 def test_signatures_have_the_properties_with_their_defaults():
     parameters = inspect.signature(pyvista.PolyData.mls.deform).parameters
-    table = {each.option: each.default for each in property_tables.DEFORM}
+    table = {prop.option: prop.default for prop in property_tables.DEFORM}
     for name in ("kind", "alpha", "cut_frame", "output_grid", "generate_jacobian", "device"):
         assert parameters[name].default == table[name]
     assert not parameters.keys() & {"cut_type", "rest_points", "options"}

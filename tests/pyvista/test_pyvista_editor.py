@@ -70,7 +70,7 @@ def test_what_is_edited_survives_the_window(plotter):
     before, field = edit.deformed, edit.field
     plotter.close()
     assert edit.deformed == before
-    assert [type(each) for each in before] == [type(image), type(mesh)]
+    assert [type(item) for item in before] == [type(image), type(mesh)]
     assert edit.field == field
     with pytest.raises(ValueError, match="the window is closed"):
         edit.save("anywhere")
@@ -94,7 +94,7 @@ def test_what_comes_out_has_the_tolerance_of_what_was_seen(plotter, options, tol
     rest = np.array([(10, 3, 1), (-14, -8, 5), (2, 9, -12)])
     edit = plotter.mls.edit(image, rest, rest + [(3, 2, 0), (0, 0, 4), (0, -3, 0)], **options)
     fields = [image.mls.field(edit.handles, map_tolerance=t) for t in (DEFAULT, 0)]
-    assert [edit.field == each for each in fields] == [tolerance == t for t in (DEFAULT, 0)]
+    assert [edit.field == field for field in fields] == [tolerance == t for t in (DEFAULT, 0)]
 
 
 @pytest.mark.parametrize(

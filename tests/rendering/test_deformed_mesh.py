@@ -123,7 +123,7 @@ def test_normals_are_those_of_the_filter(normals, cut, frame):
     shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts, CutFrame=frame)
     of = "GetCellData" if normals == "of cells" else "GetPointData"
     found, wanted = (
-        arrays.to_numpy(getattr(each, of)().GetNormals()) for each in (shown, expected)
+        arrays.to_numpy(getattr(surface, of)().GetNormals()) for surface in (shown, expected)
     )
     np.testing.assert_array_equal(found, wanted)
     assert_alike(scene.picture(), Scene(expected).picture())
@@ -322,9 +322,11 @@ def test_the_interpolated_map_is_exact_on_cuts(cut, many):
     assert on_cut.sum() > 50
     shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts)
     np.testing.assert_array_equal(places_of(shown)[on_cut], places_of(expected)[on_cut])
-    for each in (shown, expected):
-        assert each.GetNumberOfPoints() == split.GetNumberOfPoints()
-    normals = [arrays.to_numpy(each.GetPointData().GetNormals()) for each in (shown, expected)]
+    for surface in (shown, expected):
+        assert surface.GetNumberOfPoints() == split.GetNumberOfPoints()
+    normals = [
+        arrays.to_numpy(surface.GetPointData().GetNormals()) for surface in (shown, expected)
+    ]
     np.testing.assert_array_equal(normals[0][on_cut], normals[1][on_cut])
 
 

@@ -35,7 +35,7 @@ CUTS = {
 def drawn(values, points):
     """As the shader does: of all layers what is farther from its face. Origins, distances."""
     index = GRID.index_of(points)
-    sampled = np.stack([sample(each, index, "linear", 0.0, GRID) for each in values])
+    sampled = np.stack([sample(component, index, "linear", 0.0, GRID) for component in values])
     best = sampled[..., 3].argmax(axis=0)
     chosen = sampled[best, np.arange(len(points))]
     return points + chosen[:, :3], chosen[:, 3]

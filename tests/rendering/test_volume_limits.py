@@ -44,7 +44,7 @@ def test_a_volume_is_deformed_by_one_only():
     volume = volume_of(image_of(VALUES))
     scene, other = Scene(volume), Scene(volume)
     before = scene.picture()
-    first, second = (DeformedVolume(volume, each.renderer) for each in (scene, other))
+    first, second = (DeformedVolume(volume, view.renderer) for view in (scene, other))
     first.update(deformation())
     shown = scene.picture()
     refused = "`volume` is drawn deformed already; update or detach that one"
