@@ -131,7 +131,7 @@ HOT real interpolate_points(const layer_t *layer, int p, int i, int j, const int
   return interpolate(tap, j, is_slope);
 }
 
-// A row of points of a strip, LANES * COARSE_STEP of them, of which those from `low` to `high` (not
+// A row of points of a strip, LANES * COARSE_STEP of them. Those from `low` to `high` (not
 // included) are in the launch; `position` is that of the first in the launch.
 typedef struct {
   int low, high;

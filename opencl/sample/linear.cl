@@ -49,8 +49,8 @@ HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const in
 }
 
 #if COVARIANT && LANES > 1
-// Three floats at each point, one point after the other: four in a vector for each tap, of which the
-// last is not used. To the same bits.
+// Three floats at each point, one point after the other, with the same bits. Each tap is a vector of
+// four; the last is not used.
 HOT vec interpolated_three(const box_t *box, const offsets_t *at, __global const float *values) {
   vec found;
   UNROLL for (int l = 0; l < LANES; ++l) {

@@ -79,7 +79,7 @@ def test_the_environment_is_used_afterwards(home, paraview, python, capfd):
     python()
     assert main(command) == 0
     out = capfd.readouterr().out
-    assert "no pyopencl; or let `vtk-mls paraview --setup` bring one" in out
+    assert "no pyopencl; or install it for ParaView with `vtk-mls paraview --setup`" in out
     assert "--venv" not in out
     folder = home / "caches/vtk_mls/paraview-python3.77"
     for _ in range(2):  # the second time replaces the first
@@ -102,7 +102,7 @@ def test_the_doctor_reports_it(home, paraview, python, monkeypatch):
     paraview()
     python()
     monkeypatch.setattr("shutil.which", {"paraview": str(home / "pv/bin/paraview")}.get)
-    assert any(problem.endswith("bring one for ParaView") for problem in report()[1])
+    assert any(problem.endswith("with `vtk-mls paraview --setup`") for problem in report()[1])
     (home / "caches/vtk_mls/paraview-python3.77").mkdir(parents=True)
     (home / "caches/vtk_mls/paraview-python3.77/pyvenv.cfg").touch()
     lines, problems = report()

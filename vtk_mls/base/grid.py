@@ -31,7 +31,7 @@ class Grid:
     Attributes
     ----------
     whole : Grid
-        The grid of which this is a `part`, or this grid itself.
+        The full grid if this is a `part` of one, else this grid.
     first : (3,) ints
         Index of the first point in `whole`.
 

@@ -55,8 +55,8 @@ def add(commands):
     add(
         "GenerateOverlap",
         flag="--overlap",
-        text="also count the points that material from both sides of a cut reaches, of which an "
-        "image shows one; .vti and .vtk get the point array Overlap",
+        text="also count the points that material from both sides of a cut reaches; an image shows "
+        "one side; .vti and .vtk get the point array Overlap",
     )
     map_options.add(deform)
     deform.set_defaults(run=run)

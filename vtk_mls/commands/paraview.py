@@ -56,12 +56,12 @@ def _set_up(paraview, options):
     from vtk_mls.commands import paraview_venv
 
     contents = paraview.contents()
-    if "device" in contents:
+    if "problem" not in contents:
         print(f"{paraview} needs nothing, it has {contents['device']}")
         return 0
     folder = paraview_venv.make(paraview, contents, options.venv)
     contents = paraview.contents(folder)
-    if "device" not in contents:
+    if "problem" in contents:
         raise ValueError(f"{folder} is made, and yet in {paraview}: {contents['problem']}")
     option = f" --venv {options.venv}" if options.venv else ""
     print(f"{paraview} has {contents['device']} now: start it with vtk-mls paraview{option}")

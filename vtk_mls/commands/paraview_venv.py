@@ -43,14 +43,16 @@ def find(paraview):
         As `ParaView.contents`.
     """
     contents = paraview.contents()
-    if "device" in contents or paraview.version < _FIRST_VERSION:
+    if "problem" not in contents or paraview.version < _FIRST_VERSION:
         return contents, None
     folder = usual_folder(contents["python"])
     if folder and _is_environment(folder):
-        return paraview.contents(folder), folder
+        contents = paraview.contents(folder)
+    else:
+        folder = None
     if "problem" in contents:
-        contents["problem"] += "; or let `vtk-mls paraview --setup` bring one for ParaView"
-    return contents, None
+        contents["problem"] += "; or install it for ParaView with `vtk-mls paraview --setup`"
+    return contents, folder
 
 
 def make(paraview, contents, folder=None, note=print):

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls import Deformation, Grid
+from vtk_mls import Deformation
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import transfer_functions
@@ -228,10 +228,10 @@ def scalar_image(image):
         If the image has no numbers at its points.
     """
     name, values, vtk_type = _scalars(image)
-    grid, values = _along_world_axes(ImageGeometry.of_image(image).grid, values)
+    grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
     copy = vtkImageData()
     ImageGeometry.of_grid(grid).apply_to(copy)
-    scalars = arrays.from_numpy(np.ascontiguousarray(values).ravel(), vtk_type)
+    scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
     scalars.SetName(name)
     copy.GetPointData().SetScalars(scalars)
     return copy
@@ -251,24 +251,3 @@ def _scalars(image):
         vtk_type = VTK_UNSIGNED_CHAR
     name = numeric[0].GetName() or "values"
     return name, values.reshape(image.GetDimensions()[::-1]), vtk_type
-
-
-def _along_world_axes(grid, values):
-    """The same points in rows along the axes of the world, and their values."""
-    steps = grid.index_to_world
-    directions = np.abs(unit(steps.T).T)
-    axes, remaining = [], [0, 1, 2]
-    for world in range(3):
-        axes.append(max(remaining, key=lambda axis: directions[world, axis]))
-        remaining.remove(axes[-1])
-    is_mirrored = [steps[world, axis] < 0 for world, axis in enumerate(axes)]
-    first = np.zeros(3)
-    for axis, mirrored in zip(axes, is_mirrored):
-        first[axis] = (grid.dimensions[axis] - 1) * mirrored
-    signs = np.where(is_mirrored, -1, 1)
-    steps = steps[:, axes] * signs
-    spacing = np.linalg.norm(steps, axis=0)
-    dimensions = [grid.dimensions[axis] for axis in axes]
-    values = values.transpose([2 - axis for axis in axes[::-1]])  # the axes of values are z, y, x
-    values = values[tuple(slice(None, None, sign) for sign in signs[::-1])]
-    return Grid(dimensions, grid.at(first[None])[0], spacing, steps / spacing), values

@@ -228,12 +228,12 @@ JACOBIAN = (
     Flag(
         "GenerateJacobianDeterminant",
         False,
-        """Whether to make the point array JacobianDeterminant, which is not above 0 where space is
+        """Whether to make the point array JacobianDeterminant, zero or negative where space is
         folded, and the field array FoldedVoxels with the number of such points.""",
         more="""The void does not count. Of a mesh the field arrays are InvertedCells, the number of
-        cells that the deformation has turned inside out, and UncheckedCells, the number of those
-        of which that is not known. If the output is made in pieces, they are numbers of each
-        piece, without ghost cells.""",
+        cells that the deformation has inverted, and UncheckedCells, the number of cells without a
+        result. If the output is made in pieces, each piece has its own numbers, without ghost
+        cells.""",
     ),
 )
 

@@ -1,8 +1,8 @@
-"""Drags among many handles, of which ParaView is informed when they end.
+"""Drags of one of many handles: ParaView is informed when the drag ends.
 
 When a handle moves, ParaView sets all handles of its widget one by one, and the widget computes the
-sizes of all after each: seconds with 500 handles. So ParaView gets the end of a drag only, and the
-sizes are computed once.
+sizes of all after each: seconds with 500 handles. ParaView therefore gets only the end of a drag,
+and computes the sizes once.
 """
 
 from __future__ import annotations

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from itertools import permutations
 
-import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Grid, io
+from vtk_mls import io
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -60,30 +58,12 @@ def along_world_axes(image):
     returned itself. Cell data are dropped.
     """
     grid = ImageGeometry.of_image(image).grid
-
-    def alignment(axes):
-        return np.abs(np.diagonal(grid.direction[:, axes])).sum()
-
-    order = list(max(permutations(range(3)), key=alignment))
-    signs = np.where(np.diagonal(grid.direction[:, order]) < 0, -1, 1)
-    if order == [0, 1, 2] and (signs > 0).all():
+    reordered, reorder = arrays.along_world_axes(grid)
+    if reordered is grid:
         return image
-    dimensions = np.array(grid.dimensions)[order]
-    first = np.zeros(3)
-    first[order] = np.where(signs < 0, dimensions - 1, 0)
-    reordered = Grid(
-        dimensions,
-        grid.at(first[None])[0],
-        np.array(grid.spacing)[order],
-        grid.direction[:, order] * signs + 0.0,
-    )
     result = vtkImageData()
     ImageGeometry.of_grid(reordered).apply_to(result)
-    flipped = tuple(2 - np.flatnonzero(signs < 0))  # of arrays (nz, ny, nx)
-    values = [
-        np.flip(np.transpose(array, [*(2 - np.array(order[::-1])), *range(3, array.ndim)]), flipped)
-        for array in arrays.image_values(image.GetPointData(), grid)
-    ]
+    values = [reorder(array) for array in arrays.image_values(image.GetPointData(), grid)]
     arrays.set_image_values(result.GetPointData(), values, image.GetPointData())
     result.GetFieldData().ShallowCopy(image.GetFieldData())
     return result

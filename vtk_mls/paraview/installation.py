@@ -25,7 +25,7 @@ _USUAL_FOLDERS = (
 )
 # Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON.
 _PROBE = """
-import json, sys
+import importlib.util, json, sys
 found = {"python": "%d.%d.%d" % sys.version_info[:3]}
 from vtkmodules.vtkCommonCore import vtkVersion
 found["vtk"] = vtkVersion.GetVTKVersion()
@@ -43,6 +43,8 @@ try:
             found["problem"] = "no OpenCL device computes right, numpy does it, slowly"
         else:
             found["device"] = str(device)
+            if importlib.util.find_spec("nibabel") is None:
+                found["problem"] = "nibabel is missing, NIfTI files cannot be read"
     except DeviceError as error:
         found["problem"] = str(error)
 except Exception as error:
@@ -100,7 +102,8 @@ class ParaView:
         Returns
         -------
         dict of str
-            Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device", or the "problem".
+            Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device"; a "problem", if
+            there is no device or a package is missing.
 
         Raises
         ------

@@ -68,9 +68,10 @@ class CoarseForward:
         return move.GetOutput()
 
     def _is_exact(self, field):
-        """Cells, and at last what is in none, where the map itself is asked, by that of the nodes.
+        """Cells that need the exact map, judged by the map at the nodes.
 
-        What a linear function misses is an eighth of the second difference.
+        The last entry stands for points outside all cells. The error of linear interpolation is an
+        eighth of the second difference.
         """
         values = field.displacement.reshape(*self._grid.shape, 3)
         error = np.zeros(self._grid.shape, np.float32)

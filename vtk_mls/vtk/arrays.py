@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import (
@@ -443,3 +444,41 @@ def _picked(array, index):
     for row in np.flatnonzero(index >= 0).tolist():
         result.SetTuple(row, int(index[row]), array)
     return result
+
+
+def along_world_axes(grid):
+    """The points of a grid in the order and the direction of the x, y and z axes.
+
+    The direction matrix is then the identity, or for oblique axes the smallest possible rotation.
+
+    Returns
+    -------
+    reordered : Grid
+        `grid` itself if its axes are in order.
+    reorder : callable
+        Takes values (nz, ny, nx, ...) at the points of `grid` to those of `reordered`: a view.
+    """
+
+    def alignment(axes):
+        return np.abs(np.diagonal(grid.direction[:, axes])).sum()
+
+    order = list(max(permutations(range(3)), key=alignment))
+    signs = np.where(np.diagonal(grid.direction[:, order]) < 0, -1, 1)
+    if order == [0, 1, 2] and (signs > 0).all():
+        return grid, lambda values: values
+    dimensions = np.array(grid.dimensions)[order]
+    first = np.zeros(3)
+    first[order] = np.where(signs < 0, dimensions - 1, 0)
+    reordered = Grid(
+        dimensions,
+        grid.at(first[None])[0],
+        np.array(grid.spacing)[order],
+        grid.direction[:, order] * signs + 0.0,
+    )
+    axes = list(2 - np.array(order[::-1]))  # of arrays (nz, ny, nx)
+    flipped = tuple(2 - np.flatnonzero(signs < 0))
+
+    def reorder(values):
+        return np.flip(np.transpose(values, [*axes, *range(3, values.ndim)]), flipped)
+
+    return reordered, reorder

@@ -50,7 +50,7 @@ class OriginNodes:
         self._arguments = [record, self._table(_every(grid.whole, first, last))]
 
     def _table(self, nodes):
-        """A buffer with what is found at the `nodes`, a grid."""
+        """A buffer with the origins at the `nodes`, a grid."""
         launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
         table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE.itemsize * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
