@@ -31,10 +31,10 @@ class MapParameters:
 
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
+    weights: NDArray[np.float64]
     kind: str = named("kind").default
     alpha: float = named("alpha").default
     degree: int = named("degree").default
-    weights: NDArray[np.float64]
     cuts: tuple[Cut, ...] = ()
     nu: float = named("nu").default
     cut_frame: str = named("cut_frame").default
