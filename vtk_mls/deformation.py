@@ -34,8 +34,8 @@ class Deformation(MapParameters):
     """A moving-least-squares deformation of space, given by control points.
 
     The backward map G gives for each point v of the deformed space the origin of its material
-    (Eq. 2 of the paper). It interpolates the control points, G(q_i) = p_i, and is the identity
-    if p = q.
+    (Eq. 2 of the paper). It interpolates the control points, G(q_i) = p_i, unless `smoothing` is
+    set, and is the identity if p = q.
 
     Parameters
     ----------
@@ -48,8 +48,12 @@ class Deformation(MapParameters):
         The maps that are fitted around each point: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
         rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26).
     alpha : float, > 0
-        Weights are ``1 / |q_i - v|^(2 alpha)``: a larger alpha makes control points act more
-        locally. For alpha <= 1/2 the map has a kink at each control point.
+        Weights are ``1 / (|q_i - v|^2 + smoothing^2)^alpha``: a larger alpha makes control points
+        act more locally. The paper's examples have 1. In space only alpha > 3/2 is local: a shell
+        of control points at distance r has about r^2 of them. For alpha <= 1/2 the map has a kink
+        at each control point.
+    smoothing : float, >= 0, world units
+        0 interpolates the control points. Above 0 the map passes close to them.
     degree : {1, 2, 3}
         Degree of the polynomial kind.
     weights : (n,) array_like, > 0, optional

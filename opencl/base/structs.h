@@ -28,11 +28,11 @@ typedef struct {
   float unused;
 } control_point_t;
 
-// The map of a region: number of control points, alpha, rank of the set of control points, and the
-// axis of half turns (rigid and similarity kinds).
+// The map of a region: number of control points, alpha, square of the smoothing length, rank of the set
+// of control points, and the axis of half turns (rigid and similarity kinds).
 typedef struct {
   int count;
-  float alpha;
+  float alpha, smoothing2;
   int rank;
   float flip_axis[3];
 } map_params_t;

@@ -1,4 +1,5 @@
-// The weights of Eq. 2 and 27: c_i / |q_i - v|^(2 alpha), for every power and distance in float32.
+// The weights of Eq. 2 and 27: c_i / (|q_i - v|^2 + s^2)^alpha, for every power and distance in
+// float32. The smoothing length s is 0 in the paper.
 //
 // All distances are damped ones: a control point behind a cut counts as farther away. k is the control
 // point nearest to v, e the distance of the second nearest. The other control points are summed with
@@ -56,7 +57,7 @@ typedef struct {
   vec x;      // v - q_k
   vec u;      // p_k - q_k - mean displacement
   real c;     // its weight factor
-  real d2;    // |x|^2
+  real d2;    // its damped squared distance
   real e2;    // squared distance of the second nearest
   real r;     // (d_k / e)^(2 alpha)
 } pivot_t;
@@ -69,9 +70,10 @@ inline vec point_of(__global const control_point_t *at) {
   return (vec){at->q[0], at->q[1], at->q[2]};
 }
 
-inline real straight_distance2(__global const control_point_t *at, vec v) {
+// |q - v|^2 + `smoothing2`.
+inline real straight_distance2(__global const control_point_t *at, vec v, float smoothing2) {
   real dx = at->q[0] - v.x, dy = at->q[1] - v.y, dz = at->q[2] - v.z;
-  return fma(dx, dx, fma(dy, dy, dz * dz));
+  return fma(dx, dx, fma(dy, dy, fma(dz, dz, (real)(smoothing2))));
 }
 
 #if CUTS
@@ -88,7 +90,7 @@ inline vec cut_target(const map_t *map, __global const control_point_t *at) {
 HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point,
                                  integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
-  real d2 = straight_distance2(at, point->v);
+  real d2 = straight_distance2(at, point->v, map->params.smoothing2);
 #if CUTS
   d2 = damped_distance2(&map->cuts, point, i, cut_target(map, at), d2, hides_any);
 #endif
@@ -156,10 +158,10 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
   vec q = point_of(at);
-  real d2 = straight_distance2(at, point->v);
+  real d2 = straight_distance2(at, point->v, map->params.smoothing2);
   vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), vec_sub(q, point->v));
 #if CUTS && !AT_REST
-  slope = vec_add(slope, damping_slope(&map->cuts, point, i, q, d2));
+  slope = vec_add(slope, damping_slope(&map->cuts, point, i, q));
 #endif
   return slope;
 }
@@ -174,7 +176,8 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_
   return slope;
 #elif AT_REST
   // not pivot->d2, which is longer where a cut hides k
-  return vec_scale(-2 * map->params.alpha / most(dot3(pivot->x, pivot->x), 1e-30f), pivot->x);
+  real d2 = dot3(pivot->x, pivot->x) + map->params.smoothing2;
+  return vec_scale(-2 * map->params.alpha / most(d2, 1e-30f), pivot->x);
 #else
   return vec_scale(-2 * map->params.alpha / most(pivot->d2, 1e-30f), pivot->x);
 #endif
@@ -184,7 +187,7 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_
 // d log(w_i)/dx for the origin x of the material.
 inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
   vec p = cut_target(map, control_point_of(map, i));
-  return damping_slope(&map->cuts, point, i, p, (real)(0));
+  return damping_slope(&map->cuts, point, i, p);
 }
 
 inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,

@@ -227,11 +227,7 @@ inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, in
 }
 
 // Squared length of the segment to which a detour is compared.
-#if AT_REST
 #define SEGMENT2(shape) shape##_distance2(from, to)
-#else
-#define SEGMENT2(shape) d2
-#endif
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
@@ -256,7 +252,7 @@ inline vec detour_slope(vec leg, real length2, vec away) {
 }
 
 // d log(d)/dv for the damping d of Eq. 28; in the rest frame d log(d)/dx.
-inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2) {
+inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
   vec segment = vec_sub(viewpoint(point), q), slope = {0, 0, 0};
   int number = 0;
 #define INCLINE(shape)                                                                            \

@@ -34,6 +34,7 @@ class MapParameters:
     weights: NDArray[np.float64]
     kind: str = named("kind").default
     alpha: float = named("alpha").default
+    smoothing: float = named("smoothing").default
     degree: int = named("degree").default
     cuts: tuple[Cut, ...] = ()
     nu: float = named("nu").default
@@ -49,6 +50,7 @@ class MapParameters:
         kind: str = named("kind").default,
         *,
         alpha: float = named("alpha").default,
+        smoothing: float = named("smoothing").default,
         degree: int = named("degree").default,
         weights: ArrayLike | None = None,
         cuts: Cut | Iterable[Cut] | None = (),
@@ -70,6 +72,7 @@ class MapParameters:
             kind=kind,
             degree=degree,
             alpha=alpha,
+            smoothing=smoothing,
             cut_frame=cut_frame,
             nu=nu,
             map_tolerance=map_tolerance,

@@ -133,13 +133,24 @@ OPTIONS = (
     ),
     Option(
         "alpha",
-        1.0,
-        "How locally handles act (alpha)",
+        2.0,
+        "Alpha",
         """How local the influence of a control point is: its weight at distance r is
-        1 / r^(2 alpha). Must be greater than 0.""",
+        1 / r^(2 alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the
+        affine kind or polynomials of degree 2. Up to 1.5 the influence of far control points does
+        not fade in space; 1 is the paper's. Must be greater than 0.""",
         is_valid=lambda alpha: alpha > 0,
         expected="a positive number",
         slider=(0.5, 4.0, 0.1),
+    ),
+    Option(
+        "smoothing",
+        0.0,
+        "Smoothing",
+        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly; above 0 the deformation passes close to them, for noisy landmarks.""",
+        is_valid=lambda length: length >= 0,
+        expected="a number from 0 on",
     ),
     Option(
         "blend",

@@ -73,8 +73,8 @@ class WeightedPoints:
         p, q = control_points.rest, control_points.deformed
         offset = q - v[:, None]
         d2 = np.einsum("mia,mia->mi", offset, offset)
-        d2 = np.maximum(d2, _ON_CONTROL_POINT * control_points.scale**2)
-        # d log(w_i)/dv for w_i = d(v, q_i) / |q_i - v|^(2 alpha), Eq. 27
+        d2 = np.maximum(d2 + deformation.smoothing**2, _ON_CONTROL_POINT * control_points.scale**2)
+        # d log(w_i)/dv for w_i = d(v, q_i) / (|q_i - v|^2 + s^2)^alpha, Eq. 27
         slope = 2 * alpha * offset / d2[:, :, None]
         slope_by_x = np.zeros_like(slope)
         detours = []

@@ -18,7 +18,12 @@ def _struct(members):
 _TRANSFORM = ("f4", 12)
 
 CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
-MAP_PARAMS = _struct([("count", "i4"), ("alpha", "f4"), ("rank", "i4"), ("flip_axis", "f4", 3)])
+MAP_PARAMS = _struct(
+    [
+        *[("count", "i4"), ("alpha", "f4"), ("smoothing2", "f4"), ("rank", "i4")],
+        ("flip_axis", "f4", 3),
+    ]
+)
 WORLD = _struct([("scale", "f4"), ("mean_displacement", "f4", 3)])
 LOCAL_FRAME = _struct([("center", "f4", 3), ("center_rest", "f4", 3)])
 GRID = _struct(

@@ -99,6 +99,7 @@ class Launcher:
             kernel_arguments.MAP_PARAMS,
             count=len(control_points),
             alpha=alpha,
+            smoothing2=(deformation.smoothing / control_points.scale) ** 2,
             **kind.params(control_points),
         )
         constants = [
