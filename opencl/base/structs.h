@@ -20,13 +20,33 @@ enum {
   OTHER_REGION = 2
 };
 
-// A control point, local units: q, the factor c of its weight, u = p - q less its mean.
+// A control point, local units: q, the factor c of its weight, u = p - q less its mean, and the rigid
+// region that it is a proxy of, or -1.
 typedef struct {
   float q[3];
   float c;
   float u[3];
-  float unused;
+  int region;
 } control_point_t;
+
+// A rigid region where it was moved to, local units: the points within `radius` of the segment from
+// `end` along `along`, or those with a distance below 0 in an image. Cuts see it at `anchor`.
+typedef struct {
+  float end[3], along[3], radius;
+  float anchor[3];
+  float step;           // cell size of the image, 0 for a capsule
+  float to_index[12];   // from the local frame to indices of the image
+  int size[3];          // points of the image along each axis
+  int first;            // its first value in `images`
+} region_t;
+
+// A segment of a curve, local units: q and u = p - q less its mean, at its start and their change to
+// its end; the factor c of its weight.
+typedef struct {
+  float q[3], along_q[3];
+  float u[3], along_u[3];
+  float c;
+} segment_t;
 
 // The map of a region: number of control points, alpha, square of the smoothing length, rank of the set
 // of control points, and the axis of half turns (rigid and similarity kinds).

@@ -22,11 +22,13 @@ inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) 
 // predict the others.
 __kernel EXPLICIT_VECTORS void node_cell(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const float *restrict kind_table, __global const region_t *restrict regions,
+    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
+    __global const float *restrict images, const cut_params_t cut_params,
     __global const plane_t *restrict planes, __global const float *restrict obstacles,
     const grid_t grid, const int count, __global node_t *restrict nodes) {
-  const map_t map =
-      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
+                           cut_params, planes, obstacles);
   long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   integer n, usable = (real)(0) == 0;

@@ -5,11 +5,13 @@
 // The nodes of first guesses at the points of a grid; node_cell sets by_i.w.
 __kernel EXPLICIT_VECTORS void node_origin(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, const cut_params_t cut_params,
+    __global const float *restrict kind_table, __global const region_t *restrict regions,
+    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
+    __global const float *restrict images, const cut_params_t cut_params,
     __global const plane_t *restrict planes, __global const float *restrict obstacles,
     const grid_t grid, __global node_t *restrict nodes) {
-  const map_t map =
-      map_of(map_params, control_points, kind_table, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
+                           cut_params, planes, obstacles);
   // before all branches: Mesa's compiler crashes where arguments are read below
   const long stop = grid.stop;
   vec by_index[3];

@@ -219,7 +219,7 @@ class MLSDeform(DeformingFilter):
 
         Blocks at the same position are several images of the same material, no neighbors.
         """
-        corners, moved = grid.corners(), deformation.deformed - deformation.rest
+        corners, moved = grid.corners(), np.subtract(*deformation.handle_set.positions)
         reach = np.linalg.norm(moved, axis=1).max()
         low, high = corners.min(axis=0), corners.max(axis=0)
         if self._boxes and reach > 0 and not self._has_warned:

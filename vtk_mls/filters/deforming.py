@@ -245,7 +245,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
         size = (high - low).max()
-        positions = np.concatenate([deformation.rest, deformation.deformed])
+        positions = np.concatenate(deformation.handle_set.positions)
         distance = np.abs(positions - (low + high) / 2).max()
         if 0 < size < distance * np.finfo(np.float32).eps:
             name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"

@@ -1,4 +1,4 @@
-"""A set of control points, prepared once in float64 for every engine.
+"""A set of handles, prepared once in float64 for every engine.
 
 The kernels compute in float32, so this module decides in float64 which control points are distinct,
 which maps they determine (a line leaves the twist open, a plane the affine thickness, few points
@@ -14,6 +14,8 @@ import numpy as np
 
 from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.base.validation import freeze
+from vtk_mls.handles.curve import Segments
+from vtk_mls.handles.handle_set import HandleSet
 from vtk_mls.kinds.kind import Kind
 
 # Distance of coincident control points, as a fraction of `extent`.
@@ -26,83 +28,118 @@ class ControlPoints:
 
     Parameters
     ----------
-    rest, deformed : (n, 3) float64, world coordinates
-        p and q. Control points with the same q are merged into their weighted mean, which changes
-        no kind of map; a set with a common displacement is merged into a single point.
-    weights : (n,) float64
-        Factor of each control point.
+    handles : HandleSet
+        Points with the same q are merged into their weighted mean, which changes no kind of map; a
+        set with a common displacement is merged into a single point.
     kind : Kind
         Of the fitted maps.
     extent : float, world units
         Size of the deformed region: the scale if all control points coincide.
+    is_limited : bool
+        Whether the displacement is exactly 0 at some places: the mean displacement is 0 then.
 
     Attributes
     ----------
+    handles : HandleSet
+        After the merge.
+    rest, deformed, weights
+        Of the points and proxies of `handles`.
     center, scale : (3,) float64 and float, world coordinates
         The local frame: (x - center) / scale. All tolerances are in its units.
     mean_displacement : (3,) float64, world units
         Mean of p - q.
     determined : object
-        The maps of `kind` that the control points determine: `Kind.determined`.
+        The maps of `kind` that the handles determine: `Kind.determined`.
     """
 
-    rest: np.ndarray
-    deformed: np.ndarray
-    weights: np.ndarray
+    handles: HandleSet
     kind: Kind
+    is_limited: bool
     center: np.ndarray
     scale: float
     mean_displacement: np.ndarray
     determined: object
 
-    def __init__(self, rest, deformed, weights, kind, extent):
-        rest, deformed, weights = _merge(rest, deformed, weights)
+    def __init__(self, handles, kind, extent, is_limited=False):
+        handles = _merged(handles)
+        rest, deformed = handles.positions
         center = deformed.mean(axis=0)
         size = np.abs(deformed - center).max()
         scale = float(size if size > _COINCIDENT * extent else extent)
+        mean = np.zeros(3) if is_limited else (rest - deformed).mean(axis=0)
         freeze(
             self,
-            rest=rest,
-            deformed=deformed,
-            weights=weights,
+            handles=handles,
             kind=kind,
+            is_limited=is_limited,
             center=center,
             scale=scale,
-            mean_displacement=(rest - deformed).mean(axis=0),
+            mean_displacement=mean,
             determined=kind.determined(rest, deformed, (deformed - center) / scale),
         )
 
+    @property
+    def rest(self) -> np.ndarray:
+        return self.handles.rest
+
+    @property
+    def deformed(self) -> np.ndarray:
+        return self.handles.deformed
+
+    @property
+    def weights(self) -> np.ndarray:
+        return self.handles.weights
+
     def __len__(self) -> int:
-        return len(self.rest)
+        return len(self.handles)
+
+    @property
+    def swapped(self) -> ControlPoints:
+        """The control points with p and q swapped."""
+        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.is_limited)
 
     @functools.cached_property
     def affine(self) -> tuple[np.ndarray, np.ndarray]:
         """The best fitting affine map from deformed to rest positions: (3, 3) and (3,)."""
-        return fitted_affine(self.deformed, self.rest)
+        rest, deformed = self.handles.positions
+        return fitted_affine(deformed, rest)
 
     def local(self, points) -> np.ndarray:
         """World coordinates `points` (m, 3) in the local frame."""
         return (points - self.center) / self.scale
 
 
-def _merge(rest, deformed, weights):
-    """Weighted means of control points with equal q, or of all if their displacement is common."""
-    _, group = np.unique(deformed, axis=0, return_inverse=True)
+def _merged(handles):
+    """The weighted means of points with equal q, or of all if their displacement is common."""
+    displacement = np.subtract(*handles.positions)
+    if (displacement == displacement[0]).all():
+        return _translation(handles, displacement[0])
+    # proxies of a region stay together, and come first
+    key = np.where(handles.region < 0, len(handles.regions), handles.region)
+    rows, group = np.unique(
+        np.column_stack([key, handles.deformed]), axis=0, return_inverse=True
+    )
     group = group.ravel()
-    is_translation = (rest - deformed == rest[0] - deformed[0]).all()
-    if is_translation:
-        group = np.zeros_like(group)
-    count = group.max() + 1
-    if count == len(rest):
-        return rest, deformed, weights
+    if len(rows) == len(handles):
+        return handles
+    weights = handles.weights
     total = np.bincount(group, weights)
+    offset = handles.rest - handles.rest[0]  # keeps the digits of large coordinates
+    sums = np.stack([np.bincount(group, weights * c) for c in offset.T], axis=1)
+    rest = handles.rest[0] + sums / total[:, None]
+    key = rows[:, 0].astype(int)
+    region = np.where(key == len(handles.regions), -1, key)
+    return HandleSet(rest, rows[:, 1:], total, region, handles.regions, handles.segments)
 
-    def mean(points):
-        offset = points - points[0]  # keeps the digits of large coordinates
-        sums = np.stack([np.bincount(group, weights * c) for c in offset.T], axis=1)
-        return points[0] + sums / total[:, None]
 
-    merged = mean(deformed)
-    if is_translation:  # p - q exactly as given
-        return merged + (rest[:1] - deformed[:1]), merged, total
-    return mean(rest), merged, total
+def _translation(handles, displacement):
+    """One point with a `displacement` (3,), exactly as given."""
+    _, deformed = handles.positions
+    at = deformed.mean(axis=0, keepdims=True) if len(handles) == 0 else None
+    if at is None:
+        weights = handles.weights
+        first = handles.deformed[0]
+        at = first + (weights @ (handles.deformed - first) / weights.sum())[None]
+    total = np.array([handles.weights.sum() + handles.segments.weights.sum()])
+    none = Segments.of([])
+    return HandleSet(at + displacement, at, total, np.array([-1]), (), none)

@@ -44,6 +44,8 @@ class Kind:
         The first equation in the paper, by which kinds are sorted.
     has_degree : bool
         Whether the kind depends on `degree`.
+    proxy_order : int
+        Degree of the polynomials that the proxies of a rigid region must determine.
 
     Parameters
     ----------
@@ -55,6 +57,7 @@ class Kind:
     kernel = None
     equation = math.inf
     has_degree = False
+    proxy_order = 1
 
     def __init__(self, degree):
         pass

@@ -36,7 +36,7 @@ class Polynomial(Kind):
     has_degree = True
 
     def __init__(self, degree):
-        self.degree = degree
+        self.degree = self.proxy_order = degree
 
     def determined(self, rest, deformed, local):
         return Basis.on(local, self.degree)

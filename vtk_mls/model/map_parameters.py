@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls import kinds
 from vtk_mls.base.validation import freeze
 from vtk_mls.cuts import Cut, Obstacle, Plane
+from vtk_mls.handles.handle_set import Handle, HandleSet, checked_handles
 from vtk_mls.model import arguments
 from vtk_mls.model.options import check_options, named
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
@@ -25,6 +26,8 @@ class MapParameters:
 
     Attributes
     ----------
+    handle_set : HandleSet
+        Points and handles together.
     regions : tuple of Region
         Between the planes.
     """
@@ -36,23 +39,26 @@ class MapParameters:
     alpha: float = named("alpha").default
     smoothing: float = named("smoothing").default
     degree: int = named("degree").default
+    handles: tuple[Handle, ...] = ()
     cuts: tuple[Cut, ...] = ()
     nu: float = named("nu").default
     cut_frame: str = named("cut_frame").default
     map_tolerance: float = named("map_tolerance").default
     device: str | None = named("device").default
+    handle_set: HandleSet = field(init=False)
     regions: tuple[Region, ...] = field(init=False)
 
     def __init__(
         self,
-        rest: ArrayLike,
-        deformed: ArrayLike,
+        rest: ArrayLike = (),
+        deformed: ArrayLike = (),
         kind: str = named("kind").default,
         *,
         alpha: float = named("alpha").default,
         smoothing: float = named("smoothing").default,
         degree: int = named("degree").default,
         weights: ArrayLike | None = None,
+        handles: Handle | Iterable[Handle] | None = (),
         cuts: Cut | Iterable[Cut] | None = (),
         nu: float = named("nu").default,
         cut_frame: str = named("cut_frame").default,
@@ -61,7 +67,8 @@ class MapParameters:
     ) -> None:
         p = arguments.control_points("rest", rest)
         q = arguments.control_points("deformed", deformed)
-        if len(p) == 0:
+        shaped = checked_handles(handles)
+        if len(p) == 0 and not shaped:
             raise ValueError("`rest` is empty; a deformation needs at least one control point")
         if p.shape != q.shape:
             raise ValueError(
@@ -80,10 +87,15 @@ class MapParameters:
         )
         factors = arguments.positive_weights(weights, len(p))
         shapes = arguments.cut_shapes(cuts)
-        freeze(self, rest=p, deformed=q, weights=factors, cuts=shapes, **settings)
+        freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, **settings)
         fitted = kinds.named(self.kind, self.degree)
-        positions = p if self.cut_frame == "rest" else q
-        freeze(self, regions=split_by_planes(self.planes, positions, (p, q, factors), fitted))
+        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order)
+        in_rest_frame = self.cut_frame == "rest"
+        freeze(
+            self,
+            handle_set=handle_set,
+            regions=split_by_planes(self.planes, handle_set, in_rest_frame, fitted),
+        )
         arguments.check_cut_distances(shapes, self.regions)
         if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:
             raise ValueError(
@@ -128,4 +140,4 @@ class MapParameters:
         """The approximate planes in the deformed space, which say which region is tried first."""
         if not self.in_rest_frame:
             return self.planes
-        return [deformed_plane(plane, self.rest, self.deformed) for plane in self.planes]
+        return [deformed_plane(plane, *self.handle_set.positions) for plane in self.planes]

@@ -11,6 +11,7 @@ import numpy as np
 from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.cuts import Plane
 from vtk_mls.handles.control_points import ControlPoints
+from vtk_mls.handles.handle_set import HandleSet
 
 MAX_PLANES = 6
 # Distance below which a point counts as on a plane, as a fraction of the size.
@@ -42,43 +43,38 @@ class Region:
     @functools.cached_property
     def swapped(self) -> Region:
         """The region with p and q swapped: its backward map approximates the inverse map."""
-        points = self.control_points
-        swapped = ControlPoints(
-            points.deformed, points.rest, points.weights, points.kind, points.scale
-        )
-        return Region(self.sides, swapped)
+        return Region(self.sides, self.control_points.swapped)
 
 
-def split_by_planes(planes, positions, control_points, kind) -> tuple[Region, ...]:
+def split_by_planes(planes, handles, in_rest_frame, kind, is_limited=False) -> tuple[Region, ...]:
     """All regions that `planes` separate; a single one without planes.
 
     Parameters
     ----------
     planes : sequence of Plane
-    positions : (n, 3) float64, world coordinates
-        Of the control points in the frame of the planes: rest or deformed.
-    control_points : tuple of float64 arrays
-        Their rest and deformed positions (n, 3) and weights (n,).
+    handles : HandleSet
+    in_rest_frame : bool
+        Whether the planes are in the rest frame, or in the deformed one.
     kind : Kind
+    is_limited : bool
+        As of `ControlPoints`.
     """
-    rest, deformed, weights = control_points
     if len(planes) > MAX_PLANES:
         raise ValueError(
             f"`cuts` must have at most {MAX_PLANES} planes, got {len(planes)}; "
             "use HalfPlane or Surface for cuts with an edge"
         )
-    extent = _extent(rest, deformed)
+    extent = _extent(*handles.positions)
     regions = []
     for sides in product((1.0, -1.0), repeat=len(planes)):
-        region = Region(np.array(sides), None)
-        rows = region.holds(planes, positions)
-        if rows.any():
-            points = ControlPoints(rest[rows], deformed[rows], weights[rows], kind, extent)
-        else:
-            middle = positions.mean(axis=0)
+        own = handles
+        for plane, side in zip(planes, sides):
+            own = own.on_side(plane.height, side, in_rest_frame)
+        if len(own.positions[0]) == 0:
+            middle = handles.positions[0 if in_rest_frame else 1].mean(axis=0)
             fixed = (middle - planes[0].height(middle) * planes[0].normal)[None]
-            points = ControlPoints(fixed, fixed, np.ones(1), kind, extent)
-        regions.append(Region(region.sides, points))
+            own = HandleSet.of(fixed, fixed, np.ones(1))
+        regions.append(Region(np.array(sides), ControlPoints(own, kind, extent, is_limited)))
     return tuple(regions)
 
 

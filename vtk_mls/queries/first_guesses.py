@@ -57,7 +57,7 @@ def usual_box(control_points):
 
     It does not depend on the points of a question.
     """
-    low, high = bounds(control_points.local(control_points.deformed))
+    low, high = bounds(control_points.local(control_points.handles.positions[1]))
     half = (0.5 + _PADDING) * ((high - low).max() or 1)
     return (low + high) / 2 + half * np.array([[-1], [1]])
 

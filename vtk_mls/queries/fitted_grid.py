@@ -22,7 +22,8 @@ def fitted_grid(deformation, source, progress):
     size = np.array(source.dimensions, dtype=np.float64)
     low, high = np.full(3, -0.5), size - 0.5
     # far moves are found by the control points
-    control_points = source.index_of(deformation.deformed[_is_inside(source, deformation.rest)])
+    rest, deformed = deformation.handle_set.positions
+    control_points = source.index_of(deformed[_is_inside(source, rest)])
     low, high = _enclosed(low, high, control_points)
     margin = 0.25 * (high - low) + 1
     low, high = low - margin, high + margin

@@ -99,7 +99,7 @@ def _inverse(deformation, region, x):
         return remaining <= tolerance[rows]
 
     if deformation.in_rest_frame and len(rows := unresolved()) > 0:
-        for motion in guesses.motions(control_points.rest, control_points.deformed, x[rows]):
+        for motion in guesses.motions(*control_points.handles.positions, x[rows]):
             restart(rows, x[rows] + motion)
     rows, box = unresolved(), guesses.usual_box(control_points)
     levels = guesses.levels(box, control_points.local(x[rows] - control_points.mean_displacement))

@@ -35,6 +35,8 @@ class EvaluationPoints(NamedTuple):
 _MIN_SQUARE = 1e-200
 # Squared distance, in squared local units, below which a point counts as on a control point.
 _ON_CONTROL_POINT = 1e-32
+# The same inside rigid regions: a control point there has the larger weight.
+_IN_REGION = 1e-20
 
 
 class WeightedPoints:
@@ -71,19 +73,18 @@ class WeightedPoints:
         in_rest_frame = deformation.in_rest_frame
         alpha = deformation.alpha
         p, q = control_points.rest, control_points.deformed
-        offset = q - v[:, None]
-        d2 = np.einsum("mia,mia->mi", offset, offset)
-        d2 = np.maximum(d2 + deformation.smoothing**2, _ON_CONTROL_POINT * control_points.scale**2)
+        offset, d2 = _distances(control_points, v, deformation.smoothing)
         # d log(w_i)/dv for w_i = d(v, q_i) / (|q_i - v|^2 + s^2)^alpha, Eq. 27
         slope = 2 * alpha * offset / d2[:, :, None]
+        rest_anchors, anchors = control_points.handles.anchors
         slope_by_x = np.zeros_like(slope)
         detours = []
         if not in_rest_frame:
-            detours = [_detour(cut, v, q, False) for cut in deformation.obstacles]
+            detours = [_detour(cut, v, anchors, False) for cut in deformation.obstacles]
         elif evaluation_points is not None:
             x, crossed_cuts = evaluation_points
             detours = [
-                _detour(cut, x, p, is_crossed[:, None])
+                _detour(cut, x, rest_anchors, is_crossed[:, None])
                 for cut, is_crossed in zip(deformation.obstacles, crossed_cuts.T)
             ]
         for ratio2, change in detours:
@@ -126,6 +127,23 @@ class WeightedPoints:
 
     def _mean(self, values):
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]
+
+
+def _distances(control_points, v, smoothing):
+    """q_i - v (m, n, 3), and the squared distances (m, n) in the weights.
+
+    Proxies of a rigid region share the distance from the region, and the offset to its surface.
+    """
+    offset = control_points.deformed - v[:, None]
+    d2 = np.einsum("mia,mia->mi", offset, offset)
+    d2 = np.maximum(d2 + smoothing**2, _ON_CONTROL_POINT * control_points.scale**2)
+    for row, region in enumerate(control_points.handles.regions):
+        proxies = control_points.handles.region == row
+        distance, away = region.distance(v)
+        floor = _IN_REGION * control_points.scale**2
+        d2[:, proxies] = np.maximum(distance**2, floor)[:, None]
+        offset[:, proxies] = -away[:, None]
+    return offset, d2
 
 
 def _detour(cut, v, q, is_crossed):

@@ -103,7 +103,8 @@ class DeformedVolume:
         box = self._box
         if box is None or not box.ends_at(within):
             box = MapBox.around(*self._geometry(), within)
-        inside = deformation.deformed[box.values.covers(box.values.index_of(deformation.rest))]
+        rest, deformed = deformation.handle_set.positions
+        inside = deformed[box.values.covers(box.values.index_of(rest))]
         for _ in range(_MAX_GROWTHS):
             grid = box.nodes(nodes)
             values = layers(deformation, grid)

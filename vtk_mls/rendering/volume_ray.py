@@ -130,7 +130,7 @@ def _corners(grid, deformation):
     corners = grid.corners()
     if deformation is None:
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
-    corners = np.concatenate([corners, deformation.deformed])
+    corners = np.concatenate([corners, deformation.handle_set.positions[1]])
     low, high = corners.min(axis=0), corners.max(axis=0)
     return np.stack([low - (high - low), high + (high - low)])
 

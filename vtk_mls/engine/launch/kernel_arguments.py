@@ -17,7 +17,19 @@ def _struct(members):
 
 _TRANSFORM = ("f4", 12)
 
-CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("unused", "f4")])
+CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("region", "i4")])
+REGION = _struct(
+    [
+        *[("end", "f4", 3), ("along", "f4", 3), ("radius", "f4"), ("anchor", "f4", 3)],
+        *[("step", "f4"), ("to_index", *_TRANSFORM), ("size", "i4", 3), ("first", "i4")],
+    ]
+)
+SEGMENT = _struct(
+    [
+        *[("q", "f4", 3), ("along_q", "f4", 3), ("u", "f4", 3), ("along_u", "f4", 3)],
+        ("c", "f4"),
+    ]
+)
 MAP_PARAMS = _struct(
     [
         *[("count", "i4"), ("alpha", "f4"), ("smoothing2", "f4"), ("rank", "i4")],
@@ -70,6 +82,8 @@ CUT_PARAMS = _struct(
 # The structs of structs.h, where their members are described.
 STRUCTS = {
     "control_point_t": CONTROL_POINT,
+    "region_t": REGION,
+    "segment_t": SEGMENT,
     "map_params_t": MAP_PARAMS,
     "world_t": WORLD,
     "local_frame_t": LOCAL_FRAME,
@@ -131,6 +145,7 @@ def control_points(points):
     table["q"] = points.local(points.deformed)
     table["c"] = points.weights / points.weights.mean()
     table["u"] = (points.rest - points.deformed - points.mean_displacement) / points.scale
+    table["region"] = points.handles.region
     return table
 
 

@@ -38,7 +38,7 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
     ]
     for shape, cuts in shapes.items():
         constants += shape.constants(len(cuts)).items()
-    positions = control_points.rest if deformation.in_rest_frame else control_points.deformed
+    positions = control_points.handles.anchors[0 if deformation.in_rest_frame else 1]
     tables = [_shape_table(cuts, control_points, positions) for cuts in shapes.values()]
     planes = _plane_table(deformation, region, grid)
     return constants, params, [not_empty(table) for table in (planes, _joined(tables))]

@@ -130,8 +130,9 @@ class InverseSearch:
     def _motions(self, local):
         """Iterator of the `motions` (3, m) of x `local` (3, m)."""
         control_points = self.map.control_points
-        rest = control_points.local(control_points.rest - control_points.mean_displacement)
-        deformed = control_points.local(control_points.deformed)
+        rest, deformed = control_points.handles.positions
+        rest = control_points.local(rest - control_points.mean_displacement)
+        deformed = control_points.local(deformed)
         return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):

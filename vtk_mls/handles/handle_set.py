@@ -1,0 +1,126 @@
+"""Points, rigid regions and curves together, as the fits sum them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vtk_mls.base.validation import short_repr
+from vtk_mls.handles.curve import CurveHandle, Segments
+from vtk_mls.handles.region import RegionHandle
+
+Handle = CurveHandle | RegionHandle
+
+
+@dataclass(frozen=True, eq=False)
+class HandleSet:
+    """Control points, among them the proxies of regions, and segments of curves.
+
+    Attributes
+    ----------
+    rest, deformed : (n, 3) float64, world coordinates
+        p and q: the proxies of each region, one after the other, then points.
+    weights : (n,) float64
+        Factor of each; those of the proxies of a region add up to 1.
+    region : (n,) int
+        Row of the region in `regions` that a proxy is of; -1 for a point.
+    regions : tuple of RegionHandle
+    segments : Segments
+    """
+
+    rest: np.ndarray
+    deformed: np.ndarray
+    weights: np.ndarray
+    region: np.ndarray
+    regions: tuple[RegionHandle, ...]
+    segments: Segments
+
+    @classmethod
+    def of(cls, rest, deformed, weights, handles=(), order=1) -> HandleSet:
+        """Points `rest` and `deformed` (n, 3) with `weights` (n,), and the `handles`.
+
+        Proxies determine polynomials of degree `order`.
+        """
+        regions = tuple(handle for handle in handles if isinstance(handle, RegionHandle))
+        curves = [handle for handle in handles if isinstance(handle, CurveHandle)]
+        proxies = [region.proxies(order) for region in regions]
+        return cls(
+            np.concatenate([*(p for p, _ in proxies), rest]),
+            np.concatenate([*(q for _, q in proxies), deformed]),
+            np.concatenate([*(np.full(len(p), 1 / len(p)) for p, _ in proxies), weights]),
+            np.repeat([*range(len(regions)), -1], [*(len(p) for p, _ in proxies), len(rest)]),
+            regions,
+            Segments.of(curves),
+        )
+
+    def __len__(self) -> int:
+        return len(self.rest)
+
+    @property
+    def positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """All points, proxies and ends of segments (k, 3), at rest and deformed."""
+        segments = self.segments
+        return (
+            np.concatenate([self.rest, segments.rest.reshape(-1, 3)]),
+            np.concatenate([self.deformed, segments.deformed.reshape(-1, 3)]),
+        )
+
+    @property
+    def anchors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where cuts see the control points (n, 3), at rest and deformed: regions at their center.
+
+        So the proxies of a region share the damping of Eq. 28.
+        """
+        anchors = self.rest.copy(), self.deformed.copy()
+        for row, region in enumerate(self.regions):
+            for places, center in zip(anchors, region.center):
+                places[self.region == row] = center
+        return anchors
+
+    @property
+    def swapped(self) -> HandleSet:
+        """The set with rest and deformed swapped."""
+        return HandleSet(
+            self.deformed,
+            self.rest,
+            self.weights,
+            self.region,
+            tuple(region.swapped for region in self.regions),
+            self.segments.swapped,
+        )
+
+    def on_side(self, height, side, in_rest_frame) -> HandleSet:
+        """The points, regions and parts of segments on a `side`, 1 or -1, of a plane.
+
+        `height` is a function of points (k, 3) of the rest or the deformed space; a region is where
+        its anchor is. The plane itself is of side 1.
+        """
+        frame = 0 if in_rest_frame else 1
+        rows = (height(self.anchors[frame]) < 0) == (side < 0)
+        kept = np.unique(self.region[rows & (self.region >= 0)])
+        number = np.full(len(self.regions) + 1, -1)  # the last, -1, for points
+        number[kept] = np.arange(len(kept))
+        return HandleSet(
+            self.rest[rows],
+            self.deformed[rows],
+            self.weights[rows],
+            number[self.region[rows]],
+            tuple(self.regions[i] for i in kept),
+            self.segments.on_side(height, side, in_rest_frame),
+        )
+
+
+def checked_handles(value: Handle | Iterable[Handle] | None) -> tuple[Handle, ...]:
+    """A tuple of handles, from one handle, several or None."""
+    if value is None:
+        return ()
+    is_single = isinstance(value, Handle) or not isinstance(value, Iterable)
+    handles = (value,) if is_single else tuple(value)
+    for handle in handles:
+        if not isinstance(handle, Handle):
+            raise TypeError(
+                f"`handles` must be CurveHandle or RegionHandle, got {short_repr(handle)}"
+            )
+    return handles

@@ -1,0 +1,116 @@
+"""Rigid regions: solids that move as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vtk_mls.base.validation import as_float, freeze, short_repr
+from vtk_mls.handles.shapes import Shape
+
+_ORTHOGONAL = 1e-5  # largest error of R^T R
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class RegionHandle:
+    """A solid that is moved and turned, and keeps its shape.
+
+    Its proxies are control points that share one weight, by the distance from the moved solid.
+    Inside that distance is 0, so the map is the inverse motion.
+
+    Parameters
+    ----------
+    shape : Ball, Capsule, Solid or Labels
+        In the undeformed space.
+    motion : (4, 4) array_like, world coordinates
+        From the undeformed to the deformed space: a rotation and a translation.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `shape` is no shape, or `motion` scales, shears or mirrors.
+    """
+
+    shape: Shape
+    motion: NDArray[np.float64]
+
+    def __init__(self, shape: Shape, motion: ArrayLike) -> None:
+        if not isinstance(shape, Shape):
+            raise TypeError(
+                f"`shape` must be a Ball, Capsule, Solid or Labels, got {short_repr(shape)}"
+            )
+        freeze(self, shape=shape, motion=checked_motion("motion", motion))
+
+    @property
+    def swapped(self) -> RegionHandle:
+        """The motion back, of the same shape: its `distance` is that from the shape at rest."""
+        return _Swapped(self)
+
+    def moved(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points `x` (m, 3) of the undeformed space after the motion."""
+        return np.einsum("ij,mj->mi", self.motion[:3, :3], x) + self.motion[:3, 3]
+
+    @property
+    def to_shape(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The rotation (3, 3) and offset (3,) from the deformed space to that of the shape."""
+        turn = self.motion[:3, :3].T
+        return turn, -turn @ self.motion[:3, 3]
+
+    def distance(self, v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Distances (m,) of points `v` (m, 3) from the moved shape; 0 inside.
+
+        And half the gradients (m, 3) of their squares.
+        """
+        turn, offset = self.to_shape
+        distance, toward = self.shape.distance(np.einsum("ij,mj->mi", turn, v) + offset)
+        return distance, np.einsum("ji,mj->mi", turn, toward)
+
+    def proxies(self, order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Control points (k, 3) at rest and moved, for polynomials of degree `order`."""
+        rest = self.shape.proxies(order)
+        return rest, self.moved(rest)
+
+    @property
+    def center(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The center (3,) of the shape's bounds at rest, and moved: cuts see the region there."""
+        middle = self.shape.bounds.mean(axis=0)
+        return middle, self.moved(middle[None])[0]
+
+
+class _Swapped(RegionHandle):
+    """A region whose rest and deformed spaces are swapped."""
+
+    def __init__(self, region):
+        freeze(self, shape=region.shape, motion=np.linalg.inv(region.motion), region=region)
+
+    @property
+    def swapped(self):
+        return self.region
+
+    @property
+    def to_shape(self):
+        return np.eye(3), np.zeros(3)
+
+    def proxies(self, order):
+        return self.region.proxies(order)[::-1]
+
+    @property
+    def center(self):
+        return self.region.center[::-1]
+
+
+def checked_motion(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A rotation and translation (4, 4)."""
+    motion = as_float(name, value, "numbers of shape (4, 4)")
+    if motion.shape != (4, 4) or not np.isfinite(motion).all():
+        raise ValueError(f"`{name}` must be finite numbers (4, 4), got {short_repr(value)}")
+    turn = motion[:3, :3]
+    error = np.abs(turn.T @ turn - np.eye(3)).max()
+    if error > _ORTHOGONAL or np.linalg.det(turn) < 0 or (motion[3] != (0, 0, 0, 1)).any():
+        raise ValueError(
+            f"`{name}` must be a rotation and a translation, got a matrix that scales, shears or "
+            f"mirrors: {short_repr(np.round(turn, 4).tolist())}"
+        )
+    return motion

@@ -1,0 +1,237 @@
+"""Shapes of rigid regions."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vtk_mls.base.grid import Grid, checked_grid
+from vtk_mls.base.validation import as_float, freeze, points, short_repr
+from vtk_mls.handles import distance_image
+from vtk_mls.handles.distance_image import DistanceImage
+
+
+class Shape:
+    """A solid of the undeformed space."""
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """Lowest and highest coordinates (2, 3), world coordinates."""
+        raise NotImplementedError
+
+    def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Distances (m,) of points `x` (m, 3), 0 inside, and half the gradients of their squares."""
+        raise NotImplementedError
+
+    def proxies(self, order: int) -> NDArray[np.float64]:
+        """Points (k, 3) about the center that determine polynomials of degree `order`.
+
+        They are the principal lattice of a regular tetrahedron, whose second moments are equal.
+        """
+        low, high = self.bounds
+        corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / 2
+        lattice = [
+            (a, b, c, order - a - b - c)
+            for a in range(order + 1)
+            for b in range(order + 1 - a)
+            for c in range(order + 1 - a - b)
+        ]
+        size = (high - low).max() / 2
+        return (low + high) / 2 + size * np.array(lattice) @ corners / order
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Capsule(Shape):
+    """The points within `radius` of the segment from `a` to `b`.
+
+    Parameters
+    ----------
+    a, b : (3,) array_like, world coordinates
+    radius : float, > 0, world units
+    """
+
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    radius: float
+
+    def __init__(self, a: ArrayLike, b: ArrayLike, radius: float) -> None:
+        freeze(self, a=_position("a", a), b=_position("b", b), radius=_length("radius", radius))
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        ends = np.stack([self.a, self.b])
+        return np.stack([ends.min(axis=0) - self.radius, ends.max(axis=0) + self.radius])
+
+    def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        along = self.b - self.a
+        square = along @ along or 1.0
+        share = np.clip(np.einsum("mi,i->m", x - self.a, along) / square, 0, 1)
+        offset = x - self.a - share[:, None] * along
+        length = np.linalg.norm(offset, axis=1)
+        distance = np.maximum(length - self.radius, 0)
+        factor = np.divide(distance, length, out=np.zeros_like(length), where=length > 0)
+        return distance, factor[:, None] * offset
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class Ball(Capsule):
+    """The points within `radius` of `center`.
+
+    Parameters
+    ----------
+    center : (3,) array_like, world coordinates
+    radius : float, > 0, world units
+    """
+
+    def __init__(self, center: ArrayLike, radius: float) -> None:
+        at = _position("center", center)
+        freeze(self, a=at, b=at, radius=_length("radius", radius))
+
+    def __repr__(self) -> str:
+        return f"Ball(center={self.a}, radius={self.radius})"
+
+    @property
+    def center(self) -> NDArray[np.float64]:
+        """(3,), world coordinates."""
+        return self.a
+
+
+class Sampled(Shape):
+    """A shape with a `DistanceImage`, which is made at its first use."""
+
+    @functools.cached_property
+    def image(self) -> DistanceImage:
+        """Distances, accurate to a fraction of a cell."""
+        raise NotImplementedError
+
+    def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return self.image.at(x)
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Solid(Sampled):
+    """The inside of a closed surface.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like, world coordinates
+    triangles : (m, 3) array_like of ints
+        Corners of each triangle, as rows of `points`.
+    """
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+
+    def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
+        corners, rows = _checked_surface(points, triangles)
+        freeze(self, points=corners, triangles=rows)
+
+    def __repr__(self) -> str:
+        return f"Solid({len(self.points)} points, {len(self.triangles)} triangles)"
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        used = self.points[np.unique(self.triangles)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+    @functools.cached_property
+    def image(self) -> DistanceImage:
+        return distance_image.of_triangles(self.points, self.triangles)
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Labels(Sampled):
+    """The voxels of a segmentation.
+
+    Parameters
+    ----------
+    mask : (nz, ny, nx) array_like of bool or numbers
+        Not 0 inside.
+    grid : Grid
+        Of the mask.
+    """
+
+    mask: NDArray[np.bool_]
+    grid: Grid
+
+    def __init__(self, mask: ArrayLike, grid: Grid) -> None:
+        checked_grid("grid", grid)
+        inside = np.asarray(mask) != 0
+        if inside.shape != grid.shape:
+            raise ValueError(
+                f"`mask` must have the shape {grid.shape} of `grid`, got {inside.shape}; resample "
+                "it to that grid"
+            )
+        if not inside.any():
+            raise ValueError("`mask` must have a voxel that is not 0, got none")
+        freeze(self, mask=inside, grid=grid)
+
+    def __repr__(self) -> str:
+        return f"Labels({int(self.mask.sum())} voxels)"
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        corners = self._box.corners()
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+    @property
+    def _box(self):
+        """The part of the grid that contains the label."""
+        low, high = self._index_bounds
+        return self.grid.part(low, high - low + 1)
+
+    @functools.cached_property
+    def _index_bounds(self):
+        used = [np.flatnonzero(self.mask.any(axis=axes)) for axes in ((0, 1), (0, 2), (1, 2))]
+        return np.array([u[0] for u in used]), np.array([u[-1] for u in used])
+
+    @functools.cached_property
+    def image(self) -> DistanceImage:
+        low, high = self._index_bounds
+        part = self.mask[tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))]
+        return distance_image.of_mask(part, self._box)
+
+
+def _position(name, value):
+    position = as_float(name, value, "three numbers")
+    if position.shape != (3,) or not np.isfinite(position).all():
+        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
+    return position
+
+
+def _length(name, value):
+    length = as_float(name, value, "a number")
+    if length.ndim or not (np.isfinite(length) and length > 0):
+        raise ValueError(f"`{name}` must be a positive number, got {short_repr(value)}")
+    return float(length)
+
+
+def _checked_surface(corners, triangles):
+    """Points (n, 3) and triangles (m, 3) of a closed surface."""
+    corners = points("points", corners)
+    rows = as_float("triangles", triangles, "rows of three integers")
+    if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) == 0 or (rows % 1 != 0).any():
+        raise ValueError(
+            f"`triangles` must be integers of the shape (m, 3), got {short_repr(triangles)}"
+        )
+    rows = rows.astype(np.int64)
+    if rows.min() < 0 or rows.max() >= len(corners):
+        raise ValueError(
+            f"`triangles` must be rows of the {len(corners)} `points`, got {rows.min()} to "
+            f"{rows.max()}"
+        )
+    # files such as STL repeat the corners of each triangle
+    _, same = np.unique(corners, axis=0, return_inverse=True)
+    edges = np.sort(same.ravel()[rows][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    _, count = np.unique(edges, axis=0, return_counts=True)
+    open_edges = int((count % 2).sum())
+    if open_edges:
+        raise ValueError(
+            f"`triangles` must be a closed surface, got {open_edges} edges with an open side; close "
+            "its holes"
+        )
+    return corners, rows
