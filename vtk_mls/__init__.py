@@ -11,7 +11,11 @@ if TYPE_CHECKING:
     from vtk_mls.cuts import HalfPlane, Plane, Surface
     from vtk_mls.deformation import Deformation
     from vtk_mls.engine.device.devices import DeviceError
+    from vtk_mls.handles.curve import CurveHandle
+    from vtk_mls.handles.region import RegionHandle
+    from vtk_mls.handles.shapes import Ball, Capsule, Labels, Solid
     from vtk_mls.kinds import KINDS
+    from vtk_mls.limits import BallMask, BoxMask, FixedFace, ImageMask, SlidingFace
     from vtk_mls.model.options import CUT_FRAMES
     from vtk_mls.queries.fields import DisplacementField, ForwardField
     from vtk_mls.queries.void_cells import VoidCells
@@ -22,14 +26,25 @@ __all__ = [
     "KINDS",
     "VOID_VALUES",
     "Aborted",
+    "Ball",
+    "BallMask",
+    "BoxMask",
+    "Capsule",
+    "CurveHandle",
     "Deformation",
     "DeviceError",
     "DisplacementField",
+    "FixedFace",
     "ForwardField",
     "Grid",
     "HalfPlane",
+    "ImageMask",
+    "Labels",
     "Plane",
+    "RegionHandle",
     "Sampling",
+    "SlidingFace",
+    "Solid",
     "Surface",
     "VoidCells",
 ]
@@ -42,14 +57,25 @@ _MODULES = {
     "KINDS": "kinds",
     "VOID_VALUES": "base.sampling",
     "Aborted": "base.progress",
+    "Ball": "handles.shapes",
+    "BallMask": "limits",
+    "BoxMask": "limits",
+    "Capsule": "handles.shapes",
+    "CurveHandle": "handles.curve",
     "Deformation": "deformation",
     "DeviceError": "engine.device.devices",
     "DisplacementField": "queries.fields",
+    "FixedFace": "limits",
     "ForwardField": "queries.fields",
     "Grid": "base.grid",
     "HalfPlane": "cuts",
+    "ImageMask": "limits",
+    "Labels": "handles.shapes",
     "Plane": "cuts",
+    "RegionHandle": "handles.region",
     "Sampling": "base.sampling",
+    "SlidingFace": "limits",
+    "Solid": "handles.shapes",
     "Surface": "cuts",
     "VoidCells": "queries.void_cells",
 }

@@ -7,9 +7,12 @@
 #endif
 #include "weights.cl"
 #include FIT
+#if LIMITS
+#include "limits.cl"
+#endif
 
-// G(v) - v - mean displacement; 0 displacement where no control point can be reached.
-inline vec map_displacement(const map_t *map, const fit_t *fit) {
+// G(v) - v - mean displacement before limits; 0 displacement where no control point can be reached.
+inline vec unlimited_displacement(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
 #if CUTS
   vec still = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
@@ -18,18 +21,39 @@ inline vec map_displacement(const map_t *map, const fit_t *fit) {
   return d;
 }
 
+// G(v) - v - mean displacement, which is 0 where there are limits.
+inline vec map_displacement(const map_t *map, const fit_t *fit) {
+#if LIMITS
+  return limited(map, fit->point.v, unlimited_displacement(map, fit));
+#else
+  return unlimited_displacement(map, fit);
+#endif
+}
+
 inline mat still_if(mat j, integer still) {
   for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), still);
   return j;
 }
 
+// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
+inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
+  weight_jacobian_t jacobian = displacement_jacobian(map, fit);
+#if CUTS
+  integer still = fit->pivot.d2 >= UNREACHABLE;
+  jacobian.by_v = still_if(jacobian.by_v, still);
+#if AT_REST
+  jacobian.by_x = still_if(jacobian.by_x, still);
+#endif
+#endif
+#if LIMITS
+  jacobian = limited_jacobian(map, fit->point.v, unlimited_displacement(map, fit), jacobian);
+#endif
+  return jacobian;
+}
+
 // d(G - v)/dv of the material at v, at a fixed origin.
 inline mat material_jacobian(const map_t *map, const fit_t *fit) {
-  mat j = displacement_jacobian(map, fit).by_v;
-#if CUTS
-  j = still_if(j, fit->pivot.d2 >= UNREACHABLE);
-#endif
-  return j;
+  return map_weight_jacobian(map, fit).by_v;
 }
 
 #if AT_REST

@@ -15,6 +15,11 @@ enum {
   VOID = 1,
   TOUCHED = 2,
   UNKNOWN = 4,
+  // forms of limit_t
+  BOX_MASK = 0,
+  IMAGE_MASK = 1,
+  PLANE_FACE = 2,
+  IMAGE_FACE = 3,
   // bits of the result of coarse_check.cl: interpolation is inaccurate; no point is in the region
   INACCURATE = 1,
   OTHER_REGION = 2
@@ -48,10 +53,21 @@ typedef struct {
   float c;
 } segment_t;
 
-// The map of a region: number of control points, alpha, square of the smoothing length, rank of the set
-// of control points, and the axis of half turns (rigid and similarity kinds).
+// A mask or a face, local units. A mask is the points within `radius` of the box from `low` to `high`,
+// or those with values above 0 in an image. A face is the plane of normal `low` with height `high[0]` of
+// the origin, or the points with a distance of 0 in an image.
 typedef struct {
-  int count;
+  int form, slides;     // BOX_MASK, ...; whether material slides along a face
+  float low[3], high[3], radius, falloff;
+  float to_index[12];   // as of region_t
+  int size[3];
+  int first;
+} limit_t;
+
+// The map of a region: numbers of control points, segments and limits; alpha, square of the smoothing
+// length, rank of the set of control points, and the axis of half turns (rigid and similarity kinds).
+typedef struct {
+  int count, segment_count, limit_count;
   float alpha, smoothing2;
   int rank;
   float flip_axis[3];

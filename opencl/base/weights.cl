@@ -12,25 +12,42 @@ typedef struct {
   map_params_t params;
   __global const control_point_t *control_points;
   __global const float *kind_table;
+  __global const region_t *regions;
+  __global const segment_t *segments;
+  __global const limit_t *limits;
+  __global const float *images;
 #if CUTS
   cuts_t cuts;
 #endif
 } map_t;
 
-// The map of a launch, from the first six arguments of each kernel of the map; the last three are of
-// the cuts, and null or zero without.
+// The map of a launch, from the first ten arguments of each kernel of the map. Pointers to what a map
+// does not have are null.
 inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
-                    __global const float *kind_table, const cut_params_t cut_params,
+                    __global const float *kind_table, __global const region_t *regions,
+                    __global const segment_t *segments, __global const limit_t *limits,
+                    __global const float *images, const cut_params_t cut_params,
                     __global const plane_t *planes, __global const float *obstacles) {
   map_t map;
   map.params = params;
   map.control_points = control_points;
   map.kind_table = kind_table;
+  map.regions = regions;
+  map.segments = segments;
+  map.limits = limits;
+  map.images = images;
 #if CUTS
   map.cuts = cuts_of(cut_params, planes, obstacles);
 #endif
   return map;
 }
+
+#if REGIONS || LIMITS
+#include "images.cl"
+#endif
+#if REGIONS
+#include "regions.cl"
+#endif
 
 #if !CUTS
 typedef struct { vec v; } evaluation_point_t;
@@ -79,6 +96,12 @@ inline real straight_distance2(__global const control_point_t *at, vec v, float 
 #if CUTS
 // Where cuts see a control point: at p if they belong to the material, else at q.
 inline vec cut_target(const map_t *map, __global const control_point_t *at) {
+#if REGIONS
+  if (at->region >= 0) {
+    __global const float *anchor = map->regions[at->region].anchor;
+    return (vec){anchor[0], anchor[1], anchor[2]};
+  }
+#endif
 #if AT_REST
   return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
 #else
@@ -90,18 +113,35 @@ inline vec cut_target(const map_t *map, __global const control_point_t *at) {
 HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point,
                                  integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
-  real d2 = straight_distance2(at, point->v, map->params.smoothing2);
+  real d2;
+#if REGIONS
+  if (at->region >= 0)
+    d2 = distance_from_region(map->regions + at->region, map->images, point->v).square;
+  else
+#endif
+    d2 = straight_distance2(at, point->v, map->params.smoothing2);
 #if CUTS
   d2 = damped_distance2(&map->cuts, point, i, cut_target(map, at), d2, hides_any);
 #endif
   return d2;
 }
 
+// Whether control point i is a proxy of the same region as the one before, at the same distance.
+inline int is_next_proxy(const map_t *map, int i) {
+#if REGIONS
+  const int region = control_point_of(map, i)->region;
+  return i > 0 && region >= 0 && region == control_point_of(map, i - 1)->region;
+#else
+  return 0;
+#endif
+}
+
 inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real first = FLT_MAX, second = FLT_MAX;
+  real d2 = 0;
   integer k = 0, hides_any = 0;
   for (int i = 0; i < map->params.count; ++i) {
-    real d2 = control_point_distance2(map, i, point, &hides_any);
+    if (!is_next_proxy(map, i)) d2 = control_point_distance2(map, i, point, &hides_any);
     integer nearer = d2 < first;
     second = least(second, most(first, d2));
     first = least(first, d2);
@@ -157,18 +197,26 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 // d log(w_i)/dv.
 inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
-  vec q = point_of(at);
   real d2 = straight_distance2(at, point->v, map->params.smoothing2);
-  vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), vec_sub(q, point->v));
+  vec to = vec_sub(point_of(at), point->v);
+#if REGIONS
+  if (at->region >= 0) {
+    const region_distance_t distance =
+        distance_from_region(map->regions + at->region, map->images, point->v);
+    d2 = distance.square;
+    to = vec_scale((real)(-1), distance.away);
+  }
+#endif
+  vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), to);
 #if CUTS && !AT_REST
-  slope = vec_add(slope, damping_slope(&map->cuts, point, i, q));
+  slope = vec_add(slope, damping_slope(&map->cuts, point, i, cut_target(map, at)));
 #endif
   return slope;
 }
 
 // d log(w_k)/dv, which is subtracted from all slopes: a common factor of all weights has no effect.
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
-#if CUTS && !AT_REST
+#if REGIONS || (CUTS && !AT_REST)
   vec slope = {0, 0, 0};
   for (int i = 0; i < map->params.count; ++i)
     if (ANY(pivot->k == i))  // as a rule once

@@ -164,9 +164,8 @@ inline fit_t fit_at(const map_t *map, vec v) {
 }
 
 // d(G - v)/dv from both parts of the Jacobian: the origin x, from which cuts see, moves too.
-inline mat with_moving_origin(const fit_t *fit, const weight_jacobian_t *jacobian) {
-  integer still = fit->pivot.d2 >= UNREACHABLE;
-  mat by_v = still_if(jacobian->by_v, still), by_x = still_if(jacobian->by_x, still), by_x_less;
+inline mat with_moving_origin(const weight_jacobian_t *jacobian) {
+  mat by_v = jacobian->by_v, by_x = jacobian->by_x, by_x_less;
   for (int i = 0; i < 9; ++i) by_x_less.a[i] = -by_x.a[i];
   for (int column = 0; column < 3; ++column) {
     vec right = {by_v.a[column] + by_x.a[column], by_v.a[3 + column] + by_x.a[3 + column],
@@ -180,6 +179,6 @@ inline mat with_moving_origin(const fit_t *fit, const weight_jacobian_t *jacobia
 }
 
 inline mat map_jacobian(const map_t *map, const fit_t *fit) {
-  weight_jacobian_t jacobian = displacement_jacobian(map, fit);
-  return with_moving_origin(fit, &jacobian);
+  weight_jacobian_t jacobian = map_weight_jacobian(map, fit);
+  return with_moving_origin(&jacobian);
 }

@@ -21,8 +21,8 @@ __kernel EXPLICIT_VECTORS void node_origin(
   if (first >= stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
   const vec x = origin_of(&map.cuts, fit.point.v, map_displacement(&map, &fit));
-  const weight_jacobian_t jacobian = displacement_jacobian(&map, &fit);
-  const mat by_v = with_moving_origin(&fit, &jacobian);
+  const weight_jacobian_t jacobian = map_weight_jacobian(&map, &fit);
+  const mat by_v = with_moving_origin(&jacobian);
   for (int axis = 0; axis < 3; ++axis)
     by_index[axis] = vec_add(by_index[axis], mat_vec(&by_v, by_index[axis]));
   real slope2 = 0;

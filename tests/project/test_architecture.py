@@ -13,8 +13,9 @@ PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 ROOMS = {
     "base": {"numpy"},
     "kinds": {"numpy"},
-    "handles": {"numpy"},
+    "handles": {"numpy", "vtkmodules"},
     "cuts": {"numpy"},
+    "limits": {"numpy"},
     "model": {"numpy"},
     "queries": {"numpy"},
     "reference": {"numpy"},

@@ -91,6 +91,22 @@ def number(name, value):
     return float(array)
 
 
+def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """An argument of three finite numbers."""
+    array = as_float(name, value, "three numbers")
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
+    return array
+
+
+def positive(name: str, value: Any) -> float:
+    """A positive number."""
+    array = as_float(name, value, "a number")
+    if array.ndim or not (np.isfinite(array) and array > 0):
+        raise ValueError(f"`{name}` must be a positive number, got {short_repr(value)}")
+    return float(array)
+
+
 def choice(name, value, choices):
     """One of `choices`, strings or numbers."""
     if not np.isscalar(value) or value not in choices:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls.base.validation import as_float, short_repr
+from vtk_mls.base.validation import short_repr, vector
 
 if TYPE_CHECKING:
     from vtk_mls.cuts.plane import Plane
@@ -95,14 +95,6 @@ class Obstacle(Cut):
 
     def farthest(self, control_points: ControlPoints) -> float:
         return float(np.abs(control_points.local(self.spanning())).max())
-
-
-def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """An argument of three finite numbers."""
-    array = as_float(name, value, "three numbers")
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
-    return array
 
 
 def direction(name: str, value: ArrayLike) -> NDArray[np.float64]:

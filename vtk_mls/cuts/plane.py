@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots
 from vtk_mls.base.validation import freeze
-from vtk_mls.cuts.cut import Cut, direction, vector
+from vtk_mls.base.validation import vector
+from vtk_mls.cuts.cut import Cut, direction
 
 if TYPE_CHECKING:
     from vtk_mls.handles.control_points import ControlPoints

@@ -116,9 +116,7 @@ def _merged(handles):
         return _translation(handles, displacement[0])
     # proxies of a region stay together, and come first
     key = np.where(handles.region < 0, len(handles.regions), handles.region)
-    rows, group = np.unique(
-        np.column_stack([key, handles.deformed]), axis=0, return_inverse=True
-    )
+    rows, group = np.unique(np.column_stack([key, handles.deformed]), axis=0, return_inverse=True)
     group = group.ravel()
     if len(rows) == len(handles):
         return handles

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.base.linear_interpolation import linear
 
 _MAX_NODES = 1 << 18  # of a distance image
 _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
@@ -33,48 +36,45 @@ class DistanceImage:
         """Distance of neighboring points, world units."""
         return float(abs(self.grid.spacing[0]))
 
+    @functools.cached_property
+    def normals(self) -> np.ndarray:
+        """Unit vectors (3, nz, ny, nx) along the slopes of the distance, in the axes of the grid."""
+        slopes = np.stack(np.gradient(self.values)[::-1], axis=-1)
+        return np.moveaxis(unit(slopes), -1, 0).astype(np.float32)
+
     def at(self, points):
         """Distances (m,) at `points` (m, 3), 0 inside, and half the gradients of their squares.
 
-        Outside of the grid the distance is that from the place on the shape that is closest to the
+        Beyond the grid the distance is that from the place on the shape that is closest to the
         nearest point of the grid.
         """
         index = self.grid.index_of(points)
-        clamped = np.clip(index, 0, np.array(self.grid.dimensions) - 1)
-        value, gradient = self._linear(clamped)
-        distance = np.maximum(value, 0)[:, None] * self.step
-        # axes of the grid are orthogonal: lengths are the same in steps
-        direction = gradient @ self.grid.direction.T
-        outside = self.step * (index - clamped) @ self.grid.direction.T
-        length = np.linalg.norm(direction, axis=1, keepdims=True)
-        unit = np.divide(direction, length, out=np.zeros_like(direction), where=length > 0)
-        is_outside = (index != clamped).any(axis=1)[:, None]
-        offset = np.where(is_outside, outside + distance * unit, distance * direction)
-        far = np.linalg.norm(offset, axis=1)
-        return np.where(is_outside[:, 0], far, distance[:, 0]), offset
-
-    def _linear(self, index):
-        """Values (m,) in steps, and their change per step (m, 3), at indices (m, 3) of the grid."""
-        last = np.maximum(np.array(self.grid.dimensions) - 2, 0)
-        cell = np.minimum(np.floor(index).astype(int), last)
-        share = index - cell
-        value, gradient = np.zeros(len(index)), np.zeros((len(index), 3))
-        for corner in np.ndindex(2, 2, 2):
-            at = cell + corner
-            tap = self.values[at[:, 2], at[:, 1], at[:, 0]].astype(float) / self.step
-            weights = np.where(corner, share, 1 - share)
-            value += weights.prod(axis=1) * tap
-            for axis in range(3):
-                others = np.delete(weights, axis, axis=1).prod(axis=1)
-                gradient[:, axis] += (1 if corner[axis] else -1) * others * tap
-        return value, gradient
+        nearest = np.clip(index, 0, np.array(self.grid.dimensions) - 1)
+        value, slope = linear(self.values, nearest)
+        distance = np.maximum(value, 0) / self.step
+        slope = slope / self.step
+        square, half = distance**2, distance[:, None] * slope
+        rows = np.flatnonzero((index != nearest).any(axis=1))
+        beyond, slope = (index - nearest)[rows], slope[rows]
+        parts = [linear(normal, nearest[rows]) for normal in self.normals]
+        normal = np.stack([value for value, _ in parts], axis=1)
+        along = np.sum(beyond * normal, axis=1)
+        turned = sum(beyond[:, [axis]] * turn for axis, (_, turn) in enumerate(parts))
+        short = distance[rows]
+        square[rows] += 2 * short * along + np.sum(beyond**2, axis=1)
+        half[rows] = np.where(
+            beyond != 0,
+            beyond + short[:, None] * normal,
+            (short + along)[:, None] * slope + short[:, None] * turned,
+        )
+        half = self.step * np.einsum("mi,ji->mj", half, self.grid.direction)
+        return self.step * np.sqrt(np.maximum(square, 0)), half
 
 
-def cubic_grid(low, high, direction=None, max_nodes=_MAX_NODES):
+def cubic_grid(low, high, margin, direction=None):
     """A grid of cubic cells around the box from `low` to `high` (3,), in the frame `direction`."""
-    margin = _MARGIN * (high - low).max()
     low, high = low - margin, high + margin
-    step = float(np.cbrt((high - low).prod() / max_nodes))
+    step = float(np.cbrt((high - low).prod() / _MAX_NODES))
     dimensions = np.ceil((high - low) / step).astype(int) + 1
     frame = np.eye(3) if direction is None else direction
     return Grid(dimensions, frame @ low, [step] * 3, frame)
@@ -82,6 +82,29 @@ def cubic_grid(low, high, direction=None, max_nodes=_MAX_NODES):
 
 def of_triangles(points, triangles) -> DistanceImage:
     """The distance from a closed surface: `points` (n, 3), world coordinates, `triangles` (m, 3)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    grid = cubic_grid(low, high, _MARGIN * (high - low).max())
+    return DistanceImage(grid, _from_triangles(points, triangles, grid))
+
+
+def of_face(points, triangles, reach):
+    """Distances from an open or closed surface up to `reach`, and its normals.
+
+    Returns
+    -------
+    (4, nz, ny, nx) float32, world units
+        The distance less half a cell, at least 0; the normal of the closest point.
+    Grid
+    """
+    grid = cubic_grid(points.min(axis=0), points.max(axis=0), reach)
+    distance = _from_triangles(points, triangles, grid)
+    normals = DistanceImage(grid, distance).normals
+    distance = np.maximum(np.abs(distance) - abs(grid.spacing[0]) / 2, 0)
+    return np.concatenate([distance[None], normals]), grid
+
+
+def _from_triangles(points, triangles, grid):
+    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles."""
     # VTK is slow to import, and only this needs it
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
@@ -96,9 +119,8 @@ def of_triangles(points, triangles) -> DistanceImage:
     surface.SetPolys(cells)
     distance, values = vtkImplicitPolyDataDistance(), vtkDoubleArray()
     distance.SetInput(surface)
-    grid = cubic_grid(points.min(axis=0), points.max(axis=0))
     distance.FunctionValue(numpy_to_vtk(grid.points(), deep=True), values)
-    return DistanceImage(grid, vtk_to_numpy(values).reshape(grid.shape).astype(np.float32))
+    return vtk_to_numpy(values).reshape(grid.shape).astype(np.float32)
 
 
 def of_mask(mask, grid) -> DistanceImage:
@@ -112,15 +134,14 @@ def of_mask(mask, grid) -> DistanceImage:
     size = spacing * (np.array(grid.dimensions) - 1)
     low = np.linalg.solve(frame, grid.origin)
     half = spacing.min() / 2
-    target = cubic_grid(low - half, low + size + half, frame)
-    pad = np.ceil(_MARGIN * (size.max() + 2 * half) / spacing).astype(int) + 2
+    margin = _MARGIN * (size.max() + 2 * half)
+    target = cubic_grid(low - half, low + size + half, margin, frame)
+    pad = np.ceil(margin / spacing).astype(int) + 2
     padded = np.pad(mask, [(n, n) for n in pad[::-1]])
     outside, inside = (_euclidean(part, spacing) for part in (padded, ~padded))
     # from the center of the nearest voxel on the other side
     values = np.where(padded, half - inside, outside - half)
-    source = Grid(
-        np.array(padded.shape[::-1]), grid.at([-pad])[0], grid.spacing, grid.direction
-    )
+    source = Grid(np.array(padded.shape[::-1]), grid.at([-pad])[0], grid.spacing, grid.direction)
     index = source.index_of(target.points())
     result = interpolation.sample(values.astype(np.float32), index, "linear", 0.0, source)
     return DistanceImage(target, result.reshape(target.shape))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.validation import as_float, freeze, points, short_repr
+from vtk_mls.base.validation import as_float, freeze, points, positive, short_repr, vector
 from vtk_mls.handles import distance_image
 from vtk_mls.handles.distance_image import DistanceImage
 
@@ -58,7 +58,7 @@ class Capsule(Shape):
     radius: float
 
     def __init__(self, a: ArrayLike, b: ArrayLike, radius: float) -> None:
-        freeze(self, a=_position("a", a), b=_position("b", b), radius=_length("radius", radius))
+        freeze(self, a=vector("a", a), b=vector("b", b), radius=positive("radius", radius))
 
     @property
     def bounds(self) -> NDArray[np.float64]:
@@ -87,8 +87,8 @@ class Ball(Capsule):
     """
 
     def __init__(self, center: ArrayLike, radius: float) -> None:
-        at = _position("center", center)
-        freeze(self, a=at, b=at, radius=_length("radius", radius))
+        at = vector("center", center)
+        freeze(self, a=at, b=at, radius=positive("radius", radius))
 
     def __repr__(self) -> str:
         return f"Ball(center={self.a}, radius={self.radius})"
@@ -193,20 +193,6 @@ class Labels(Sampled):
         low, high = self._index_bounds
         part = self.mask[tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))]
         return distance_image.of_mask(part, self._box)
-
-
-def _position(name, value):
-    position = as_float(name, value, "three numbers")
-    if position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
-    return position
-
-
-def _length(name, value):
-    length = as_float(name, value, "a number")
-    if length.ndim or not (np.isfinite(length) and length > 0):
-        raise ValueError(f"`{name}` must be a positive number, got {short_repr(value)}")
-    return float(length)
 
 
 def _checked_surface(corners, triangles):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import kinds
+from vtk_mls import kinds, limits
 from vtk_mls.base.validation import freeze
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.handles.handle_set import Handle, HandleSet, checked_handles
@@ -26,6 +26,8 @@ class MapParameters:
 
     Attributes
     ----------
+    limits : tuple of Limit
+        The mask, then the constraints.
     handle_set : HandleSet
         Points and handles together.
     regions : tuple of Region
@@ -41,10 +43,13 @@ class MapParameters:
     degree: int = named("degree").default
     handles: tuple[Handle, ...] = ()
     cuts: tuple[Cut, ...] = ()
+    mask: limits.Mask | None = None
+    constraints: tuple[limits.FixedFace, ...] = ()
     nu: float = named("nu").default
     cut_frame: str = named("cut_frame").default
     map_tolerance: float = named("map_tolerance").default
     device: str | None = named("device").default
+    limits: tuple[limits.Limit, ...] = field(init=False)
     handle_set: HandleSet = field(init=False)
     regions: tuple[Region, ...] = field(init=False)
 
@@ -60,6 +65,8 @@ class MapParameters:
         weights: ArrayLike | None = None,
         handles: Handle | Iterable[Handle] | None = (),
         cuts: Cut | Iterable[Cut] | None = (),
+        mask: limits.Mask | None = None,
+        constraints: limits.FixedFace | Iterable[limits.FixedFace] | None = (),
         nu: float = named("nu").default,
         cut_frame: str = named("cut_frame").default,
         map_tolerance: float = named("map_tolerance").default,
@@ -87,6 +94,8 @@ class MapParameters:
         )
         factors = arguments.positive_weights(weights, len(p))
         shapes = arguments.cut_shapes(cuts)
+        faces = limits.checked_constraints(constraints)
+        freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, **settings)
         fitted = kinds.named(self.kind, self.degree)
         handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order)
@@ -94,7 +103,9 @@ class MapParameters:
         freeze(
             self,
             handle_set=handle_set,
-            regions=split_by_planes(self.planes, handle_set, in_rest_frame, fitted),
+            regions=split_by_planes(
+                self.planes, handle_set, in_rest_frame, fitted, bool(self.limits)
+            ),
         )
         arguments.check_cut_distances(shapes, self.regions)
         if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:

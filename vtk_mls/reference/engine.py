@@ -13,6 +13,7 @@ import numpy as np
 from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
+from vtk_mls.limits import limited, limited_jacobians
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
@@ -379,7 +380,7 @@ class _Fit:
     """
 
     def __init__(self, deformation, control_points, v, at=None):
-        self.count = len(v)
+        self.count, self.v, self.limits = len(v), v, deformation.limits
         if self.count == 1:
             v, at = np.repeat(v, 2, axis=0), at and at.rows([0, 0])
         self.weighted = WeightedPoints(deformation, control_points, v, at)
@@ -387,10 +388,10 @@ class _Fit:
 
     def jacobian(self):
         """dG/dv: the derivative of the fixed point x = G(v; damping at x)."""
-        if not self.weighted.dw_dx.any():
-            return self.material_jacobian()
-        by_x = np.where(self._at_rest, 0, self._through(self.weighted.dw_dx))[: self.count]
-        return np.linalg.pinv(finite(np.eye(3) - by_x)) @ self.material_jacobian()
+        by_v, by_x = self._jacobians()
+        if not by_x.any():
+            return by_v
+        return np.linalg.pinv(finite(np.eye(3) - by_x)) @ by_v
 
     def material_jacobian(self):
         """The derivative of l by v with x fixed.
@@ -398,8 +399,17 @@ class _Fit:
         The weights enter the optimal fit only through each control point's residual, so their part
         of the derivative is the sum of dw_i times the influence of control point i.
         """
-        linear = self.fit.linear + self._through(self.weighted.dw)
-        return np.where(self._at_rest, np.eye(3), linear)[: self.count]
+        return self._jacobians()[0]
+
+    def _jacobians(self):
+        """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
+        by_v = self.fit.linear + self._through(self.weighted.dw) - np.eye(3)
+        by_x = self._through(self.weighted.dw_dx)
+        by_v, by_x = (np.where(self._at_rest, 0, j)[: self.count] for j in (by_v, by_x))
+        if self.limits:
+            before = self._unlimited_displacement()
+            by_v, by_x = limited_jacobians(self.limits, self.v, before, by_v, by_x)
+        return np.eye(3) + by_v, by_x
 
     @property
     def _at_rest(self):
@@ -410,6 +420,9 @@ class _Fit:
         return np.einsum("mic,mia->mca", self.fit.influence(), slopes)
 
     def displacement(self):
-        """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial)."""
+        """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial), limited."""
+        return limited(self.limits, self.v, self._unlimited_displacement())
+
+    def _unlimited_displacement(self):
         at_rest = self.weighted.at_rest[:, None]
         return np.where(at_rest, 0, self.fit.displacement)[: self.count]

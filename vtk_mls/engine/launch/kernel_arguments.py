@@ -30,9 +30,23 @@ SEGMENT = _struct(
         ("c", "f4"),
     ]
 )
+LIMIT = _struct(
+    [
+        *[("form", "i4"), ("slides", "i4"), ("low", "f4", 3), ("high", "f4", 3)],
+        *[("radius", "f4"), ("falloff", "f4"), ("to_index", *_TRANSFORM), ("size", "i4", 3)],
+        ("first", "i4"),
+    ]
+)
 MAP_PARAMS = _struct(
     [
-        *[("count", "i4"), ("alpha", "f4"), ("smoothing2", "f4"), ("rank", "i4")],
+        *[
+            ("count", "i4"),
+            ("segment_count", "i4"),
+            ("limit_count", "i4"),
+            ("alpha", "f4"),
+            ("smoothing2", "f4"),
+            ("rank", "i4"),
+        ],
         ("flip_axis", "f4", 3),
     ]
 )
@@ -84,6 +98,7 @@ STRUCTS = {
     "control_point_t": CONTROL_POINT,
     "region_t": REGION,
     "segment_t": SEGMENT,
+    "limit_t": LIMIT,
     "map_params_t": MAP_PARAMS,
     "world_t": WORLD,
     "local_frame_t": LOCAL_FRAME,
@@ -106,6 +121,7 @@ NODE_STEP, COARSE_STEP = 4, 4
 LATTICE_CELLS, LATTICE_LEVELS = 20, 8
 CELL_ROWS, CELL_LAYERS = 4, 16
 INACCURATE, OTHER_REGION = 1, 2
+BOX_MASK, IMAGE_MASK, PLANE_FACE, IMAGE_FACE = range(4)
 CONSTANTS = {
     "NODE_STEP": NODE_STEP,
     "COARSE_STEP": COARSE_STEP,
@@ -116,6 +132,10 @@ CONSTANTS = {
     "VOID": void_cells.VOID,
     "TOUCHED": void_cells.TOUCHED,
     "UNKNOWN": void_cells.UNKNOWN,
+    "BOX_MASK": BOX_MASK,
+    "IMAGE_MASK": IMAGE_MASK,
+    "PLANE_FACE": PLANE_FACE,
+    "IMAGE_FACE": IMAGE_FACE,
     "INACCURATE": INACCURATE,
     "OTHER_REGION": OTHER_REGION,
 }

@@ -9,9 +9,11 @@ import numpy as np
 
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch.kernel_arguments import SEGMENT
 from vtk_mls.engine.launch.memory import Memory
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
+from vtk_mls.engine.map.handle_tables import Images, limit_table, region_table
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
@@ -95,9 +97,12 @@ class Launcher:
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind = control_points.kind
+        handles, tables = control_points.handles, self._handle_tables(deformation, control_points)
         params = kernel_arguments.filled(
             kernel_arguments.MAP_PARAMS,
             count=len(control_points),
+            segment_count=len(handles.segments),
+            limit_count=len(deformation.limits),
             alpha=alpha,
             smoothing2=(deformation.smoothing / control_points.scale) ** 2,
             **kind.params(control_points),
@@ -105,15 +110,12 @@ class Launcher:
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
+            ("REGIONS", int(bool(handles.regions))),
+            ("LIMITS", int(bool(deformation.limits))),
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
-        if control_points not in self._uploaded:
-            tables = kernel_arguments.control_points(control_points), kind.table(control_points)
-            self._uploaded[control_points] = [
-                self.constant(kernel_arguments.not_empty(table)) for table in tables
-            ]
-        arguments = [params, *self._uploaded[control_points]]
+        arguments = [params, *tables]
         if deformation.cuts:
             extra, cut_params, tables = cut_tables(deformation, region, grid, second_pass)
             constants += extra
@@ -121,6 +123,27 @@ class Launcher:
         else:
             arguments += [_NO_CUTS, None, None]
         return tuple(constants), arguments
+
+    def _handle_tables(self, deformation, control_points):
+        """Buffers of the tables that maps share, uploaded once: control points to images."""
+        if control_points not in self._uploaded:
+            images = Images()
+            tables = [
+                region_table(control_points, deformation.in_rest_frame, images),
+                np.zeros(0, SEGMENT),
+                limit_table(deformation.limits, control_points, images),
+            ]
+            tables.append(images.table())
+            buffers = [
+                self.constant(kernel_arguments.not_empty(table))
+                for table in (
+                    kernel_arguments.control_points(control_points),
+                    control_points.kind.table(control_points),
+                )
+            ]
+            buffers += [self.constant(table) if table.size else None for table in tables]
+            self._uploaded[control_points] = buffers
+        return self._uploaded[control_points]
 
 
 class RegionMap:

@@ -1,0 +1,150 @@
+// Where the map acts: masks, and fixed and sliding faces. Each limit multiplies the displacement, or
+// the part of it that is normal to a face, by a factor from 0 to 1.
+
+// The factor of a limit at a point, its slope, and for a sliding face its normal and the slopes of that.
+typedef struct {
+  real factor;
+  vec slope, normal;
+  mat turn;
+} limit_at_t;
+
+// From 0 to 1 with two continuous derivatives, exactly 0 up to t = 0 and 1 from t = 1 on.
+inline real fade(real t, real *slope) {
+  t = least(most(t, (real)(0)), (real)(1));
+  *slope = 30 * t * t * (1 - t) * (1 - t);
+  return t * t * t * fma(t, fma((real)(6), t, (real)(-15)), (real)(10));
+}
+
+inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
+  const vec low = {limit->low[0], limit->low[1], limit->low[2]},
+            high = {limit->high[0], limit->high[1], limit->high[2]};
+  const vec off = {v.x - least(most(v.x, low.x), high.x), v.y - least(most(v.y, low.y), high.y),
+                   v.z - least(most(v.z, low.z), high.z)};
+  const real length = sqrt(dot3(off, off));
+  limit_at_t at;
+  real slope;
+  at.factor = 1 - fade((length - limit->radius) / limit->falloff, &slope);
+  at.slope = vec_scale(-slope / (limit->falloff * most(length, (real)(1e-30f))), off);
+  return at;
+}
+
+inline limit_at_t mask_of_image(__global const limit_t *limit, __global const float *images, vec v) {
+  vec beyond, steps;
+  const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
+  const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
+  limit_at_t at;
+  at.factor = image_value(images + limit->first, limit->size, index, &steps);
+  at.factor = select(at.factor, (real)(0), outside);
+  const vec none = {0, 0, 0};
+  at.slope = vec_select(by_index(limit->to_index, steps), none, outside);
+  return at;
+}
+
+inline limit_at_t face_of_plane(__global const limit_t *limit, vec v) {
+  limit_at_t at;
+  at.normal = (vec){limit->low[0], limit->low[1], limit->low[2]};
+  const real height = dot3(at.normal, v) + limit->high[0];
+  real slope;
+  at.factor = fade(fabs(height) / limit->falloff, &slope);
+  at.slope = vec_scale(copysign(slope, height) / limit->falloff, at.normal);
+  at.turn = (mat){{0}};
+  return at;
+}
+
+// Four images: the distance from the face, and its normal.
+inline limit_at_t face_of_image(__global const limit_t *limit, __global const float *images, vec v) {
+  vec beyond, steps;
+  const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
+  const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
+  const int count = limit->size[0] * limit->size[1] * limit->size[2];
+  __global const float *values = images + limit->first;
+  limit_at_t at;
+  real slope, distance = image_value(values, limit->size, index, &steps);
+  at.factor = fade(distance / limit->falloff, &slope);
+  at.factor = select(at.factor, (real)(1), outside);
+  const vec none = {0, 0, 0};
+  at.slope = vec_select(vec_scale(slope / limit->falloff, by_index(limit->to_index, steps)), none,
+                        outside);
+  real normal[3];
+  for (int i = 0; i < 3; ++i) {
+    normal[i] = image_value(values + (i + 1) * count, limit->size, index, &steps);
+    const vec row = by_index(limit->to_index, steps);
+    at.turn.a[3 * i] = row.x;
+    at.turn.a[3 * i + 1] = row.y;
+    at.turn.a[3 * i + 2] = row.z;
+  }
+  at.normal = (vec){normal[0], normal[1], normal[2]};
+  return at;
+}
+
+inline limit_at_t limit_at(__global const limit_t *limit, __global const float *images, vec v) {
+  if (limit->form == BOX_MASK) return mask_of_box(limit, v);
+  if (limit->form == IMAGE_MASK) return mask_of_image(limit, images, v);
+  if (limit->form == PLANE_FACE) return face_of_plane(limit, v);
+  return face_of_image(limit, images, v);
+}
+
+// The displacement d at v after all limits.
+inline vec limited(const map_t *map, vec v, vec d) {
+  for (int i = 0; i < map->params.limit_count; ++i) {
+    __global const limit_t *limit = map->limits + i;
+    const limit_at_t at = limit_at(limit, map->images, v);
+    if (limit->slides)
+      d = vec_madd(-(1 - at.factor) * dot3(at.normal, d), at.normal, d);
+    else
+      d = vec_scale(at.factor, d);
+  }
+  return d;
+}
+
+// Whether v is at rest, whatever the handles do.
+inline integer is_held(const map_t *map, vec v) {
+  integer held = 0;
+  for (int i = 0; i < map->params.limit_count; ++i) {
+    __global const limit_t *limit = map->limits + i;
+    if (!limit->slides) held |= limit_at(limit, map->images, v).factor == 0;
+  }
+  return held;
+}
+
+// Takes the part of the derivatives j along the normal away, times `share`.
+inline void slide(mat *j, vec normal, real share) {
+  for (int column = 0; column < 3; ++column) {
+    const vec d = {j->a[column], j->a[3 + column], j->a[6 + column]};
+    const real along = -share * dot3(normal, d);
+    j->a[column] = fma(along, normal.x, j->a[column]);
+    j->a[3 + column] = fma(along, normal.y, j->a[3 + column]);
+    j->a[6 + column] = fma(along, normal.z, j->a[6 + column]);
+  }
+}
+
+// The derivatives after all limits, for the displacement d at v before them.
+inline weight_jacobian_t limited_jacobian(const map_t *map, vec v, vec d,
+                                          weight_jacobian_t jacobian) {
+  for (int i = 0; i < map->params.limit_count; ++i) {
+    __global const limit_t *limit = map->limits + i;
+    const limit_at_t at = limit_at(limit, map->images, v);
+    const real share = 1 - at.factor, along = dot3(at.normal, d);
+    if (limit->slides) {
+      slide(&jacobian.by_v, at.normal, share);
+#if AT_REST
+      slide(&jacobian.by_x, at.normal, share);
+#endif
+      // the normal turns as v moves
+      vec turned = vec_scale(-share, transposed_mat_vec(&at.turn, d));
+      turned = vec_madd(along, at.slope, turned);
+      add_outer(&jacobian.by_v, at.normal, turned);
+      for (int n = 0; n < 9; ++n)
+        jacobian.by_v.a[n] = fma(-share * along, at.turn.a[n], jacobian.by_v.a[n]);
+      d = vec_madd(-share * along, at.normal, d);
+    } else {
+      for (int n = 0; n < 9; ++n) jacobian.by_v.a[n] *= at.factor;
+      add_outer(&jacobian.by_v, d, at.slope);
+#if AT_REST
+      for (int n = 0; n < 9; ++n) jacobian.by_x.a[n] *= at.factor;
+#endif
+      d = vec_scale(at.factor, d);
+    }
+  }
+  return jacobian;
+}

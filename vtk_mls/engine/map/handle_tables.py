@@ -1,0 +1,69 @@
+"""Rigid regions and limits in the layout of the kernels, in the local frame of control points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, transform
+
+
+class Images:
+    """Values of images, one after the other, in the buffer that kernels read."""
+
+    def __init__(self):
+        self._values, self._count = [], 0
+
+    def add(self, values):
+        """Add an array; the position of its first value."""
+        first = self._count
+        self._values.append(np.asarray(values, np.float32).ravel())
+        self._count += self._values[-1].size
+        return first
+
+    def table(self):
+        """All values, (m,) float32."""
+        return np.concatenate([np.zeros(0, np.float32), *self._values])
+
+
+def region_table(control_points, in_rest_frame, images):
+    """The regions: (n,) REGION. Their distances are added to `images`."""
+    regions = control_points.handles.regions
+    table = np.zeros(len(regions), REGION)
+    scale = control_points.scale
+    for row, region in zip(table, regions):
+        row["anchor"] = control_points.local(region.center[0 if in_rest_frame else 1])
+        turn, offset = region.to_shape
+        image = getattr(region.shape, "image", None)
+        if image is None:
+            a, b = ((x - offset) @ turn for x in (region.shape.a, region.shape.b))
+            row["end"], row["along"] = control_points.local(a), (b - a) / scale
+            row["radius"] = region.shape.radius / scale
+        else:
+            row["step"] = image.step / scale
+            to_index = image.grid.world_to_index @ turn
+            moved = image.grid.index_of((turn @ control_points.center + offset)[None])[0]
+            row["to_index"] = transform(scale * to_index, moved)
+            row["size"] = image.grid.dimensions
+            row["first"] = images.add(image.values / image.step)
+            images.add(image.normals)
+    return table
+
+
+def limit_table(limits, control_points, images):
+    """The masks and faces: (n,) LIMIT. Their values are added to `images`."""
+    table = np.zeros(len(limits), LIMIT)
+    for row, limit in zip(table, limits):
+        record = limit.record(control_points)
+        values, grid = record.pop("image", None), record.pop("grid", None)
+        record["form"] = getattr(kernel_arguments, record["form"])
+        if values is not None:
+            row["first"] = images.add(values)
+            row["size"] = grid.dimensions
+            row["to_index"] = transform(
+                control_points.scale * grid.world_to_index,
+                grid.index_of(control_points.center[None])[0],
+            )
+        for name, value in record.items():
+            row[name] = value
+    return table

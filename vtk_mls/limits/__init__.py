@@ -1,0 +1,82 @@
+"""Limits: masks and faces that say where a deformation acts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from vtk_mls.base.validation import short_repr
+from vtk_mls.limits.faces import FixedFace, SlidingFace
+from vtk_mls.limits.limit import Limit
+from vtk_mls.limits.masks import BallMask, BoxMask, ImageMask, Mask
+
+__all__ = ["BallMask", "BoxMask", "FixedFace", "ImageMask", "Limit", "Mask", "SlidingFace"]
+
+
+def checked_mask(value: Mask | None) -> tuple[Mask, ...]:
+    """A mask or none, as a tuple."""
+    if value is not None and not isinstance(value, Mask):
+        raise TypeError(f"`mask` must be a BallMask, BoxMask or ImageMask, got {short_repr(value)}")
+    return () if value is None else (value,)
+
+
+def checked_constraints(value: FixedFace | Iterable[FixedFace] | None) -> tuple[FixedFace, ...]:
+    """A tuple of faces, from one face, several or None."""
+    if value is None:
+        return ()
+    is_single = isinstance(value, Limit) or not isinstance(value, Iterable)
+    faces = (value,) if is_single else tuple(value)
+    for face in faces:
+        if not isinstance(face, FixedFace):
+            raise TypeError(
+                f"`constraints` must be FixedFace or SlidingFace, got {short_repr(face)}"
+            )
+    return faces
+
+
+def limited(limits, v, displacement):
+    """The displacements (m, 3) at points `v` (m, 3) after all `limits`."""
+    for limit in limits:
+        factor = limit.factor(v)[0][:, None]
+        if limit.slides:
+            normal = limit.normal(v)[0]
+            along = np.sum(normal * displacement, axis=1, keepdims=True)
+            displacement = displacement - (1 - factor) * along * normal
+        else:
+            displacement = factor * displacement
+    return displacement
+
+
+def limited_jacobians(limits, v, displacement, by_v, by_x):
+    """The derivatives (m, 3, 3) of displacements after all `limits`.
+
+    `by_v` and `by_x` are those of the `displacement` (m, 3) before them, at fixed origins x and by
+    the origins.
+    """
+    for limit in limits:
+        factor, slope = limit.factor(v)
+        share = (1 - factor)[:, None, None]
+        if limit.slides:
+            normal, turn = limit.normal(v)
+            outer = normal[:, :, None] * normal[:, None]
+            along = np.sum(normal * displacement, axis=1)[:, None, None]
+            turned = np.einsum("mij,mi->mj", turn, displacement)
+            by_v = by_v - share * (outer @ by_v) + along * normal[:, :, None] * slope[:, None]
+            by_v = by_v - share * (along * turn + normal[:, :, None] * turned[:, None])
+            by_x = by_x - share * (outer @ by_x)
+            displacement = displacement - share[:, :, 0] * along[:, :, 0] * normal
+        else:
+            by_v = factor[:, None, None] * by_v + displacement[:, :, None] * slope[:, None]
+            by_x = factor[:, None, None] * by_x
+            displacement = factor[:, None] * displacement
+    return by_v, by_x
+
+
+def are_held(limits, points):
+    """Which `points` (m, 3) stay where they are, whatever the handles do: (m,) bool."""
+    held = np.zeros(len(points), bool)
+    for limit in limits:
+        if not limit.slides:
+            held |= limit.factor(points)[0] == 0
+    return held
