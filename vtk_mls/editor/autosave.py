@@ -11,19 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor import json_values
 from vtk_mls.editor.state import State
 from vtk_mls.engine.device import caches
 from vtk_mls.files.paths import replacing
 from vtk_mls.model import options
 
 _FOLDER = "vtk_mls", "unsaved"
-# Class and arguments of each shape of cut.
-_CUTS = {
-    "plane": (Plane, ("point", "normal")),
-    "half-plane": (HalfPlane, ("point", "normal", "inward")),
-    "surface": (Surface, ("points", "triangles")),
-}
 
 
 class Autosave:
@@ -95,9 +89,9 @@ class Autosave:
         if self.offered is None:
             return ""
         saved_at = time.strftime("%d %B, %H:%M", time.localtime(self._offered_time))
+        count = len(self.offered) + len(self.offered.handles)
         return (
-            f"{len(self.offered)} handles of {saved_at} were not saved: Return restores them, "
-            "N deletes them."
+            f"{count} handles of {saved_at} were not saved: Return restores them, N deletes them."
         )
 
     def _read(self):
@@ -122,28 +116,25 @@ def _text(path, state):
         weights=None if state.weights is None else state.weights.tolist(),
         labels=list(state.labels),
         anchored=state.anchored.tolist(),
-        cuts=[_cut_values(cut) for cut in state.cuts],
+        cuts=[json_values.encoded(cut) for cut in state.cuts],
+        handles=[json_values.encoded(handle) for handle in state.handles],
+        mask=None if state.mask is None else json_values.encoded(state.mask),
     )
     return json.dumps(values)
 
 
-def _cut_values(cut):
-    """The name of the shape of a cut, and its arguments."""
-    for name, (kind, attributes) in _CUTS.items():
-        if isinstance(cut, kind):
-            return [name, [getattr(cut, attribute).tolist() for attribute in attributes]]
-    raise TypeError(f"`cut` has no format in an autosave file, got {type(cut).__name__}")
-
-
 def _state(text):
     values = json.loads(text)
-    weights = values["weights"]
+    weights, mask = values["weights"], values.get("mask")
     return State(
         values["rest"],
         values["deformed"],
         None if weights is None else np.array(weights),
         values["labels"],
         values["anchored"],
-        cuts=[_CUTS[name][0](*arguments) for name, arguments in values["cuts"]],
+        cuts=[json_values.decoded(cut) for cut in values["cuts"]],
+        # files of earlier versions lack them
+        handles=[json_values.decoded(handle) for handle in values.get("handles", ())],
+        mask=None if mask is None else json_values.decoded(mask),
         **{o.name: values[o.name] for o in options.OPTIONS if o.name in values},
     )

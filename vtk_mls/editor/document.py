@@ -25,9 +25,9 @@ class Document:
     state : State
         The displayed state. A preview is not in the history yet.
     selected : (m,) ints
-        Rows of handles.
+        Rows of grips: those of point handles are the rows of the state.
     hovered, grabbed : int or None
-        The handle under the mouse, and the handle that the mouse drags.
+        The grip under the mouse, and the grip that the mouse drags.
     """
 
     def __init__(self, view, state, autosave=None):
@@ -91,7 +91,7 @@ class Document:
             self.draw()
 
     def select(self, rows):
-        """Select these handles only."""
+        """Select these grips only."""
         self.selected = np.asarray(rows, int)
         self.draw(is_moving=True)
 
@@ -102,7 +102,7 @@ class Document:
             self.draw(is_moving=True)
 
     def target_rows(self):
-        """Rows of the selected handles; without a selection, of the handle under the mouse."""
+        """Rows of the selected grips; without a selection, of the grip under the mouse."""
         if len(self.selected):
             return self.selected
         if self.hovered is None:
@@ -115,21 +115,21 @@ class Document:
         self.selected, self.hovered = NO_ROWS, None
 
     def take(self, rows, grabbed):
-        """Start to drag handles `rows` by the handle `grabbed`."""
+        """Start to drag grips `rows` by the grip `grabbed`."""
         self.show_deformed()
         self._dragged, self.grabbed = np.asarray(rows, int), grabbed
-        if self.state.anchored[self._dragged].all():
+        if self.state.grips.anchored[self._dragged].all():
             self.say("This handle is fixed; F frees it.")
         self.draw(is_moving=True)
 
     def drag_to(self, positions):
-        """Preview new positions (m, 3) of the dragged handles."""
+        """Preview new positions (m, 3) of the dragged grips."""
         self.preview(self.committed.moved(self._dragged, positions))
 
     def let_go(self):
         """End the drag and commit it."""
         self._dragged, self.grabbed = NO_ROWS, None
-        if (self.state.deformed == self.committed.deformed).all():
+        if (self.state.grips.deformed == self.committed.grips.deformed).all():
             self.state, self._is_preview_due = self.committed, False
             self.draw(is_moving=True)
         self.commit()
@@ -221,7 +221,7 @@ class Document:
         self.show(is_final=False)
 
     def _drop_missing_rows(self):
-        count = len(self.state)
+        count = len(self.state.grips)
         self.selected = self.selected[self.selected < count]
         if self.hovered is not None and self.hovered >= count:
             self.hovered = None

@@ -62,7 +62,7 @@ class Editor:
         self.scene, self.slices = self.view.scene, self.view.slices
         self.saver = Saver(datasets, paths)
         state = State([], []) if state is None else state  # a State without handles is falsy
-        if len(state) == 0:
+        if len(state) == 0 and not state.handles:
             state = state.with_handles_at(self._lattice(_LATTICE_COUNTS[0]))
         self.document = Document(self.view, state, autosave)
         self._cut_tool = CutTool(self.document)
@@ -84,7 +84,7 @@ class Editor:
 
     @property
     def selected(self):
-        """Rows of the selected handles: (m,) ints."""
+        """Rows of the selected grips, point handles first: (m,) ints."""
         return self.document.selected
 
     @property
@@ -158,7 +158,7 @@ class Editor:
 
     def select_all(self):
         """Select all handles."""
-        self.select(np.arange(len(self.state)))
+        self.select(np.arange(len(self.state.grips)))
 
     def deselect(self):
         """Clear the selection, and remove an unfinished line on the surface."""
@@ -188,7 +188,7 @@ class Editor:
             self.add(point)
 
     def delete(self):
-        """Delete the selected handles, or the handle under the mouse."""
+        """Delete what is selected, or under the mouse: points, regions, nodes of curves, mask."""
         rows = self.document.target_rows()
         if len(rows):
             self.document.clear_selection()
@@ -197,8 +197,11 @@ class Editor:
     def fix(self):
         """Fix the selected handles, or the handle under the mouse; free them if all are fixed."""
         rows = self.document.target_rows()
-        if len(rows):
-            self.change(self.state.with_anchors(rows))
+        points = rows[rows < len(self.state)]
+        if len(points):
+            self.change(self.state.with_anchors(points))
+        elif len(rows):
+            self.say("Only point handles can be fixed.")
 
     def reset(self):
         """Return all handles to their rest positions."""

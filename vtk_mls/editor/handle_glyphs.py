@@ -1,4 +1,4 @@
-"""Handles as balls, and lines from their rest positions."""
+"""Grips as balls, and lines from their rest positions."""
 
 from __future__ import annotations
 
@@ -8,26 +8,29 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
 
 from vtk_mls.editor import polydata
+from vtk_mls.editor.grips import MASK
 from vtk_mls.vtk import arrays
 
 # Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
-SELECTED, DRAGGED = (70, 230, 120), (255, 70, 110)
+SELECTED, DRAGGED, MASKING = (70, 230, 120), (255, 70, 110), (190, 150, 255)
 _OPACITIES = 1.0, 0.3  # in front of the data, and where data hide a handle
 _RADIUS, _RESTING_RADIUS, _HOVER_GROWTH = 6.5, 5.0, 3.0  # pixels
 
 
 def handle_colors(state, selected, dragged):
-    """Colors (n, 3), 0 to 255, of the handles of a `State`."""
-    colors = np.where(state.is_resting[:, None], RESTING, MOVED)
-    colors[state.anchored] = ANCHORED
+    """Colors (g, 3), 0 to 255, of the grips of a `State`."""
+    grips = state.grips
+    colors = np.where(grips.are_resting[:, None], RESTING, MOVED)
+    colors[grips.anchored] = ANCHORED
+    colors[grips.owner == MASK] = MASKING
     colors[selected] = SELECTED
     colors[dragged] = DRAGGED
     return colors.astype(np.uint8)
 
 
 class HandleGlyphs:
-    """Draws handles with a constant size in pixels, and faintly through the data.
+    """Draws grips with a constant size in pixels, and faintly through the data.
 
     Parameters
     ----------
@@ -51,15 +54,16 @@ class HandleGlyphs:
             actor.SetVisibility(is_visible)
 
     def show(self, state, colors, hovered):
-        """Draw the handles of a `State`, and the handle `hovered`, if any, larger."""
-        resting = state.is_resting
+        """Draw the grips of a `State`, and the grip `hovered`, if any, larger."""
+        grips = state.grips
+        resting = grips.are_resting
         self._pixels = np.where(resting, _RESTING_RADIUS, _RADIUS)
         if hovered is not None:
             self._pixels[hovered] += _HOVER_GROWTH
-        self._balls.SetPoints(polydata.points(state.deformed))
+        self._balls.SetPoints(polydata.points(grips.deformed))
         arrays.add(self._balls.GetPointData(), "color", colors)
-        arrays.add(self._balls.GetPointData(), "radius", np.ones(len(state)))
-        ends = np.stack([state.rest[~resting], state.deformed[~resting]], axis=1).reshape(-1, 3)
+        arrays.add(self._balls.GetPointData(), "radius", np.ones(len(grips)))
+        ends = np.stack([grips.rest[~resting], grips.deformed[~resting]], axis=1).reshape(-1, 3)
         self._lines.SetPoints(polydata.points(ends))
         self._lines.SetLines(polydata.cells(np.arange(len(ends)).reshape(-1, 2)))
 

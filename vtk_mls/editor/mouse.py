@@ -100,7 +100,7 @@ class Mouse(Observer):
             self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
 
     def _grab(self, row, keeps_selection):
-        document, positions = self._document, self._document.state.deformed
+        document, positions = self._document, self._document.state.grips.deformed
         if not keeps_selection and row not in document.selected:
             document.select([row])
         rows = np.union1d(document.selected, [row])
@@ -132,7 +132,7 @@ class Mouse(Observer):
         drag, pixel, document = self._drag, self.pixel, self._document
         if self._pane is None and self._interactor.GetShiftKey():
             if self._normal is None:
-                grabbed = document.state.deformed[document.grabbed]
+                grabbed = document.state.grips.deformed[document.grabbed]
                 self._normal = self._picker.normal(grabbed)
             return drag.along(self._normal, pixel)
         if self._pane is None and self._interactor.GetControlKey():
@@ -150,7 +150,7 @@ class Mouse(Observer):
         if is_slice_moving:
             document.look_at(self._slices.point)
         elif corner is not None:
-            positions = document.state.deformed
+            positions = document.state.grips.deformed
             document.select(self._scene.projection.between(positions, corner, self.pixel))
         elif is_click and interactor.GetControlKey():
             document.select(np.setxor1d(document.selected, [grabbed]))
@@ -179,8 +179,8 @@ class Mouse(Observer):
         return self._scene.projection if pane is None else pane.projection
 
     def _handle_at(self, pane):
-        """Row of the handle under the mouse in a pane, or in the 3-D view for None; or None."""
-        positions = self._document.state.deformed
+        """Row of the grip under the mouse in a pane, or in the 3-D view for None; or None."""
+        positions = self._document.state.grips.deformed
         projection = self._projection_of(pane)
         if pane is None:
             return projection.nearest(positions, self.pixel, _PICK_DISTANCE)

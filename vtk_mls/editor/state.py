@@ -1,12 +1,16 @@
-"""The edited value: handles, options of the map, and cuts."""
+"""The edited value: handles, options of the map, cuts and mask."""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
 from vtk_mls import Deformation, HalfPlane, Plane, kinds
+from vtk_mls.editor import grips
+from vtk_mls.handles.blending import at_rest, blended, is_resting
+from vtk_mls.limits import Mask
 from vtk_mls.model import options
 
 # The options, with the defaults of the editor.
@@ -29,12 +33,15 @@ class State(_Options):
     Attributes
     ----------
     rest, deformed : (n, 3) float64, world coordinates
-        p and q; n may be 0.
+        p and q of the point handles; n may be 0.
     weights : (n,) float64 or None
     labels : tuple of n str
+        Names.
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
     cuts : tuple of Cut
+    handles : tuple of RegionHandle and CurveHandle
+    mask : Mask or None
     kind, alpha, ...
         All of `options.OPTIONS`, with the defaults of the editor.
     """
@@ -45,6 +52,8 @@ class State(_Options):
     labels: tuple = ()
     anchored: np.ndarray | None = None
     cuts: tuple = ()
+    handles: tuple = ()
+    mask: Mask | None = None
 
     def __post_init__(self):
         count = len(self.rest)
@@ -55,6 +64,7 @@ class State(_Options):
             "labels": tuple(self.labels) or ("",) * count,
             "anchored": np.array(anchored, bool),
             "cuts": tuple(self.cuts),
+            "handles": tuple(self.handles),
         }.items():
             object.__setattr__(self, name, value)
 
@@ -65,25 +75,46 @@ class State(_Options):
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
             weights = None
-        cuts = deformation.cuts
-        return cls(deformation.rest, deformation.deformed, weights, labels, cuts=cuts, **settings)
+        for name in ("cuts", "handles", "mask"):
+            settings[name] = getattr(deformation, name)
+        return cls(deformation.rest, deformation.deformed, weights, labels, **settings)
 
     def __len__(self):
         return len(self.rest)
 
     @property
     def is_resting(self):
-        """Whether each handle is at its rest position: (n,) bool."""
+        """Whether each point handle is at its rest position: (n,) bool."""
         return (self.rest == self.deformed).all(axis=1)
+
+    @functools.cached_property
+    def grips(self):
+        """The points by which the mouse drags handles: `Grips`."""
+        return grips.Grips.of(self)
+
+    @property
+    def is_identity(self):
+        """Whether nothing moves."""
+        return self.blend == 0 or bool(
+            self.is_resting.all() and all(is_resting(handle) for handle in self.handles)
+        )
 
     def deformation(self):
         """The `Deformation`; None for the identity."""
-        if self.is_resting.all() or self.blend == 0:
+        if self.is_identity:
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
         deformed = self.rest + self.blend * (self.deformed - self.rest)
         deformed = self.deformed if self.blend == 1 else deformed
-        return Deformation(self.rest, deformed, weights=self.weights, cuts=self.cuts, **settings)
+        return Deformation(
+            self.rest,
+            deformed,
+            weights=self.weights,
+            cuts=self.cuts,
+            handles=[blended(handle, self.blend) for handle in self.handles],
+            mask=self.mask,
+            **settings,
+        )
 
     def changed(self, **values):
         """A copy with other values of some attributes."""
@@ -103,15 +134,13 @@ class State(_Options):
         return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor, self.nu))
 
     def moved(self, rows, positions):
-        """A copy with handles `rows` at other positions (m, 3); anchored ones stay."""
-        deformed, rows = self.deformed.copy(), np.asarray(rows, int)
-        free = ~self.anchored[rows]
-        deformed[rows[free]] = np.asarray(positions, float)[free]
-        return replace(self, deformed=deformed)
+        """A copy with grips `rows` at other positions (m, 3); anchored ones stay."""
+        return grips.moved(self, rows, positions)
 
     def at_rest(self):
         """A copy with all handles at rest."""
-        return replace(self, deformed=self.rest)
+        handles = [at_rest(handle) for handle in self.handles]
+        return replace(self, deformed=self.rest, handles=handles)
 
     def with_handle(self, rest, deformed):
         """A copy with one more handle, the last."""
@@ -125,26 +154,32 @@ class State(_Options):
             anchored=np.append(self.anchored, False),
         )
 
+    def with_shape(self, handle, index=None):
+        """A copy with another region or curve at an index, or with one more."""
+        return grips.with_handle(self, index, handle)
+
     def without(self, rows):
-        """A copy without handles `rows`."""
-        remaining = np.setdiff1d(np.arange(len(self)), rows)
-        return replace(
-            self,
-            rest=self.rest[remaining],
-            deformed=self.deformed[remaining],
-            weights=None if self.weights is None else self.weights[remaining],
-            labels=tuple(self.labels[i] for i in remaining),
-            anchored=self.anchored[remaining],
-        )
+        """A copy without grips `rows`; a curve loses nodes, or goes with its last but one."""
+        return grips.without(self, rows)
+
+    def with_name(self, row, name):
+        """A copy with another name of the point handle `row`."""
+        labels = [*self.labels]
+        labels[row] = name
+        return replace(self, labels=tuple(labels))
+
+    def with_rest(self, row, position):
+        """A copy with the rest position (3,) of the grip `row` changed."""
+        return grips.with_rest(self, row, position)
 
     def with_anchors(self, rows):
-        """A copy with handles `rows` anchored; free if all of them were anchored."""
+        """A copy with point handles `rows` anchored; free if all of them were anchored."""
         anchored = self.anchored.copy()
         anchored[rows] = not anchored[rows].all()
         return replace(self, anchored=anchored)
 
     def with_handles_at(self, rest):
-        """A copy with other handles (n, 3), all at rest."""
+        """A copy with other point handles (n, 3), all at rest."""
         return replace(self, rest=rest, deformed=rest, weights=None, labels=(), anchored=None)
 
     @property

@@ -178,7 +178,7 @@ class View:
     def _draw_handles(self, state, selected, hovered, dragged):
         colors = handle_colors(state, selected, dragged)
         self.scene.glyphs.show(state, colors, hovered)
-        self.slices.show_handles(state.deformed, colors, not self.hides_handles)
+        self.slices.show_handles(state.grips.deformed, colors, not self.hides_handles)
 
     def _start_camera(self, style, event):
         self.scene.set_coarseness(self._pace.pixels_while_moving())

@@ -1,0 +1,106 @@
+"""Closed surfaces of the shapes of rigid regions, to draw and to write them."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkFlyingEdges3D, vtkTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.handles.shapes import Capsule, Labels, Solid
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+_RESOLUTION = 32  # around a ball
+
+
+@functools.lru_cache(maxsize=64)
+def surface_of(shape):
+    """Points (n, 3), world coordinates, and triangles (m, 3) of the closed surface of a Shape.
+
+    Balls and capsules are polyhedra with their corners on the shape, segmentations are contours
+    half a voxel around the centers of their voxels.
+    """
+    if isinstance(shape, Solid):
+        return shape.points, shape.triangles
+    if isinstance(shape, Capsule):
+        return _of_capsule(shape)
+    if isinstance(shape, Labels):
+        return _of_labels(shape)
+    raise TypeError(f"`shape` must be a Ball, Capsule, Solid or Labels, got {shape!r}")
+
+
+def polydata_of(points, triangles):
+    """vtkPolyData of points (n, 3) and triangles (m, 3)."""
+    surface, corners, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    corners.SetData(arrays.from_numpy(np.asarray(points, float), VTK_DOUBLE))
+    cells.SetData(arrays.ids(3 * np.arange(len(triangles) + 1)), arrays.ids(np.ravel(triangles)))
+    surface.SetPoints(corners)
+    surface.SetPolys(cells)
+    return surface
+
+
+def triangles_of(algorithm):
+    """Points (n, 3) and triangles (m, 3) of the polygons that an algorithm makes.
+
+    Coincident points are merged.
+    """
+    clean, triangulate = vtkCleanPolyData(), vtkTriangleFilter()
+    clean.SetInputConnection(algorithm.GetOutputPort())
+    clean.ToleranceIsAbsoluteOn()
+    clean.SetAbsoluteTolerance(0)
+    clean.ConvertLinesToPointsOff()
+    clean.ConvertPolysToLinesOff()
+    triangulate.SetInputConnection(clean.GetOutputPort())
+    triangulate.PassVertsOff()
+    triangulate.PassLinesOff()
+    triangulate.Update()
+    surface = triangulate.GetOutput()
+    if surface.GetNumberOfPolys() == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    points = arrays.to_numpy(surface.GetPoints().GetData()).astype(float)
+    connectivity = arrays.to_numpy(surface.GetPolys().GetConnectivityArray())
+    return points, connectivity.reshape(-1, 3).astype(np.int64)
+
+
+def _of_capsule(shape):
+    """A sphere whose halves are moved to the ends of the segment."""
+    source = vtkSphereSource()
+    source.SetRadius(1.0)
+    source.SetThetaResolution(_RESOLUTION)
+    source.SetPhiResolution(_RESOLUTION)  # even: no points between the halves
+    source.SetOutputPointsPrecision(vtkSphereSource.DOUBLE_PRECISION)
+    points, triangles = triangles_of(source)
+    along = shape.b - shape.a
+    axis = unit(along) if along.any() else np.array((0.0, 0.0, 1.0))
+    across = unit(np.cross(axis, np.eye(3)[np.abs(axis).argmin()]))
+    frame = np.stack([across, np.cross(axis, across), axis])
+    ends = np.where(points[:, 2:] > 0, shape.b, shape.a)
+    return ends + shape.radius * np.einsum("ni,ij->nj", points, frame), triangles
+
+
+def _of_labels(shape):
+    """The contour of the mask at 1/2, with a layer of zeros around it."""
+    index = np.argwhere(shape.mask)[:, ::-1]
+    low, high = index.min(axis=0), index.max(axis=0)
+    part = shape.mask[tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))]
+    values = np.pad(part, 1).astype(np.uint8)
+    image, contour = vtkImageData(), vtkFlyingEdges3D()
+    # in indices, and taken to the world afterwards, which also keeps mirrored axes
+    ImageGeometry.of_grid(Grid(values.shape[::-1])).apply_to(image)
+    arrays.add(image.GetPointData(), "mask", values.ravel())
+    image.GetPointData().SetActiveScalars("mask")
+    contour.SetInputData(image)
+    contour.SetValue(0, 0.5)
+    contour.ComputeNormalsOff()
+    contour.ComputeGradientsOff()
+    points, triangles = triangles_of(contour)
+    world = shape.grid.at(points + low - 1)
+    if np.linalg.det(shape.grid.index_to_world) < 0:
+        triangles = triangles[:, ::-1]
+    return world, triangles
