@@ -67,7 +67,7 @@ class CutTool:
             )
             return
         if len(line.points) < 2:
-            self.remove_line()
+            self.cancel()
             document.say("A cut needs at least two points on the surface.")
             return
         state = document.state
@@ -75,11 +75,13 @@ class CutTool:
         size = np.ptp(self._scene.bounds, axis=0).max()
         cut = line.cut(self._depth_directions(line), size, deformation)
         if document.change(state.changed(cuts=(cut, *state.cuts))):
-            self.remove_line()
+            self.cancel()
 
-    def draw_line_to(self, pixel):
-        """Extend the line on the surface; whether there is a line."""
+    def click(self, pixel, pane):
+        """Extend the line on the surface; whether there is a line in the 3-D view."""
         document, line = self._document, self._line
+        if pane is not None:
+            return False
         document.show_deformed()
         if line is None:
             return False
@@ -96,7 +98,7 @@ class CutTool:
         document.draw(is_moving=True)
         return True
 
-    def remove_line(self):
+    def cancel(self):
         """Remove an unfinished line."""
         if self._line is not None:
             self._line.remove()
@@ -104,7 +106,7 @@ class CutTool:
 
     def detach(self):
         """Remove everything from the view."""
-        self.remove_line()
+        self.cancel()
 
     def _depth_directions(self, line):
         """Unit vectors, (3,) or (n, 3), from a line into the depth.

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from vtk_mls.editor.grips import only_region
+
 NO_ROWS = np.zeros(0, int)
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
@@ -100,6 +102,11 @@ class Document:
         if row != self.hovered and not self.view.hides_handles:
             self.hovered = row
             self.draw(is_moving=True)
+
+    @property
+    def selected_region(self):
+        """The index of the region that alone is selected; None without one."""
+        return only_region(self.state, self.selected)
 
     def target_rows(self):
         """Rows of the selected grips; without a selection, of the grip under the mouse."""

@@ -10,6 +10,7 @@ from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.mouse import PRIORITY, Mouse
 from vtk_mls.editor.saving import Saver
+from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.state import State
 from vtk_mls.editor.view import View
 
@@ -17,7 +18,7 @@ _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
 
 
-class Editor:
+class Editor(ShapeEdits):
     """Edits a deformation of images and meshes with the mouse and keys.
 
     Parameters
@@ -66,7 +67,8 @@ class Editor:
             state = state.with_handles_at(self._lattice(_LATTICE_COUNTS[0]))
         self.document = Document(self.view, state, autosave)
         self._cut_tool = CutTool(self.document)
-        self._mouse = Mouse(interactor, self.document, self._cut_tool)
+        self._add_tools(self._cut_tool)
+        self._mouse = Mouse(interactor, self.document, self._tools)
         self._keyboard = Keyboard(interactor, self)
         tick = self.document.tick
         self._timer_tag = interactor.AddObserver("TimerEvent", lambda *_: tick(), PRIORITY)
@@ -119,6 +121,7 @@ class Editor:
         """Release whatever the mouse holds, and commit it."""
         self._mouse.finish()
         self.view.cut_widget.finish()
+        self.view.motion_widget.finish()
         self.document.commit()
 
     def quit(self):
@@ -131,7 +134,7 @@ class Editor:
         self.finish()
         self._interactor.DestroyTimer(self._timer)
         self._interactor.RemoveObserver(self._timer_tag)
-        for part in (self._mouse, self._cut_tool, self._keyboard, self.view):
+        for part in (self._mouse, *self._tools, self._keyboard, self.view):
             part.detach()
 
     def change(self, state):
@@ -162,7 +165,7 @@ class Editor:
 
     def deselect(self):
         """Clear the selection, and remove an unfinished line on the surface."""
-        self._cut_tool.remove_line()
+        self._cancel_tools()
         self.select([])
 
     def hover(self, row):
@@ -238,6 +241,7 @@ class Editor:
 
     def incise(self):
         """Start a line on the surface, or cut along it."""
+        self._cancel_tools(self._cut_tool)
         self._cut_tool.incise()
 
     def compare(self):
@@ -303,8 +307,9 @@ class Editor:
         return is_saved
 
     def accept(self):
-        """Restore the unsaved edits that are offered."""
-        self.document.restore_unsaved()
+        """End the curve that is drawn; without one, restore the unsaved edits that are offered."""
+        if not self.end_curve():
+            self.document.restore_unsaved()
 
     def decline(self):
         """Delete the unsaved edits that are offered."""

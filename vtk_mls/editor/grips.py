@@ -9,8 +9,8 @@ import numpy as np
 from vtk_mls import BallMask, CurveHandle, RegionHandle
 
 POINT, MASK = -1, -2  # owners that are not among the handles
-CENTER, RADIUS, FALLOFF = range(3)  # grips of the mask
-_UP = np.array((0.0, 0.0, 1.0))  # from the center of the mask to its other grips
+PLACE, RADIUS, FALLOFF = range(3)  # grips of the mask: its lowest and highest points
+_UP = np.array((0.0, 0.0, 1.0))
 _MIN_LENGTH = 1e-3  # of the radius and the fall-off, relative to their sum
 
 
@@ -25,7 +25,7 @@ class Grips:
     owner : (g,) int
         Index of the region or curve among the handles; POINT or MASK.
     number : (g,) int
-        Row of a point handle, node of a curve, CENTER, RADIUS or FALLOFF of the mask.
+        Row of a point handle, node of a curve, PLACE, RADIUS or FALLOFF of the mask.
     anchored : (g,) bool
     """
 
@@ -46,8 +46,8 @@ class Grips:
                 rest, deformed = handle.rest, handle.deformed
             parts.append((rest, deformed, index))
         if isinstance(state.mask, BallMask):
-            lengths = np.cumsum([0.0, state.mask.radius, state.mask.falloff])
-            positions = state.mask.center + lengths[:, None] * _UP
+            heights = _heights(state.mask)
+            positions = state.mask.center + heights[:, None] * _UP
             parts.append((positions, positions, MASK))
         counts = [len(rest) for rest, _, _ in parts]
         count = sum(counts[1:])
@@ -70,6 +70,13 @@ class Grips:
     def rows_of(self, owner):
         """Rows of the grips of an owner."""
         return np.flatnonzero(self.owner == owner)
+
+
+def only_region(state, selected):
+    """The index of the region that alone is among the `selected` grips; None without one."""
+    owner = int(state.grips.owner[selected[0]]) if len(selected) == 1 else POINT
+    is_region = owner >= 0 and isinstance(state.handles[owner], RegionHandle)
+    return owner if is_region else None
 
 
 def moved(state, rows, positions):
@@ -156,10 +163,15 @@ def _moved_handle(handle, positions):
     return RegionHandle(handle.shape, motion)
 
 
+def _heights(mask):
+    """Of the grips of a BallMask over its center: (3,)."""
+    return np.array([-mask.radius, mask.radius, mask.radius + mask.falloff])
+
+
 def _moved_mask(mask, number, position):
     """The mask with one of its grips at a position (3,)."""
-    if number == CENTER:
-        return BallMask(position, mask.radius, mask.falloff)
+    if number == PLACE:
+        return BallMask(position - _heights(mask)[PLACE] * _UP, mask.radius, mask.falloff)
     length, least = np.linalg.norm(position - mask.center), _MIN_LENGTH
     if number == RADIUS:
         return BallMask(mask.center, max(length, least * mask.falloff), mask.falloff)

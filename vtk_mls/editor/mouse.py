@@ -43,8 +43,8 @@ class Observer:
 class Mouse(Observer):
     """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
 
-    def __init__(self, interactor, document, cut_tool):
-        self._document, self._cut_tool = document, cut_tool
+    def __init__(self, interactor, document, tools):
+        self._document, self._tools = document, tools
         self._scene, self._slices = document.view.scene, document.view.slices
         self._drag = self._picker = self._normal = None
         self._pane = self._band_corner = self._pressed_pixel = None
@@ -78,15 +78,16 @@ class Mouse(Observer):
         self._pressed_pixel = self.pixel
         pane = self._slices.pane_at(self.pixel)
         row = self._handle_at(pane)
-        if pane is not None:
+        if any(tool.click(self.pixel, pane) for tool in self._tools):
+            pass
+        elif pane is not None:
             self._press_in_slice(pane, row)
-        elif not self._cut_tool.draw_line_to(self.pixel):
-            if row is not None:
-                self._grab(row, interactor.GetControlKey())
-            elif interactor.GetControlKey():
-                self._band_corner = self.pixel
-            else:
-                return
+        elif row is not None:
+            self._grab(row, interactor.GetControlKey())
+        elif interactor.GetControlKey():
+            self._band_corner = self.pixel
+        else:
+            return
         self._abort(event)
 
     def _press_in_slice(self, pane, row):

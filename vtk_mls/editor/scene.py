@@ -82,6 +82,16 @@ class Scene:
         surfaces = [item.surface() for item in self.items]
         return Picker(surfaces, self.projection, self.bounds.mean(axis=0))
 
+    def rigid_shape_at(self, pixel):
+        """The Shape of the mesh, or of the segment of a label image, at a pixel; None without.
+
+        The first dataset is what is deformed: others count first.
+        """
+        ray = self.projection.ray(pixel)
+        first, *others = (item.rigid_hit(*ray) for item in self.items)
+        hits = [hit for hit in others if hit] or [hit for hit in [first] if hit]
+        return min(hits, key=lambda hit: hit[0])[1]() if hits else None
+
     def reset_camera(self, direction=None):
         """Fit the camera to the data, in a direction from the data or in the current one."""
         camera = self.renderer.GetActiveCamera()

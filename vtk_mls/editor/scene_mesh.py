@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from vtkmodules.vtkCommonCore import mutable, vtkIdList
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
@@ -10,8 +12,10 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
+from vtk_mls import Solid
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.rendering import DeformedMesh
+from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)
 _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
@@ -83,6 +87,24 @@ class SceneMesh:
     def surface(self):
         """The `MeshSurface` of the deformed mesh."""
         return MeshSurface(self.mesh())
+
+    def rigid_hit(self, near, far):
+        """Where a ray meets the deformed mesh, and a function that makes it a Shape; or None."""
+        hit = self.surface().hit(near, far)
+        return hit and (hit[0], lambda: self._solid)
+
+    @cached_property
+    def _solid(self):
+        """The undeformed mesh as a Solid.
+
+        Raises
+        ------
+        ValueError
+            If it is not closed.
+        """
+        extract = vtkGeometryFilter()
+        extract.SetInputData(self._mesh)
+        return Solid(*triangles_of(extract))
 
     def detach(self):
         """Leave the mesh undeformed."""

@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtk_mls import Deformation
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.editor import transfer_functions
+from vtk_mls.editor import label_picking, transfer_functions
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.volume_ray import light_along
@@ -116,6 +116,23 @@ class SceneVolume:
     def surface(self):
         """The `VolumeSurface` of the deformed volume."""
         return self._surface_of(self._deformation)
+
+    def rigid_hit(self, near, far):
+        """Where a ray meets a segment, and a function that makes it a Shape; or None.
+
+        None also for images that are no labels.
+        """
+        if not self._are_labels:
+            return None
+        values = self._grid, self._values, self._deformation
+        hit = label_picking.label_on_ray(*values, near, far)
+        if hit is None:
+            return None
+        return hit[0], lambda: label_picking.connected_label(self._image, self._grid, hit[1])
+
+    @cached_property
+    def _are_labels(self):
+        return self.presets[0].is_nearest or label_picking.are_labels(self._values)
 
     def detach(self):
         """Leave the volume undeformed."""

@@ -6,11 +6,15 @@ import time
 
 import numpy as np
 
+from vtk_mls import RegionHandle
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
+from vtk_mls.editor.grips import only_region
 from vtk_mls.editor.handle_glyphs import handle_colors
+from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene
+from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
@@ -66,6 +70,7 @@ class View:
     slices : Slices
     overlay : Overlay
     cut_widget : CutWidget
+    motion_widget : MotionWidget
     has_timer : bool
         Whether a timer runs, so that fine pictures replace coarse ones.
     hides_handles : bool
@@ -79,6 +84,8 @@ class View:
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
         self.slices, self.cut_widget = Slices(self.scene), CutWidget(interactor, self.scene)
+        self.motion_widget = MotionWidget(interactor, self.scene)
+        self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = False
         self.drawn_message = ""
         self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
@@ -123,6 +130,8 @@ class View:
         is_moving, pace = is_moving and self.has_timer, self._pace
         pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
         self.cut_widget.show(state.flat_cut)
+        region = only_region(state, selected)
+        self.motion_widget.show(None if region is None else state.handles[region])
         self.scene.set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
         self.overlay.set_status(self._status_of(state, selected))
@@ -138,14 +147,16 @@ class View:
         has_keys = self.overlay.shows_keys
         self.overlay.set_texts_visible(False)
         self.overlay.set_message_visible(False)
-        self.cut_widget.set_visible(False)
+        for widget in self._widgets:
+            widget.set_visible(False)
         self.scene.set_coarseness(self._pace.pixels_for_file())
         self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
         self.scene.window.Render()
         self.overlay.set_texts_visible(not self.hides_handles)
         self.overlay.set_keys_visible(has_keys)
         self.overlay.set_message_visible(True)
-        self.cut_widget.set_visible(not self.hides_handles)
+        for widget in self._widgets:
+            widget.set_visible(not self.hides_handles)
 
     @property
     def is_refinement_due(self):
@@ -153,10 +164,10 @@ class View:
         return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
-        """Hide or show handles, cut widget, legend, hint and status, but not the message."""
+        """Hide or show handles, widgets, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        self.scene.glyphs.set_visible(not self.hides_handles)
-        self.cut_widget.set_visible(not self.hides_handles)
+        for part in (self.scene.glyphs, self._shapes, *self._widgets):
+            part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
 
     def toggle_legend(self):
@@ -171,13 +182,19 @@ class View:
         """Remove everything from the window."""
         for observed, tag in self._tags:
             observed.RemoveObserver(tag)
-        self.cut_widget.detach()
+        for widget in self._widgets:
+            widget.detach()
         self.slices.detach()
         self.scene.detach()
+
+    @property
+    def _widgets(self):
+        return self.cut_widget, self.motion_widget
 
     def _draw_handles(self, state, selected, hovered, dragged):
         colors = handle_colors(state, selected, dragged)
         self.scene.glyphs.show(state, colors, hovered)
+        self._shapes.show(state, selected)
         self.slices.show_handles(state.grips.deformed, colors, not self.hides_handles)
 
     def _start_camera(self, style, event):
@@ -194,7 +211,7 @@ class View:
 
     def _status_of(self, state, selected):
         pace = self._pace
-        parts = [f"{len(state)} handles", state.kind, f"alpha {state.alpha:g}"]
+        parts = [f"{len(state)} handles", *_shapes_of(state), state.kind, f"alpha {state.alpha:g}"]
         if len(selected):
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
@@ -207,3 +224,12 @@ class View:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
         return "   ".join(parts)
+
+
+def _shapes_of(state):
+    """What the status line says about regions, curves and the mask."""
+    regions = sum(isinstance(handle, RegionHandle) for handle in state.handles)
+    curves = len(state.handles) - regions
+    texts = [f"{regions} rigid"] if regions else []
+    texts += [f"{curves} curve" + "s" * (curves > 1)] if curves else []
+    return texts if state.mask is None else [*texts, "mask"]

@@ -1,0 +1,85 @@
+"""Segments of a label image: the label on a ray, and the connected voxels that have it."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkImagingMorphological import vtkImageThresholdConnectivity
+
+from vtk_mls import Labels
+from vtk_mls.base.interpolation import sample
+from vtk_mls.vtk import arrays
+
+_STEP = 0.5  # between samples along a ray, in voxels
+_MAX_SAMPLES = 4096
+_MAX_VALUES = 64  # of an image of integers that are labels though its file does not declare it
+
+
+def are_labels(values):
+    """Whether the values of an image may be labels: few different integers."""
+    return values.dtype.kind in "biu" and len(np.unique(values)) <= _MAX_VALUES
+
+
+def label_on_ray(grid, values, deformation, near, far):
+    """The first voxel on a ray that is not 0.
+
+    Parameters
+    ----------
+    grid : Grid
+    values : (nz, ny, nx) array
+    deformation : Deformation or None
+        Of the drawn image.
+    near, far : (3,) float64, world coordinates
+
+    Returns
+    -------
+    (float, (3,) ints) or None
+        Its fraction of the ray and its index.
+    """
+    length = np.linalg.norm(far - near) / (_STEP * np.abs(grid.spacing).min())
+    fractions = np.linspace(0, 1, int(np.clip(length, 2, _MAX_SAMPLES)))
+    points = near + fractions[:, None] * (far - near)
+    origins, is_void = points, False
+    if deformation is not None:
+        origins = deformation.backward(points)
+        is_void = deformation.void(points) if deformation.cuts else False
+    index = grid.index_of(origins)
+    labels = sample(values, index, "nearest", 0, grid)
+    rows = np.flatnonzero(grid.covers(index) & (labels != 0) & ~np.asarray(is_void))
+    if len(rows) == 0:
+        return None
+    voxel = np.clip(np.rint(index[rows[0]]), 0, np.array(grid.dimensions) - 1)
+    return float(fractions[rows[0]]), voxel.astype(int)
+
+
+def connected_label(image, grid, index):
+    """The voxels of a vtkImageData that have the same value as a voxel, and touch it.
+
+    Parameters
+    ----------
+    image : vtkImageData
+        Its scalars are the labels.
+    grid : Grid
+        Of the image.
+    index : (3,) ints
+
+    Returns
+    -------
+    Labels
+    """
+    seed, fill = vtkPoints(), vtkImageThresholdConnectivity()
+    position = np.array(image.GetOrigin()) + index * np.array(image.GetSpacing())
+    seed.InsertNextPoint(image.GetExtent()[::2] * np.array(image.GetSpacing()) + position)
+    value = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)[
+        tuple(index[::-1])
+    ]
+    fill.SetInputData(image)
+    fill.SetSeedPoints(seed)
+    fill.ThresholdBetween(float(value), float(value))
+    fill.SetInValue(1)
+    fill.SetOutValue(0)
+    fill.ReplaceInOn()
+    fill.ReplaceOutOn()
+    fill.Update()
+    filled = arrays.to_numpy(fill.GetOutput().GetPointData().GetScalars())
+    return Labels(filled.reshape(grid.shape), grid)

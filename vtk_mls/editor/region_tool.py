@@ -1,0 +1,103 @@
+"""The tool for rigid regions: from meshes, labels and handles, turned by a box."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls import Ball, Labels, RegionHandle
+
+_RADIUS = 0.05  # of a handle that can be turned, relative to the data
+_HINT = "Drag the box to turn it, its middle to move it; X removes it."
+_NOTHING = "There is no mesh and no segment of a label image here; load one with `--with`."
+
+
+class RegionTool:
+    """Makes rigid regions, and moves the one that is selected.
+
+    Parameters
+    ----------
+    document : Document
+    """
+
+    def __init__(self, document):
+        self._document, self.is_waiting = document, False
+        self._scene, self._widget = document.view.scene, document.view.motion_widget
+        self._widget.set_callbacks(self._preview, self._commit)
+
+    def wait(self):
+        """Make what the next click is on rigid."""
+        self.is_waiting = True
+        self._document.say("Click on a mesh, or on a segment of a label image, to make it rigid.")
+
+    def cancel(self):
+        """Wait no longer."""
+        self.is_waiting = False
+
+    def click(self, pixel, pane):
+        """Make rigid what is at a pixel of the 3-D view, if that is waited for."""
+        if not self.is_waiting or pane is not None:
+            return False
+        self.cancel()
+        self.make_rigid(pixel)
+        return True
+
+    def make_rigid(self, pixel):
+        """Make the mesh or the segment at a pixel of the 3-D view a region."""
+        document = self._document
+        with document.reporting_errors():
+            shape = self._scene.rigid_shape_at(pixel)
+            if shape is None:
+                document.say(_NOTHING)
+                return
+            index = _index_of(shape, document.state.handles)
+            if index is not None:
+                self._select(index, "It is rigid already. " + _HINT)
+            elif document.change(document.state.with_shape(RegionHandle(shape, np.eye(4)))):
+                self._select(len(document.state.handles) - 1, "It is rigid now. " + _HINT)
+
+    def turn_handle(self, row):
+        """Make the point handle of a row a ball that can be turned."""
+        document, state = self._document, self._document.state
+        if row >= len(state):
+            document.say("Only a point handle becomes a ball that can be turned.")
+            return
+        motion = np.eye(4)
+        motion[:3, 3] = state.deformed[row] - state.rest[row]
+        radius = _RADIUS * np.ptp(self._scene.bounds, axis=0).max()
+        region = RegionHandle(Ball(state.rest[row], radius), motion)
+        document.clear_selection()
+        if document.change(state.without([row]).with_shape(region)):
+            self._select(len(document.state.handles) - 1, "The handle can be turned. " + _HINT)
+
+    def detach(self):
+        """Remove everything from the view."""
+        self.cancel()
+
+    def _select(self, index, message):
+        self._document.say(message)
+        self._document.select(self._document.state.grips.rows_of(index))
+
+    def _preview(self, motion):
+        document = self._document
+        state, index = document.committed, document.selected_region
+        if index is not None:
+            region = RegionHandle(state.handles[index].shape, motion)
+            document.preview(state.with_shape(region, index))
+
+    def _commit(self, motion):
+        self._preview(motion)
+        self._document.commit()
+
+
+def _index_of(shape, handles):
+    """The index of the region with a shape; None without."""
+    for index, handle in enumerate(handles):
+        if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
+            return index
+    return None
+
+
+def _are_same(shape, other):
+    if isinstance(shape, Labels) and isinstance(other, Labels):
+        return shape.mask.shape == other.mask.shape and bool((shape.mask == other.mask).all())
+    return shape is other

@@ -1,0 +1,70 @@
+"""The edits of an editor that concern regions, curves and the mask."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls import BallMask
+from vtk_mls.editor.curve_tool import CurveTool
+from vtk_mls.editor.region_tool import RegionTool
+
+_RADIUS = 0.25  # of the initial mask, and its fall-off, relative to the data
+_MASK_HINT = (
+    "It acts in the inner ball, and fades out to the outer one; drag the violet points. "
+    "W: everywhere."
+)
+
+
+class ShapeEdits:
+    """Base of `Editor` with the methods for handles that have a shape."""
+
+    def _add_tools(self, *others):
+        """Make the tools beside others."""
+        self._curve_tool, self._region_tool = CurveTool(self.document), RegionTool(self.document)
+        self._tools = *others, self._curve_tool, self._region_tool
+
+    def _cancel_tools(self, but=None):
+        for tool in self._tools:
+            if tool is not but:
+                tool.cancel()
+
+    def make_rigid(self):
+        """Make the mesh or the segment under the mouse a rigid region."""
+        self._cancel_tools()
+        self._region_tool.make_rigid(self._mouse.pixel)
+
+    def make_clicked_rigid(self):
+        """Make the mesh or the segment that is clicked on next a rigid region."""
+        self._cancel_tools()
+        self._region_tool.wait()
+
+    def turn_handle(self):
+        """Make the selected handle, or the one under the mouse, a ball that can be turned."""
+        rows = self.document.target_rows()
+        if len(rows):
+            self._region_tool.turn_handle(rows[0])
+
+    def draw_curve(self):
+        """Start a curve handle, or end it."""
+        self._cancel_tools(self._curve_tool)
+        if not self.end_curve():
+            self._curve_tool.start()
+
+    def end_curve(self):
+        """End the curve that is drawn; whether there was one."""
+        is_drawing = self._curve_tool.is_drawing
+        if is_drawing:
+            self._curve_tool.end()
+        return is_drawing
+
+    def change_mask(self):
+        """Let the deformation act in a ball around the selected handles, or everywhere."""
+        state, size = self.state, np.ptp(self.scene.bounds, axis=0).max()
+        if state.mask is not None:
+            self.document.clear_selection()
+            self.change(state.changed(mask=None))
+            return
+        selected = state.grips.deformed[self.selected]
+        middle = selected.mean(axis=0) if len(selected) else self.scene.bounds.mean(axis=0)
+        if self.change(state.changed(mask=BallMask(middle, _RADIUS * size, _RADIUS * size))):
+            self.say(_MASK_HINT)
