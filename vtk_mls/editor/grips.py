@@ -45,7 +45,7 @@ class Grips:
             else:
                 rest, deformed = handle.rest, handle.deformed
             parts.append((rest, deformed, index))
-        if isinstance(state.mask, BallMask):
+        if state.mask is not None:
             heights = _heights(state.mask)
             positions = state.mask.center + heights[:, None] * _UP
             parts.append((positions, positions, MASK))
@@ -70,6 +70,17 @@ class Grips:
     def rows_of(self, owner):
         """Rows of the grips of an owner."""
         return np.flatnonzero(self.owner == owner)
+
+
+def names_of(state):
+    """Names of the grips, list of str: of points their labels or numbers."""
+    names = [label or str(number) for number, label in enumerate(state.labels, 1)]
+    for index, handle in enumerate(state.handles, 1):
+        if isinstance(handle, RegionHandle):
+            names.append(f"rigid {index}")
+        else:
+            names += [f"curve {index}.{node}" for node in range(1, len(handle.rest) + 1)]
+    return names if state.mask is None else [*names, "mask", "mask radius", "mask fall-off"]
 
 
 def only_region(state, selected):

@@ -21,6 +21,7 @@ KEYS = (
     ("U", "make the selected handle one that can be turned", ("u",), "turn_handle", None),
     ("D", "draw a curve handle: click its nodes, Return", ("d",), "draw_curve", None),
     ("W", "where it acts: a ball, or everywhere", ("w",), "change_mask", None),
+    ("E", "type the name or the position of a handle", ("e",), "enter_values", None),
     ("0", "return all handles to rest", ("0", "KP_0"), "reset", None),
     ("L", "lattice of handles; again: a finer one", ("l",), "lay_lattice", None),
     ("K", "kind of the map: rigid, affine, ...", ("k",), "change_kind", None),
@@ -96,6 +97,13 @@ class Keyboard(Observer):
         super().__init__(interactor, handlers)
 
     def _press(self, interactor, event):
+        entry = self._editor.text_entry
+        if entry.is_open:
+            self._abort(event)
+            code = interactor.GetKeyCode() or ""
+            is_character = code.isprintable() and not interactor.GetControlKey()
+            entry.press(interactor.GetKeySym(), code if is_character else "")
+            return
         action = self._actions.get(name_of(interactor))
         if action is not None:
             self._abort(event)

@@ -13,12 +13,14 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Surface, io
 from vtk_mls.editor import polydata, script
+from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
+SHAPES = "handles.vtp"  # instead, if there are regions or curves
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
 _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
@@ -82,7 +84,7 @@ class Saver:
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
         sources = [self._source(number, folder) for number in range(len(self._datasets))]
-        text = script.script(state, HANDLES, surfaces, list(zip(sources, targets)))
+        text = script.script(state, _handles_file(state), surfaces, list(zip(sources, targets)))
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
         self.files = sorted(path for path, _ in _versions(folder) - before)
@@ -144,7 +146,7 @@ def _numbered(name):
 
 def _configure(algorithm, state, folder, surfaces):
     """Set a filter up as the script and the command do, from the saved files."""
-    algorithm.SetInputData(1, io.read_control_points(folder / HANDLES))
+    algorithm.SetInputData(1, io.read_control_points(folder / _handles_file(state)))
     for name, _, value in script.settings_of(state):
         getattr(algorithm, f"Set{name}")(value)
     for cut in state.cuts:
@@ -156,7 +158,15 @@ def _configure(algorithm, state, folder, surfaces):
             algorithm.AddCut(cut)
 
 
+def _handles_file(state):
+    """The name of the file with all handles."""
+    return SHAPES if state.handles else HANDLES
+
+
 def _write_handles(state, folder):
+    if state.handles:
+        io.write_dataset(handle_polydata(state), folder / SHAPES)
+        return
     values = state.rest, state.deformed, state.weights, state.labels
     control_point_files.write(folder / HANDLES, *values)
     names = [label or f"handle-{i}" for i, label in enumerate(state.labels, 1)]

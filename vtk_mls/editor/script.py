@@ -38,6 +38,11 @@ def settings_of(state):
         value = getattr(state, option.name)
         if value != option.default:
             yield option.property_name, option.flag, value
+    if state.handles:
+        yield "HandleShapes", "--handle-shapes", "cells"
+    if state.mask is not None:
+        mask = state.mask
+        yield "MaskBall", "--mask-ball", (*mask.center.tolist(), mask.radius, mask.falloff)
 
 
 def vectors_of(cut):
@@ -81,7 +86,7 @@ def script(state, handles, surfaces, files):
 
 def commands(state, handles, surfaces, files):
     """`vtk-mls deform` for each of the files, to be run in the folder of the script."""
-    options = [f"{option}={value}" for _, option, value in settings_of(state)]
+    options = [f"{option}={_text(value)}" for _, option, value in settings_of(state)]
     for cut in state.cuts:
         vectors = vectors_of(cut)
         if vectors:
@@ -91,3 +96,7 @@ def commands(state, handles, surfaces, files):
     options += [f"--cut-surface={name}" for name in surfaces]
     for source, target in files:
         yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])
+
+
+def _text(value):
+    return ",".join(map(repr, value)) if isinstance(value, tuple) else value

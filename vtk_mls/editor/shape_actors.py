@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from vtk_mls import BallMask, CurveHandle, RegionHandle
+from vtk_mls import CurveHandle, RegionHandle
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import MASKING, MOVED, RESTING, SELECTED
 from vtk_mls.vtk.shape_surfaces import polydata_of, surface_of
@@ -64,7 +64,7 @@ class ShapeActors:
         self._show_regions(regions, chosen)
         _set_lines(self._lines[0], [curve.rest for curve in curves])
         _set_lines(self._lines[1], [curve.deformed for curve in curves])
-        mask = state.mask if isinstance(state.mask, BallMask) else None
+        mask = state.mask
         radii = (0, 0) if mask is None else (mask.radius, mask.radius + mask.falloff)
         for lines, radius in zip(self._lines[2:], radii):
             _set_lines(lines, [] if mask is None else _circles(mask.center, radius))

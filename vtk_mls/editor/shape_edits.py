@@ -7,6 +7,7 @@ import numpy as np
 from vtk_mls import BallMask
 from vtk_mls.editor.curve_tool import CurveTool
 from vtk_mls.editor.region_tool import RegionTool
+from vtk_mls.editor.text_entry import TextEntry
 
 _RADIUS = 0.25  # of the initial mask, and its fall-off, relative to the data
 _MASK_HINT = (
@@ -22,6 +23,7 @@ class ShapeEdits:
         """Make the tools beside others."""
         self._curve_tool, self._region_tool = CurveTool(self.document), RegionTool(self.document)
         self._tools = *others, self._curve_tool, self._region_tool
+        self.text_entry = TextEntry(self.document)
 
     def _cancel_tools(self, but=None):
         for tool in self._tools:
@@ -50,6 +52,11 @@ class ShapeEdits:
         if not self.end_curve():
             self._curve_tool.start()
 
+    @property
+    def is_drawing_curve(self):
+        """Whether clicks add nodes of a curve."""
+        return self._curve_tool.is_drawing
+
     def end_curve(self):
         """End the curve that is drawn; whether there was one."""
         is_drawing = self._curve_tool.is_drawing
@@ -68,3 +75,42 @@ class ShapeEdits:
         middle = selected.mean(axis=0) if len(selected) else self.scene.bounds.mean(axis=0)
         if self.change(state.changed(mask=BallMask(middle, _RADIUS * size, _RADIUS * size))):
             self.say(_MASK_HINT)
+
+    def enter_values(self):
+        """Type the name or the position of the selected handle, or of the one under the mouse."""
+        rows = self.document.target_rows()
+        if len(rows):
+            self.text_entry.open(lambda text: self._set_text(int(rows[0]), text))
+
+    def set_name(self, row, name):
+        """Name a point handle."""
+        if row >= len(self.state):
+            self.say("Only point handles have names.")
+        elif name != self.state.labels[row]:
+            self.change(self.state.with_name(row, name))
+
+    def set_position(self, row, position):
+        """Put a grip at a position (3,) of the deformed space."""
+        if self.state.grips.anchored[row]:
+            self.say("This handle is fixed; F frees it.")
+        else:
+            self.change(self.state.moved([row], [position]))
+
+    def set_rest(self, row, position):
+        """Put the rest position of a point or of a node of a curve at (3,)."""
+        self.change(self.state.with_rest(row, position))
+
+    def _set_text(self, row, text):
+        """Name a grip, or put it at the 3 or 6 numbers in a text."""
+        try:
+            numbers = [float(part) for part in text.replace(",", " ").split()]
+        except ValueError:
+            numbers = []
+        if row >= len(self.state.grips) or not text:
+            return
+        if len(numbers) not in (3, 6) or not np.isfinite(numbers).all():
+            self.set_name(row, text)
+            return
+        if len(numbers) == 6:
+            self.set_rest(row, numbers[:3])
+        self.set_position(row, numbers[-3:])

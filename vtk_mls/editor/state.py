@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import Deformation, HalfPlane, Plane, kinds
+from vtk_mls import BallMask, Deformation, HalfPlane, Plane, RegionHandle, kinds
 from vtk_mls.editor import grips
-from vtk_mls.handles.blending import at_rest, blended, is_resting
-from vtk_mls.limits import Mask
+from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 
 # The options, with the defaults of the editor.
@@ -41,7 +40,7 @@ class State(_Options):
         Whether the mouse cannot move a handle.
     cuts : tuple of Cut
     handles : tuple of RegionHandle and CurveHandle
-    mask : Mask or None
+    mask : BallMask or None
     kind, alpha, ...
         All of `options.OPTIONS`, with the defaults of the editor.
     """
@@ -53,9 +52,11 @@ class State(_Options):
     anchored: np.ndarray | None = None
     cuts: tuple = ()
     handles: tuple = ()
-    mask: Mask | None = None
+    mask: BallMask | None = None
 
     def __post_init__(self):
+        if not isinstance(self.mask, (BallMask, type(None))):
+            raise TypeError(f"`mask` must be a BallMask in the editor, got {self.mask!r}")
         count = len(self.rest)
         anchored = np.zeros(count, bool) if self.anchored is None else self.anchored
         for name, value in {
@@ -70,7 +71,15 @@ class State(_Options):
 
     @classmethod
     def of(cls, deformation, labels=()):
-        """The state of a Deformation."""
+        """The state of a Deformation.
+
+        Raises
+        ------
+        TypeError, ValueError
+            For constraints, and masks that are no balls: the editor does not have them.
+        """
+        if deformation.constraints:
+            raise ValueError("`constraints` must be empty in the editor, which has none")
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
@@ -96,7 +105,7 @@ class State(_Options):
     def is_identity(self):
         """Whether nothing moves."""
         return self.blend == 0 or bool(
-            self.is_resting.all() and all(is_resting(handle) for handle in self.handles)
+            self.is_resting.all() and all(_is_resting(handle) for handle in self.handles)
         )
 
     def deformation(self):
@@ -139,7 +148,7 @@ class State(_Options):
 
     def at_rest(self):
         """A copy with all handles at rest."""
-        handles = [at_rest(handle) for handle in self.handles]
+        handles = [blended(handle, 0.0) for handle in self.handles]
         return replace(self, deformed=self.rest, handles=handles)
 
     def with_handle(self, rest, deformed):
@@ -192,3 +201,10 @@ class State(_Options):
         """A copy with another such cut, or without it for None."""
         cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
         return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])
+
+
+def _is_resting(handle):
+    """Whether a region or a curve moves nothing."""
+    if isinstance(handle, RegionHandle):
+        return (handle.motion == np.eye(4)).all()
+    return (handle.rest == handle.deformed).all()

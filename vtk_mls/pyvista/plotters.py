@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtk_mls.filters import cut_inputs, property_tables
 from vtk_mls.pyvista import options as arguments
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, fill_polydata
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
 
 # Properties of filters that are options of the editor.
 _OPTIONS = (
@@ -113,10 +113,13 @@ class Edit:
 
     @property
     def handles(self):
-        """A PolyData of points p with the vectors "Displacement", q - p."""
-        state, polydata = self.state, vtkPolyData()
-        fill_polydata(polydata, state.rest, state.deformed, state.weights, state.labels)
-        return pyvista.wrap(polydata)
+        """A PolyData of points p with the vectors "Displacement", q - p.
+
+        Vertices are points, lines are curves, closed surfaces are rigid regions.
+        """
+        from vtk_mls.editor.handle_polydata import handle_polydata
+
+        return pyvista.wrap(handle_polydata(self.state))
 
     @property
     def deformed(self):
@@ -159,7 +162,8 @@ class Edit:
         """The result of a method of `mesh.mls` with the edited state."""
         state = self.state
         options = {row.option: getattr(state, row.option) for row in _OPTIONS}
-        return getattr(pyvista.wrap(dataset).mls, method)(self.handles, cuts=state.cuts, **options)
+        options.update(cuts=state.cuts, mask=state.mask, handle_shapes="cells")
+        return getattr(pyvista.wrap(dataset).mls, method)(self.handles, **options)
 
 
 def _state(control_points, cuts, options):

@@ -11,11 +11,12 @@ from vtk_mls.web import panel_values
 # Methods of the editor without an argument.
 METHODS = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
+    *("make_clicked_rigid", "turn_handle", "draw_curve", "change_mask"),
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
     *("accept", "decline"),
 )
 _OPTIONS = {option.name: option for option in OPTIONS if option.slider or option.choices}
-_MAX_MESSAGE = 300  # characters
+_MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _CUTS = "none", "plane", "half-plane"
 
 
@@ -53,12 +54,14 @@ def _apply(session, editor, name, value):
     elif name == "look":
         session.set_look(int(value))
     elif name == "select":
-        count = len(editor.state)
+        count = len(editor.state.grips)
         editor.select(sorted({int(row) for row in value if 0 <= int(row) < count}))
     elif name == "say":
         editor.say(str(value)[:_MAX_MESSAGE])
-    elif name == "position":
-        _set_position(editor, value)
+    elif name in ("position", "rest"):
+        _set_position(editor, name, value)
+    elif name == "name":
+        _set_name(editor, *value)
 
 
 def _set_number(editor, option, value):
@@ -78,16 +81,18 @@ def _set_cut(editor, shape):
         editor.change_cut()
 
 
-def _set_position(editor, values):
-    """Put a handle at typed coordinates."""
+def _set_position(editor, name, values):
+    """Put a grip, or its rest position, at typed coordinates."""
     row, position = int(values[0]), [_number(text) for text in values[1:4]]
     if len(position) != 3 or None in position:
         editor.say("A position is three numbers.")
-    elif 0 <= row < len(editor.state):
-        if editor.state.anchored[row]:
-            editor.say("This handle is fixed; F frees it.")
-        else:
-            editor.change(editor.state.moved([row], [position]))
+    elif 0 <= row < len(editor.state.grips):
+        (editor.set_position if name == "position" else editor.set_rest)(row, position)
+
+
+def _set_name(editor, row, text):
+    if 0 <= int(row) < len(editor.state.grips):
+        editor.set_name(int(row), str(text)[:_MAX_NAME].strip())
 
 
 def _number(value):

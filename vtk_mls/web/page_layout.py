@@ -35,7 +35,7 @@ _TOOLS = (
     ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
 )
 # Keys of the window that the page lacks.
-_WINDOW_KEYS = "Q", "H   ?"
+_WINDOW_KEYS = "Q", "H   ?", "E"
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 

@@ -28,6 +28,7 @@ def build(edit, max_bytes):
         _cut(edit)
         _section("Handles")
         _handles(edit)
+        _shapes(edit)
         _section("Look")
         v.VSelect(
             items=("looks.map((title, value) => ({ title, value }))",),
@@ -130,21 +131,10 @@ def _cut(edit):
 
 def _handles(edit):
     _table(edit)
-    with html.Div(
-        v_if="selected.length === 1 && rows[selected[0]]", classes="d-flex", style="gap: 8px;"
-    ):
-        for axis, name in enumerate("xyz"):
-            before = [f"rows[selected[0]].at[{i}]" for i in range(axis)]
-            after = [f"rows[selected[0]].at[{i}]" for i in range(axis + 1, 3)]
-            values = ", ".join(["selected[0]", *before, "$event.target.value", *after])
-            v.VTextField(
-                model_value=(f"rows[selected[0]].at[{axis}]",),
-                label=name,
-                change=(edit, f"['position', [{values}]]"),
-                **_FIELDS,
-            )
-    with html.Div(classes="d-flex", style="gap: 8px;"):
+    _selected(edit)
+    with html.Div(classes="d-flex flex-wrap", style="gap: 8px;"):
         _small("mdi-pin-outline", "Fix", "fix", edit)
+        _small("mdi-rotate-orbit", "Turn", "turn_handle", edit)
         _small("mdi-delete-outline", "Delete", "delete", edit)
         v.VBtn(
             "Lattice",
@@ -154,6 +144,72 @@ def _handles(edit):
             classes="flex-grow-1",
             title="Lay a lattice of handles, again a finer one (L)",
             click=(edit, "['lay_lattice']"),
+        )
+
+
+def _selected(edit):
+    """Fields of the one selected handle: name, rest and present position."""
+    with html.Div(
+        v_if="selected.length === 1 && rows[selected[0]]",
+        classes="d-flex flex-column",
+        style="gap: 8px;",
+    ):
+        v.VTextField(
+            v_if="rows[selected[0]].is_point",
+            model_value=("rows[selected[0]].name",),
+            label="Name",
+            change=(edit, "['name', [selected[0], $event.target.value]]"),
+            **_FIELDS,
+        )
+        _position(edit, "at", "position", "")
+        with html.Div(v_if="!rows[selected[0]].is_mask"):
+            _position(edit, "rest", "rest", " at rest")
+
+
+def _position(edit, column, name, suffix):
+    """Three fields for a position in a column of the table."""
+    with html.Div(classes="d-flex", style="gap: 8px;"):
+        for axis, coordinate in enumerate("xyz"):
+            numbers = [f"rows[selected[0]].{column}[{i}]" for i in range(3)]
+            values = ["selected[0]", *numbers]
+            values[1 + axis] = "$event.target.value"
+            v.VTextField(
+                model_value=(numbers[axis],),
+                label=coordinate + suffix,
+                change=(edit, f"['{name}', [{', '.join(values)}]]"),
+                **_FIELDS,
+            )
+
+
+def _shapes(edit):
+    """Buttons for regions, curves and the mask."""
+    for icon, text, name, title in (
+        (
+            "mdi-bone",
+            "Make rigid: click on a mesh or label",
+            "make_clicked_rigid",
+            "Then move and turn it by its box (G)",
+        ),
+        (
+            "mdi-vector-polyline",
+            "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}",
+            "draw_curve",
+            "Click its nodes on the surface or in slices (D)",
+        ),
+        (
+            "mdi-circle-expand",
+            "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
+            "change_mask",
+            "A ball around the selected handle; drag its violet points (W)",
+        ),
+    ):
+        v.VBtn(
+            text,
+            prepend_icon=icon,
+            block=True,
+            variant="tonal",
+            title=title,
+            click=(edit, f"['{name}']"),
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles
@@ -34,6 +35,8 @@ def values_of(editor, previous, look):
         looks=looks,
         look=look % len(looks),
         count=len(state),
+        has_mask=state.mask is not None,
+        is_drawing=editor.is_drawing_curve,
     )
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
@@ -49,20 +52,24 @@ def shape_of(cuts):
 
 
 def _rows(state):
-    """Rows of the handle table."""
-    steps = np.linalg.norm(state.deformed - state.rest, axis=1)
-    positions = np.round(state.deformed, _decimals(state.deformed)) + 0.0  # no negative zero
+    """Rows of the handle table: points, regions, nodes of curves, the mask."""
+    grips = state.grips
+    steps = np.linalg.norm(grips.deformed - grips.rest, axis=1)
+    decimals = _decimals(grips.deformed)
+    rest, positions = (np.round(x, decimals) + 0.0 for x in (grips.rest, grips.deformed))
+    columns = names_of(state), rest, positions, steps, grips.anchored, grips.owner
     return [
         {
             "row": i,
-            "name": label or str(i + 1),
+            "name": name,
+            "rest": before.tolist(),
             "at": position.tolist(),
             "moved": float(f"{step:.3g}"),
             "fixed": bool(fixed),
+            "is_point": bool(owner == POINT),
+            "is_mask": bool(owner == MASK),
         }
-        for i, (label, position, step, fixed) in enumerate(
-            zip(state.labels, positions, steps, state.anchored)
-        )
+        for i, (name, before, position, step, fixed, owner) in enumerate(zip(*columns))
     ]
 
 

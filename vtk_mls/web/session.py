@@ -26,8 +26,8 @@ from vtk_mls.web.picture import send_event
 _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _SIZE = 900, 700  # pixels, before the page says its size
-# Keys that the page handles itself.
-_PAGE_METHODS = "save", "quit", "toggle_legend", "change_look"
+# Keys that the page handles itself, or has fields for.
+_PAGE_METHODS = "save", "quit", "toggle_legend", "change_look", "enter_values"
 _PAGE_KEYS = {key for key, (method, _) in editor_keys.actions().items() if method in _PAGE_METHODS}
 
 
@@ -211,8 +211,10 @@ class Session:
     def _warm_up(self):
         """Build kernels and shaders of the first map before the first drag."""
         state = self.editor.state.changed(blend=1.0)
-        if state.is_resting.all():
-            state = state.moved([0], state.rest[:1] + 1e-3 * np.ptp(state.rest, axis=0).max())
+        if state.is_identity:
+            grips = state.grips
+            step = 1e-3 * np.ptp(self.editor.scene.bounds, axis=0).max()
+            state = state.moved([0], grips.rest[:1] + step)
         self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
         with suppress(ValueError, RuntimeError):  # the first edit reports it
             self.editor.document.preview(state.changed(anchored=None))

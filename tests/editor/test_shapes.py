@@ -1,0 +1,351 @@
+"""Rigid regions, curves and the mask in the editor, by mouse and keys."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_mesh
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkCylinderSource
+
+from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid
+from vtk_mls.editor import State
+from vtk_mls.editor.autosave import Autosave
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.shape_surfaces import surface_of
+
+MIDDLE = (SIZE - 1) / 2
+CENTERS = np.array([(7, 11, 11), (17, 11, 11)])
+FIRST = 27  # row of the first grip after the lattice
+
+
+def turn(axis, angle, shift=(0, 0, 0)):
+    """A motion: rotation about an axis of the world, then a shift."""
+    motion, (i, j) = np.eye(4), [k for k in range(3) if k != axis]
+    motion[i, i] = motion[j, j] = np.cos(angle)
+    motion[i, j], motion[j, i] = -np.sin(angle), np.sin(angle)
+    motion[:3, 3] = shift
+    return motion
+
+
+def bone():
+    """A closed cylinder in the middle of the ball, along y."""
+    source, triangles = vtkCylinderSource(), vtkTriangleFilter()
+    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
+    source.SetRadius(2)
+    source.SetHeight(8)
+    source.SetResolution(24)
+    triangles.SetInputConnection(source.GetOutputPort())
+    triangles.Update()
+    return triangles.GetOutput()
+
+
+def segments():
+    """Two balls of the label 3, which do not touch."""
+    image = vtkImageData()
+    ImageGeometry((0, SIZE - 1) * 3).apply_to(image)
+    index = ImageGeometry.of_image(image).grid.indices()
+    distance = np.linalg.norm(index[:, None] - CENTERS, axis=2).min(axis=1)
+    arrays.add(image.GetPointData(), "seg", 3 * (distance < 3).astype(np.uint8))
+    image.GetPointData().SetActiveScalars("seg")
+    return image
+
+
+def pixel(hands, row):
+    """The pixel of a grip."""
+    return hands.pixels(hands.state.grips.deformed[[row]])[0, :2]
+
+
+@pytest.fixture
+def rigid_bone():
+    """A ball with a bone that is made rigid."""
+    hands = Hands([ball_mesh(), bone()])
+    hands.move(hands.pixels(np.full((1, 3), MIDDLE))[0, :2])
+    hands.press("g")
+    return hands
+
+
+def test_g_makes_a_mesh_in_the_data_rigid_and_the_mouse_moves_it(rigid_bone):
+    hands = rigid_bone
+    (region,) = hands.state.handles
+    assert isinstance(region.shape, Solid)
+    np.testing.assert_allclose(region.shape.bounds.mean(axis=0), MIDDLE, atol=1e-5)
+    np.testing.assert_array_equal(region.motion, np.eye(4))
+    assert hands.editor.selected.tolist() == [FIRST]
+    assert "1 rigid" in hands.editor.status
+    start, before = pixel(hands, FIRST), hands.picture()
+    hands.drag(start, (18, 12))
+    np.testing.assert_allclose(pixel(hands, FIRST), start + (18, 12), atol=1.5)
+    motion = hands.state.handles[0].motion
+    np.testing.assert_array_equal(motion[:3, :3], np.eye(3))
+    assert np.abs(hands.picture() - before).mean() > 0.3
+    # the data follow: inside the bone by its motion, also as drawn
+    inside = region.shape.bounds.mean(axis=0) + [(0.5, 2, -0.3)]
+    moved = hands.state.deformation().forward(inside)
+    np.testing.assert_allclose(moved - inside, motion[None, :3, 3], atol=1e-4)
+    drawn = hands.editor.scene.items[1].mesh()
+    np.testing.assert_allclose(
+        np.mean(np.reshape(drawn.GetBounds(), (3, 2)), axis=1), MIDDLE + motion[:3, 3], atol=1e-3
+    )
+    hands.press("z")
+    np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
+    hands.press("x")
+    assert hands.state.handles == ()
+    assert len(hands.state) == 27
+
+
+def test_the_box_turns_a_region_about_its_center(rigid_bone):
+    hands = rigid_bone
+    camera = hands.camera
+    hands.drag(pixel(hands, FIRST) + (9, 9), (25, 5))
+    motion = hands.state.handles[0].motion
+    angle = np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1))
+    assert angle > 0.1
+    np.testing.assert_allclose(motion[:3, :3] @ motion[:3, :3].T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(hands.state.grips.deformed[FIRST], MIDDLE, atol=1e-5)
+    assert hands.camera == camera
+    hands.press("z")
+    np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
+    hands.press("y")
+    np.testing.assert_array_equal(hands.state.handles[0].motion, motion)
+    hands.press("0")
+    np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
+    # without a selection there is no box
+    hands.press("Escape")
+    hands.drag(pixel(hands, FIRST) + (9, 9), (25, 5))
+    np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
+    assert hands.camera != camera
+
+
+def test_g_makes_one_connected_segment_rigid():
+    hands = Hands(segments())
+    hands.move(hands.pixels(CENTERS[:1].astype(float))[0, :2])
+    hands.press("g")
+    (region,) = hands.state.handles
+    index = np.argwhere(region.shape.mask)[:, ::-1]
+    assert np.linalg.norm(index - CENTERS[0], axis=1).max() < 3
+    values = arrays.to_numpy(segments().GetPointData().GetScalars())
+    assert 2 * len(index) == (values > 0).sum()
+    hands.press("g")
+    assert len(hands.state.handles) == 1
+    assert "rigid already" in hands.message
+    hands.move((3, 3))
+    hands.press("g")
+    assert "no segment" in hands.message
+
+
+def test_an_open_mesh_is_refused():
+    open_mesh = bone()
+    open_mesh.GetPolys().ReplaceCellAtId(0, 3, [0, 0, 0])
+    hands = Hands([ball_mesh(), open_mesh])
+    hands.move(hands.pixels(np.full((1, 3), MIDDLE))[0, :2])
+    hands.press("g")
+    assert "must be a closed surface" in hands.message
+    assert hands.state.handles == ()
+
+
+def test_u_makes_a_handle_one_that_turns():
+    hands = Hands(ball_mesh())
+    row = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
+    hands.drag(pixel(hands, row), (10, 6))
+    before = hands.state
+    hands.press("u")
+    state = hands.state
+    (region,) = state.handles
+    assert isinstance(region.shape, Ball)
+    assert len(state) == 26
+    np.testing.assert_array_equal(region.shape.center, before.rest[row])
+    np.testing.assert_allclose(state.grips.deformed[26], before.deformed[row], atol=1e-12)
+    assert hands.editor.document.selected_region == 0
+    hands.press("u")
+    assert "Only a point handle" in hands.message
+    hands.press("z")
+    assert len(hands.state) == 27
+    assert hands.state.handles == ()
+
+
+def test_w_limits_the_deformation_to_a_ball_that_the_mouse_sizes():
+    hands = Hands(ball_mesh())
+    row = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
+    hands.drag(pixel(hands, row), (10, 6))
+    hands.press("w")
+    mask = hands.state.mask
+    np.testing.assert_allclose(mask.center, hands.state.deformed[row])
+    far = mask.center + [(mask.radius + mask.falloff) * np.array((0.6, 0.8, 0))]
+    np.testing.assert_array_equal(hands.state.deformation().backward(far), far)
+    assert "mask" in hands.editor.status
+    low, high, outer = FIRST, FIRST + 1, FIRST + 2
+    hands.drag(pixel(hands, outer), (0, 12))
+    wider = hands.state.mask
+    assert wider.falloff > mask.falloff
+    assert wider.radius == mask.radius
+    hands.drag(pixel(hands, high), (0, -8))
+    smaller = hands.state.mask
+    assert smaller.radius < wider.radius
+    assert smaller.falloff == wider.falloff
+    hands.drag(pixel(hands, low), (-12, 0))
+    assert hands.state.mask.radius == pytest.approx(smaller.radius)
+    assert np.linalg.norm(hands.state.mask.center - smaller.center) > 0.3
+    hands.press("w")
+    assert hands.state.mask is None
+    hands.press("z")
+    assert hands.state.mask is not None
+    hands.editor.select([FIRST])
+    hands.press("Delete")
+    assert hands.state.mask is None
+
+
+def test_d_draws_a_curve_whose_nodes_are_dragged():
+    hands = Hands(ball_mesh())
+    hands.editor.select(range(1, 27))
+    hands.press("x")
+    pixels = np.array([(80, 110), (110, 125), (140, 125), (160, 110)])
+    nodes = [hands.hit(at) for at in pixels]
+    hands.press("d")
+    for at in pixels:
+        hands.click(at)
+    hands.press("Return")
+    (curve,) = hands.state.handles
+    np.testing.assert_allclose(curve.deformed, nodes, atol=1e-3)
+    np.testing.assert_array_equal(curve.rest, curve.deformed)
+    assert len(hands.editor.selected) == 4
+    hands.press("Escape")
+    row = int(hands.state.grips.rows_of(0)[2])
+    hands.drag(pixel(hands, row), (0, 20))
+    moved = hands.state.handles[0]
+    changed = (moved.deformed != curve.deformed).any(axis=1)
+    assert changed.tolist() == [False, False, True, False]
+    np.testing.assert_array_equal(moved.rest, curve.rest)
+    hands.press("x")
+    assert len(hands.state.handles[0].rest) == 3
+    for _ in range(2):
+        hands.editor.select(hands.state.grips.rows_of(0)[:1])
+        hands.press("x")
+    assert hands.state.handles == ()
+    hands.press("d")
+    hands.click(pixels[0])
+    hands.press("d")
+    assert "at least two nodes" in hands.message
+
+
+def test_a_curve_is_drawn_in_a_slice():
+    hands = Hands(ball_mesh(), pixels=400)
+    hands.press("m")
+    hands.tick()
+    pane = hands.editor.slices.pane_at((340, 340))
+    hands.press("d")
+    for at in ((330, 340), (350, 330), (360, 350)):
+        hands.click(at)
+    hands.press("Return")
+    (curve,) = hands.state.handles
+    assert len(curve.rest) == 3
+    np.testing.assert_allclose(curve.rest[:, pane.axis], hands.editor.slices.point[pane.axis])
+
+
+def test_a_name_and_positions_are_typed():
+    hands = Hands(ball_mesh())
+    hands.editor.select([5])
+    hands.press("e")
+    for character in "tip x":
+        hands.press(character)
+    assert "tip x_" in hands.message
+    hands.press("BackSpace")
+    hands.press("Return")
+    assert hands.state.labels[5] == "tip"
+    hands.press("e")
+    for character in "1,2.5,3":
+        hands.press(character)
+    hands.press("Return")
+    assert hands.state.deformed[5].tolist() == [1, 2.5, 3]
+    hands.press("e")
+    for character in "0 0 0 4 5 6":
+        hands.press(character)
+    hands.press("Return")
+    assert hands.state.rest[5].tolist() == [0, 0, 0]
+    assert hands.state.deformed[5].tolist() == [4, 5, 6]
+    for _ in range(2):
+        hands.press("z")
+    before = hands.state
+    hands.press("e")
+    hands.press("z")
+    hands.press("Escape")
+    assert hands.state is before
+    for _ in range(2):
+        hands.press("z")
+    assert hands.state.labels[5] == ""
+
+
+def shapes():
+    """A state with each shape, moved."""
+    mask = np.zeros((5, 6, 7), bool)
+    mask[1:4, 2:5, 1:5] = True
+    triangles = surface_of(Ball((4, 4, 4), 2))
+    moves = [turn(axis, 0.4 + axis, (1, -axis, 0.5)) for axis in (0, 1, 2, 0)]
+    solids = (
+        Ball((1, 2, 3), 0.5),
+        Capsule((3, 3, 3), (9, 3, 3), 1),
+        Solid(*triangles),
+        Labels(mask, Grid((7, 6, 5), (10, 11, 12), (0.5, -0.7, 0.9))),
+    )
+    curve = CurveHandle([(0, 0, 0), (1, 0, 0), (2, 1, 0)], [(0, 0, 1), (1, 0, 2), (2, 1, 3)])
+    rest = np.array([(0.0, 0, 0), (5, 0, 1)])
+    return State(
+        rest,
+        rest + 1,
+        labels=("tip", ""),
+        handles=[*map(RegionHandle, solids, moves), curve],
+        mask=BallMask((5, 5, 5), 20, 3),
+    )
+
+
+def test_unsaved_shapes_are_restored(tmp_path):
+    state = shapes()
+    Autosave("ball.vtp", tmp_path).keep(state)
+    restored = Autosave("ball.vtp", tmp_path).offered
+    assert restored.labels == state.labels
+    for name in ("center", "radius", "falloff"):
+        np.testing.assert_array_equal(getattr(restored.mask, name), getattr(state.mask, name))
+    np.testing.assert_array_equal(restored.grips.deformed, state.grips.deformed)
+    for handle, other in zip(state.handles[:-1], restored.handles):
+        assert type(handle.shape) is type(other.shape)
+        np.testing.assert_array_equal(handle.motion, other.motion)
+    points = np.random.default_rng(2).uniform(0, 15, (50, 3))
+    expected, found = (s.deformation().backward(points) for s in (state, restored))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_a_broken_autosave_file_offers_nothing(tmp_path):
+    Autosave("ball.vtp", tmp_path).keep(shapes())
+    (path,) = tmp_path.iterdir()
+    text = path.read_text()
+    start = text.index('"labels", ["') + len('"labels", ["')
+    path.write_text(text[:start] + "AAAA" + text[start + 4 :])
+    assert Autosave("ball.vtp", tmp_path).offered is None
+
+
+def test_grips_of_all_shapes_move_their_handles_only():
+    state = shapes()
+    grips = state.grips
+    assert len(grips) == 2 + 4 + 3 + 3
+    for row in range(len(grips)):
+        target = grips.deformed[row] + (0.3, 0.2, 0.6)
+        after = state.moved([row], [target])
+        others = np.setdiff1d(np.flatnonzero(grips.owner != -2), [row])
+        np.testing.assert_allclose(after.grips.deformed[others], grips.deformed[others])
+        if grips.owner[row] != -2:
+            np.testing.assert_allclose(after.grips.deformed[row], target)
+            assert after.mask is state.mask
+    everything = state.moved(range(len(grips)), grips.deformed + (1, 0, 0))
+    np.testing.assert_allclose(everything.grips.deformed, grips.deformed + (1, 0, 0))
+
+
+def test_half_of_the_movement_is_that_of_each_handle():
+    state = shapes().changed(blend=0.5)
+    half = state.deformation().handles
+    twice = half[2].motion @ half[2].motion
+    assert np.trace(twice[:3, :3]) == pytest.approx(np.trace(state.handles[2].motion[:3, :3]))
+    np.testing.assert_allclose(half[4].deformed[:, 2], (0.5, 1, 1.5))
+    assert state.at_rest().is_identity
+    assert state.at_rest().deformation() is None
