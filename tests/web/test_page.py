@@ -171,6 +171,43 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
     page.status("4 handles")
 
 
+def test_shapes_and_names_by_the_panel(page):
+    def press(name):
+        page.tab.get_by_role("button", name=name).click()
+
+    press("Make rigid")
+    page.says("Click on a mesh")
+    page.tab.mouse.click(*page.pixel((0.5, 0.42)))
+    page.status("1 rigid")
+    press("Act in a ball only")
+    page.status("mask")
+    press("Draw a curve")
+    page.says("Click along the curve")
+    for share in (0.45, 0.55):
+        page.tab.mouse.click(*page.pixel((share, 0.6)))
+        time.sleep(0.3)
+    press("End the curve")
+    page.status("1 curve")
+    page.tab.locator(".mls-row").nth(1).click()
+    name = page.tab.get_by_label("Name")
+    name.fill("tip")
+    name.press("Enter")
+    page.tab.locator(".mls-row", has_text="tip").wait_for()
+    box = page.tab.get_by_label("y at rest")
+    box.fill("-0.4")
+    box.press("Enter")
+    page.tab.locator(".mls-row.is-selected .moved", has_text=re.compile("[1-9]")).wait_for()
+    for _ in range(5):
+        press("Undo")
+    page.tab.locator(".mls-row", has_text="rigid").wait_for(state="detached")
+    press("Act in a ball only")
+    page.status("mask")
+    press("Act everywhere")
+    press("Undo")
+    page.status("mask")
+    press("Undo")
+
+
 def test_cuts_and_the_map_by_the_panel(page):
     page.tab.get_by_role("button", name="Half-plane").click()
     page.tab.get_by_text("How sharply it parts").wait_for()

@@ -61,6 +61,7 @@ class _Editor:
     """The part of an editor that the handle table needs."""
 
     message = offer = status = ""
+    is_drawing_curve = False
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None)
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
@@ -108,7 +109,7 @@ def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     monkeypatch.setattr(Deformation, "forward_field", broken)
     monkeypatch.setattr(Deformation, "forward", broken)
     before = session.editor.state
-    values = do(session, "alpha", 2.0)
+    values = do(session, "alpha", 3.0)
     assert "The device is lost." in values["message"]
     assert session.editor.state is before
     monkeypatch.undo()
@@ -130,6 +131,29 @@ def test_data_that_cannot_be_shown_leave_what_is_shown():
     session.call(lambda: session.open([ball_mesh()], State([], []), ["x.vtp"], None)).result()
     assert session.editor is not before
     assert do(session, "lay_lattice")["count"] == 64
+
+
+def test_shapes_names_and_numbers_by_the_panel():
+    session = opened(ball_mesh())
+    do(session, "select", [4])
+    assert do(session, "name", [4, " tip "])["rows"][4]["name"] == "tip"
+    row = do(session, "position", [4, "1", "2", "3"])["rows"][4]
+    assert (row["at"], row["is_point"]) == ([1, 2, 3], True)
+    assert do(session, "rest", [4, 0, 0, 0.5])["rows"][4]["rest"] == [0, 0, 0.5]
+    values = do(session, "turn_handle")
+    assert values["rows"][26]["name"] == "rigid 1"
+    assert values["selected"] == [26]
+    assert "that can be changed" in do(session, "rest", [26, 0, 0, 0])["message"]
+    assert "Only point handles" in do(session, "name", [26, "jaw"])["message"]
+    values = do(session, "change_mask")
+    assert values["has_mask"]
+    assert [row["name"] for row in values["rows"][27:]] == ["mask", "mask radius", "mask fall-off"]
+    assert do(session, "draw_curve")["is_drawing"]
+    assert not do(session, "draw_curve")["is_drawing"]
+    for _ in range(5):
+        do(session, "undo")
+    values = session._on_change.values
+    assert (values["has_mask"], len(values["rows"]), values["rows"][4]["name"]) == (False, 27, "5")
 
 
 def test_a_page_that_is_gone_holds_nothing():
