@@ -194,6 +194,15 @@ HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int
   ORDERED_HALF(1)
 }
 
+// A displacement or derivative at a point of the grid, exactly 0 where limits hold the point.
+inline vec unless_held(const map_t *map, const grid_t *grid, vec index, vec d) {
+#if LIMITS
+  const vec none = {0, 0, 0};
+  d = vec_select(d, none, is_held(map, transformed(grid->frame, index)));
+#endif
+  return d;
+}
+
 // Stores the n-th LANES of a row in a plane, where `mask` is set.
 inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer mask) {
   __global float *to = plane + row->position + n * LANES;
