@@ -31,12 +31,15 @@ def one_mask(ball, mask, images=()):
     return image_mask(mask) if isinstance(mask, vtkImageData) else mask or ball_mask(ball)
 
 
-def ball_mask(numbers):
-    """The BallMask of five numbers x, y, z, radius, falloff; None for zeros."""
-    values = as_float("MaskBall", numbers)
+def ball_mask(numbers, name="`MaskBall`"):
+    """The BallMask of five numbers x, y, z, radius, falloff; None for zeros.
+
+    Errors have the `name`.
+    """
+    values = as_float(name.strip("`"), numbers)
     if values.shape != (5,):
         raise ValueError(
-            "`MaskBall` must be five numbers: x, y, z, radius, falloff; "
+            f"{name} must be five numbers: x, y, z, radius, falloff; "
             f"got {short_repr(tuple(numbers))}"
         )
     if not values.any():
@@ -44,11 +47,11 @@ def ball_mask(numbers):
     try:
         return BallMask(values[:3], *values[3:])
     except ValueError as error:
-        raise ValueError(f"`MaskBall` is no ball: {error}") from error
+        raise ValueError(f"{name} is no ball: {error}") from error
 
 
-def image_mask(image):
-    """The ImageMask of the scalars of a vtkImageData.
+def image_mask(image, name="`Mask`"):
+    """The ImageMask of the scalars of a vtkImageData; errors have the `name`.
 
     Integers are labels: what is not 0 is inside. Other numbers go from 0 to 1.
     """
@@ -58,33 +61,34 @@ def image_mask(image):
         array = data.GetArray(0)
     if array is None or array.GetNumberOfComponents() != 1:
         found = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
-        raise ValueError(f"`Mask` must be an image with one number in each point, got {found}")
+        raise ValueError(f"{name} must be an image with one number in each point, got {found}")
     grid = ImageGeometry.of_image(image).grid
     values = arrays.to_numpy(array).reshape(grid.shape)
     if values.dtype.kind in "biu":
         values = values != 0
     elif not ((values >= 0) & (values <= 1)).all():
         raise ValueError(
-            f"`Mask` must have numbers from 0 to 1, got {values.min():g} to {values.max():g}; "
+            f"{name} must have numbers from 0 to 1, got {values.min():g} to {values.max():g}; "
             "divide them by their largest value, or save labels as integers"
         )
     try:
         return ImageMask(values, grid)
     except ValueError as error:
-        raise ValueError(f"`Mask` is no mask: {error}") from error
+        raise ValueError(f"{name} is no mask: {error}") from error
 
 
 def faces(fixed, sliding):
     """The faces of the properties FixedPlanes and SlidingPlanes, a list."""
     kinds = ("FixedPlanes", fixed, FixedFace), ("SlidingPlanes", sliding, SlidingFace)
     return [
-        _face(kind, row, f"`{name}`, row {number},")
+        face(kind, row, f"`{name}`, row {number},")
         for name, rows, kind in kinds
         for number, row in enumerate(numbers_of(name, rows, (7,)))
     ]
 
 
-def _face(kind, row, where):
+def face(kind, row, where):
+    """A FixedFace or SlidingFace of seven numbers x, y, z, nx, ny, nz, falloff."""
     try:
         return kind(Plane(row[:3], row[3:6]), row[6])
     except ValueError as error:
