@@ -8,11 +8,13 @@ from vtk_mls.commands.running import read
 _BALL, _IMAGE, _FIXED, _SLIDING = "--mask-ball", "--mask", "--fixed-plane", "--sliding-plane"
 
 
-def add(parser):
-    """Add the options to a parser."""
+def add(parser, is_interactive=False):
+    """Add the options to a parser; interactive commands have the ball only."""
     from vtk_mls.filters import property_tables as tables
 
     property_options.add(parser, tables.MASK_BALL, flag=_BALL)
+    if is_interactive:
+        return
     property_options.add(
         parser,
         tables.MASK,
@@ -45,8 +47,7 @@ def limits(options):
 
     masks, faces = [], []
     if options.mask_ball is not None:
-        numbers = _numbers(_BALL, options.mask_ball, 5)
-        masks.append(limit_inputs.ball_mask(numbers, f"`{_BALL}`"))
+        masks.append(ball(options))
     if options.mask is not None:
         masks.append(_image_mask(options.mask))
     if len(masks) > 1:
@@ -60,6 +61,21 @@ def limits(options):
         for text in texts:
             faces.append(limit_inputs.face(kind, _numbers(flag, text, 7), f"`{flag}`"))
     return masks[0] if masks else None, faces
+
+
+def ball(options):
+    """The BallMask of the option, or None.
+
+    Raises
+    ------
+    ValueError
+        Naming the option.
+    """
+    from vtk_mls.filters import limit_inputs
+
+    if options.mask_ball is None:
+        return None
+    return limit_inputs.ball_mask(_numbers(_BALL, options.mask_ball, 5), f"`{_BALL}`")
 
 
 def _image_mask(path):

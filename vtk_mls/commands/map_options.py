@@ -49,13 +49,12 @@ def add(parser, is_interactive=False):
         "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
         "default: %(default)s",
     )
-    if not is_interactive:
-        property_options.add(
-            parser,
-            HANDLE_SHAPES_CHOICE,
-            text="handles in a file: points; or cells: lines, and curves of .mrk.json, are curves, "
-            "closed surfaces are rigid regions, other points are points",
-        )
+    property_options.add(
+        parser,
+        HANDLE_SHAPES_CHOICE,
+        text="handles in a file: points; or cells: lines, and curves of .mrk.json, are curves, "
+        "closed surfaces are rigid regions, other points are points",
+    )
     for option in MAP:
         property_options.add(parser, option)
     add(
@@ -82,8 +81,8 @@ def add(parser, is_interactive=False):
     )
     for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)
+    limit_options.add(parser, is_interactive)
     if not is_interactive:
-        limit_options.add(parser)
         add("--progress", action="store_true", help="show a progress bar even without a terminal")
         text = "continue if all control points rest and nothing moves, instead of an error"
         add("--allow-identity", action="store_true", help=text)
@@ -100,14 +99,10 @@ def apply(options, algorithm):
 
 def deformation(options):
     """The `Deformation` of the options."""
-    from vtk_mls import Deformation, io
+    from vtk_mls import Deformation
     from vtk_mls.handles.rigid_motion import blended
 
-    polydata, handles = _moving_control_points(options), []
-    rest, deformed, weights = _as_arrays(polydata)
-    if options.handle_shapes == "cells":
-        with files_named(options):
-            rest, deformed, weights, handles = io.handles_of(polydata)
+    rest, deformed, weights, handles = _handles_of(options, _moving_control_points(options))
     if options.blend != 1:
         deformed = rest + options.blend * (deformed - rest)
         handles = [blended(handle, options.blend) for handle in handles]
@@ -118,9 +113,17 @@ def deformation(options):
     )
 
 
-def control_points(options):
-    """p, q and weights (or None) of the files."""
-    return _as_arrays(_read_control_points(options)[0])
+def handles(options):
+    """p, q, weights (or None) and names of the points of the files, and the other handles."""
+    from vtk_mls.vtk import arrays
+    from vtk_mls.vtk.handle_cells import cells_of
+
+    polydata, _ = _read_control_points(options)
+    labels = arrays.texts(polydata.GetPointData(), "Label")
+    if labels and options.handle_shapes == "cells":
+        labels = [labels[row] for row in sorted({*cells_of(polydata).vertices.tolist()})]
+    *points, shaped = _handles_of(options, polydata)
+    return *points, labels, shaped
 
 
 def map_arguments(options):
@@ -160,12 +163,16 @@ def _moving_control_points(options):
     )
 
 
-def _as_arrays(handles):
-    """p, q and weights (or None) of control-point polydata."""
+def _handles_of(options, polydata):
+    """p, q and weights (or None) of points, and the other handles, of control-point polydata."""
+    from vtk_mls import io
     from vtk_mls.vtk import arrays
 
-    weight = "Weight" if handles.GetPointData().HasArray("Weight") else None
-    return arrays.control_points(handles, "Displacement", weight)
+    if options.handle_shapes == "cells":
+        with files_named(options):
+            return io.handles_of(polydata)
+    weight = "Weight" if polydata.GetPointData().HasArray("Weight") else None
+    return *arrays.control_points(polydata, "Displacement", weight), []
 
 
 def _read_control_points(options):

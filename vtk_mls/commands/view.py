@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls.commands import map_options
+from vtk_mls.commands import limit_options, map_options
 from vtk_mls.commands.running import read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.paths import check_folder
@@ -106,7 +106,8 @@ def _state(options):
     from vtk_mls.editor import State
 
     arguments = {**map_options.map_arguments(options), "blend": options.blend}
+    arguments["mask"] = limit_options.ball(options)
     if options.handles is None:
         return State([], [], **arguments)
-    rest, deformed, weights = map_options.control_points(options)
-    return State(rest, deformed, weights, **arguments)
+    *points, labels, handles = map_options.handles(options)
+    return State(*points, labels, handles=handles, **arguments)

@@ -154,7 +154,10 @@ def _state_of(points, state):
     weight = points.GetPointData().GetArray("Weight")
     deformed = rest if shift is None else rest + arrays.to_numpy(shift)
     weights = None if weight is None else arrays.to_numpy(weight).ravel()
-    return state.changed(rest=rest, deformed=deformed, weights=weights, labels=(), anchored=None)
+    labels = arrays.texts(points.GetPointData(), "Label")
+    return state.changed(
+        rest=rest, deformed=deformed, weights=weights, labels=labels, anchored=None, handles=()
+    )
 
 
 def _zip(archive, files):
