@@ -6,7 +6,8 @@ import sys
 
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
-from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkCylinderSource, vtkSphereSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import (
     vtkRenderWindow,
@@ -44,6 +45,18 @@ def ball_mesh():
     source.SetPhiResolution(30)
     source.Update()
     return source.GetOutput()
+
+
+def bone():
+    """A closed cylinder in the middle of the ball, along y."""
+    source, triangles = vtkCylinderSource(), vtkTriangleFilter()
+    source.SetCenter(*[(SIZE - 1) / 2] * 3)
+    source.SetRadius(2)
+    source.SetHeight(8)
+    source.SetResolution(24)
+    triangles.SetInputConnection(source.GetOutputPort())
+    triangles.Update()
+    return triangles.GetOutput()
 
 
 class Hands:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh
+from hands import SIZE, Hands, ball_mesh, bone
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkFiltersSources import vtkCylinderSource
 
-from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid
+from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid, io
+from vtk_mls.commands import view
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.shape_surfaces import surface_of
@@ -19,6 +21,7 @@ from vtk_mls.vtk.shape_surfaces import surface_of
 MIDDLE = (SIZE - 1) / 2
 CENTERS = np.array([(7, 11, 11), (17, 11, 11)])
 FIRST = 27  # row of the first grip after the lattice
+IN_BONE = 26  # likewise, if the middle of the lattice is in a region
 
 
 def turn(axis, angle, shift=(0, 0, 0)):
@@ -28,18 +31,6 @@ def turn(axis, angle, shift=(0, 0, 0)):
     motion[i, j], motion[j, i] = -np.sin(angle), np.sin(angle)
     motion[:3, 3] = shift
     return motion
-
-
-def bone():
-    """A closed cylinder in the middle of the ball, along y."""
-    source, triangles = vtkCylinderSource(), vtkTriangleFilter()
-    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
-    source.SetRadius(2)
-    source.SetHeight(8)
-    source.SetResolution(24)
-    triangles.SetInputConnection(source.GetOutputPort())
-    triangles.Update()
-    return triangles.GetOutput()
 
 
 def segments():
@@ -73,11 +64,12 @@ def test_g_makes_a_mesh_in_the_data_rigid_and_the_mouse_moves_it(rigid_bone):
     assert isinstance(region.shape, Solid)
     np.testing.assert_allclose(region.shape.bounds.mean(axis=0), MIDDLE, atol=1e-5)
     np.testing.assert_array_equal(region.motion, np.eye(4))
-    assert hands.editor.selected.tolist() == [FIRST]
+    assert hands.editor.selected.tolist() == [IN_BONE]
     assert "1 rigid" in hands.editor.status
-    start, before = pixel(hands, FIRST), hands.picture()
+    assert "removed handles in it: 1." in hands.message
+    start, before = pixel(hands, IN_BONE), hands.picture()
     hands.drag(start, (18, 12))
-    np.testing.assert_allclose(pixel(hands, FIRST), start + (18, 12), atol=1.5)
+    np.testing.assert_allclose(pixel(hands, IN_BONE), start + (18, 12), atol=1.5)
     motion = hands.state.handles[0].motion
     np.testing.assert_array_equal(motion[:3, :3], np.eye(3))
     assert np.abs(hands.picture() - before).mean() > 0.3
@@ -93,18 +85,23 @@ def test_g_makes_a_mesh_in_the_data_rigid_and_the_mouse_moves_it(rigid_bone):
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
     hands.press("x")
     assert hands.state.handles == ()
-    assert len(hands.state) == 27
+    assert len(hands.state) == 26
+    hands.press("z")
+    hands.press("l")
+    inside = region.shape.distance(hands.state.rest)[0] == 0
+    assert len(hands.state) > 40
+    assert not inside.any()
 
 
 def test_the_box_turns_a_region_about_its_center(rigid_bone):
     hands = rigid_bone
     camera = hands.camera
-    hands.drag(pixel(hands, FIRST) + (9, 9), (25, 5))
+    hands.drag(pixel(hands, IN_BONE) + (9, 9), (25, 5))
     motion = hands.state.handles[0].motion
     angle = np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1))
     assert angle > 0.1
     np.testing.assert_allclose(motion[:3, :3] @ motion[:3, :3].T, np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(hands.state.grips.deformed[FIRST], MIDDLE, atol=1e-5)
+    np.testing.assert_allclose(hands.state.grips.deformed[IN_BONE], MIDDLE, atol=1e-5)
     assert hands.camera == camera
     hands.press("z")
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
@@ -114,7 +111,7 @@ def test_the_box_turns_a_region_about_its_center(rigid_bone):
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
     # without a selection there is no box
     hands.press("Escape")
-    hands.drag(pixel(hands, FIRST) + (9, 9), (25, 5))
+    hands.drag(pixel(hands, IN_BONE) + (9, 9), (25, 5))
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
     assert hands.camera != camera
 
@@ -349,3 +346,28 @@ def test_half_of_the_movement_is_that_of_each_handle():
     np.testing.assert_allclose(half[4].deformed[:, 2], (0.5, 1, 1.5))
     assert state.at_rest().is_identity
     assert state.at_rest().deformation() is None
+
+
+def test_saved_handles_are_opened_again(tmp_path):
+    state = shapes().changed(weights=np.array([1.0, 2.5]))
+    io.write_dataset(handle_polydata(state), tmp_path / "handles.vtp")
+    parser = argparse.ArgumentParser()
+    view.add(parser.add_subparsers())
+    mask = "--mask-ball=5,5,5,20,3"
+    files = "ball.vtp", str(tmp_path / "handles.vtp")
+    opened = view._state(parser.parse_args(["view", *files, "--handle-shapes", "cells", mask]))
+    for name in ("rest", "deformed", "weights"):
+        np.testing.assert_array_equal(getattr(opened, name), getattr(state, name))
+    assert opened.labels == state.labels
+    np.testing.assert_array_equal(opened.mask.center, (5, 5, 5))
+    assert (opened.mask.radius, opened.mask.falloff) == (20, 3)
+    curve, *regions = opened.handles
+    np.testing.assert_array_equal(curve.rest, state.handles[-1].rest)
+    np.testing.assert_array_equal(curve.deformed, state.handles[-1].deformed)
+    for region, saved in zip(regions, state.handles[:-1], strict=True):
+        np.testing.assert_allclose(region.motion, saved.motion, atol=1e-9)
+        low, high = saved.shape.bounds
+        size = (high - low).max()
+        points = np.random.default_rng(3).uniform(low - size / 3, high + size / 3, (200, 3))
+        expected, distances = (r.shape.distance(points)[0] for r in (saved, region))
+        np.testing.assert_allclose(distances, expected, atol=0.07 * size)

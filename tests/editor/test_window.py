@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from command_fixtures import PROJECT, run
-from hands import ball_image, ball_mesh
+from hands import ball_image, ball_mesh, bone
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
@@ -203,6 +203,31 @@ def test_handles_are_deleted_and_cuts_made(folder, monkeypatch):
     monkeypatch.chdir(edited)
     assert run(*command)[::2] == (0, "")
     assert deformed.read_bytes() == before
+
+
+def test_a_mesh_in_the_data_is_made_rigid_moved_and_opened_again(folder):
+    io.write_dataset(bone(), folder / "bone.stl")
+    with window(folder, "ball.vti", "--with", "bone.stl", "--output", "edited") as viewer:
+        viewer.do("mousemove", 600, 425)
+        time.sleep(0.3)
+        viewer.press("g")
+        time.sleep(0.5)
+        viewer.drag((600, 425), (60, -30))
+        viewer.press("w", "s")
+        viewer.wait_for(folder / "edited" / "deform.py")
+        assert viewer.end() == (0, "")
+    handles = folder / "edited" / "handles.vtp"
+    *_, (region,) = io.read_handles(handles)
+    assert np.linalg.norm(region.motion[:3, 3]) > 1
+    text = (folder / "edited" / "deform.py").read_text()
+    assert "deform.SetMaskBall((" in text
+    options = "--handle-shapes", "cells", "--output", "again"
+    with window(folder, "ball.vti", str(handles), *options) as viewer:
+        viewer.press("s")
+        viewer.wait_for(folder / "again" / "deform.py")
+        assert viewer.end() == (0, "")
+    *_, (same,) = io.read_handles(folder / "again" / "handles.vtp")
+    np.testing.assert_allclose(same.motion, region.motion, atol=1e-9)
 
 
 @pytest.mark.parametrize("ended_by", ["killed", pytest.param("closed", marks=pytest.mark.matrix)])

@@ -215,7 +215,8 @@ class Editor(ShapeEdits):
         self._lattice_number += 1
         count = _LATTICE_COUNTS[self._lattice_number % len(_LATTICE_COUNTS)]
         self.document.clear_selection()
-        if self.change(self.state.with_handles_at(self._lattice(count))):
+        points = self._lattice(count, self.state.regions)
+        if self.change(self.state.with_handles_at(points)):
             handles = f"{len(self.state)} handles, {count} along each axis"
             self.say(f"{handles}; Z restores the previous handles.")
 
@@ -315,5 +316,9 @@ class Editor(ShapeEdits):
         """Delete the unsaved edits that are offered."""
         self.document.delete_unsaved()
 
-    def _lattice(self, count):
-        return handles_on(self.scene.items, self.scene.bounds, count)
+    def _lattice(self, count, regions=()):
+        """Points (n, 3) of a lattice over the data, outside of regions."""
+        points = handles_on(self.scene.items, self.scene.bounds, count)
+        for region in regions:
+            points = points[region.shape.distance(points)[0] > 0]
+        return points

@@ -49,11 +49,18 @@ class RegionTool:
             if shape is None:
                 document.say(_NOTHING)
                 return
-            index = _index_of(shape, document.state.handles)
+            state = document.state
+            index = _index_of(shape, state.handles)
             if index is not None:
                 self._select(index, "It is rigid already. " + _HINT)
-            elif document.change(document.state.with_shape(RegionHandle(shape, np.eye(4)))):
-                self._select(len(document.state.handles) - 1, "It is rigid now. " + _HINT)
+                return
+            # handles in it would keep their places, whatever its motion
+            inside = np.flatnonzero(shape.distance(state.rest)[0] == 0)
+            document.clear_selection()
+            region = RegionHandle(shape, np.eye(4))
+            if document.change(state.without(inside).with_shape(region)):
+                removed = f"; removed handles in it: {len(inside)}" if len(inside) else ""
+                self._select(len(state.handles), f"It is rigid now{removed}. {_HINT}")
 
     def turn_handle(self, row):
         """Make the point handle of a row a ball that can be turned."""

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from vtk_mls import CurveHandle, RegionHandle
+from vtk_mls import CurveHandle
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import MASKING, MOVED, RESTING, SELECTED
 from vtk_mls.vtk.shape_surfaces import polydata_of, surface_of
@@ -57,11 +57,10 @@ class ShapeActors:
 
     def show(self, state, selected):
         """Draw the regions, curves and mask of a `State`; `selected` are rows of its grips."""
-        regions = [handle for handle in state.handles if isinstance(handle, RegionHandle)]
         curves = [handle for handle in state.handles if isinstance(handle, CurveHandle)]
         owners = state.grips.owner[selected]
         chosen = [state.handles[owner] for owner in owners if owner >= 0]
-        self._show_regions(regions, chosen)
+        self._show_regions(state.regions, chosen)
         _set_lines(self._lines[0], [curve.rest for curve in curves])
         _set_lines(self._lines[1], [curve.deformed for curve in curves])
         mask = state.mask

@@ -102,6 +102,11 @@ class State(_Options):
         return grips.Grips.of(self)
 
     @property
+    def regions(self):
+        """The rigid regions among the handles."""
+        return [handle for handle in self.handles if isinstance(handle, RegionHandle)]
+
+    @property
     def is_identity(self):
         """Whether nothing moves."""
         return self.blend == 0 or bool(

@@ -6,7 +6,6 @@ import time
 
 import numpy as np
 
-from vtk_mls import RegionHandle
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.grips import only_region
@@ -228,7 +227,7 @@ class View:
 
 def _shapes_of(state):
     """What the status line says about regions, curves and the mask."""
-    regions = sum(isinstance(handle, RegionHandle) for handle in state.handles)
+    regions = len(state.regions)
     curves = len(state.handles) - regions
     texts = [f"{regions} rigid"] if regions else []
     texts += [f"{curves} curve" + "s" * (curves > 1)] if curves else []

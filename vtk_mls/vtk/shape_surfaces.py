@@ -23,8 +23,8 @@ _RESOLUTION = 32  # around a ball
 def surface_of(shape):
     """Points (n, 3), world coordinates, and triangles (m, 3) of the closed surface of a Shape.
 
-    Balls and capsules are polyhedra with their corners on the shape, segmentations are contours
-    half a voxel around the centers of their voxels.
+    Balls and capsules are polyhedra with their corners on the shape; segmentations are contours of
+    their distance images.
     """
     if isinstance(shape, Solid):
         return shape.points, shape.triangles
@@ -85,22 +85,18 @@ def _of_capsule(shape):
 
 
 def _of_labels(shape):
-    """The contour of the mask at 1/2, with a layer of zeros around it."""
-    index = np.argwhere(shape.mask)[:, ::-1]
-    low, high = index.min(axis=0), index.max(axis=0)
-    part = shape.mask[tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))]
-    values = np.pad(part, 1).astype(np.uint8)
-    image, contour = vtkImageData(), vtkFlyingEdges3D()
-    # in indices, and taken to the world afterwards, which also keeps mirrored axes
-    ImageGeometry.of_grid(Grid(values.shape[::-1])).apply_to(image)
-    arrays.add(image.GetPointData(), "mask", values.ravel())
-    image.GetPointData().SetActiveScalars("mask")
+    """The contour of the distance image at 0."""
+    distances = shape.image
+    grid, image, contour = distances.grid, vtkImageData(), vtkFlyingEdges3D()
+    # in indices, and taken to the world afterwards, which also keeps the frame
+    ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)
+    arrays.add(image.GetPointData(), "distance", distances.values.ravel())
+    image.GetPointData().SetActiveScalars("distance")
     contour.SetInputData(image)
-    contour.SetValue(0, 0.5)
+    contour.SetValue(0, 0.0)
     contour.ComputeNormalsOff()
     contour.ComputeGradientsOff()
     points, triangles = triangles_of(contour)
-    world = shape.grid.at(points + low - 1)
-    if np.linalg.det(shape.grid.index_to_world) < 0:
-        triangles = triangles[:, ::-1]
-    return world, triangles
+    # the distance grows outwards, and normals are to point there
+    is_mirrored = np.linalg.det(grid.index_to_world) < 0
+    return grid.at(points), triangles if is_mirrored else triangles[:, ::-1]
