@@ -113,8 +113,9 @@ def _from_triangles(points, triangles, grid):
 
     surface, corners, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
     corners.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=True))
-    rows = np.column_stack([np.full(len(triangles), 3), triangles]).astype(np.int64)
-    cells.SetCells(len(triangles), numpy_to_vtkIdTypeArray(rows.ravel(), deep=True))
+    offsets = np.arange(0, 3 * len(triangles) + 1, 3)
+    rows = (offsets, np.ravel(triangles))
+    cells.SetData(*(numpy_to_vtkIdTypeArray(x.astype(np.int64), deep=True) for x in rows))
     surface.SetPoints(corners)
     surface.SetPolys(cells)
     distance, values = vtkImplicitPolyDataDistance(), vtkDoubleArray()
