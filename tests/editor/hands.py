@@ -47,13 +47,14 @@ def ball_mesh():
     return source.GetOutput()
 
 
-def bone():
-    """A closed cylinder in the middle of the ball, along y."""
+def bone(is_closed=True):
+    """A cylinder in the middle of the ball, along y; without its caps if it is not closed."""
     source, triangles = vtkCylinderSource(), vtkTriangleFilter()
     source.SetCenter(*[(SIZE - 1) / 2] * 3)
     source.SetRadius(2)
     source.SetHeight(8)
     source.SetResolution(24)
+    source.SetCapping(is_closed)
     triangles.SetInputConnection(source.GetOutputPort())
     triangles.Update()
     return triangles.GetOutput()

@@ -134,9 +134,7 @@ def test_g_makes_one_connected_segment_rigid():
 
 
 def test_an_open_mesh_is_refused():
-    open_mesh = bone()
-    open_mesh.GetPolys().ReplaceCellAtId(0, 3, [0, 0, 0])
-    hands = Hands([ball_mesh(), open_mesh])
+    hands = Hands([ball_mesh(), bone(is_closed=False)])
     hands.move(hands.pixels(np.full((1, 3), MIDDLE))[0, :2])
     hands.press("g")
     assert "must be a closed surface" in hands.message
