@@ -12,13 +12,15 @@ import zipfile
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
+import numpy as np
 import pytest
 from command_fixtures import PROJECT
 from page_server import server
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import io
+from vtk_mls import Ball, CurveHandle, RegionHandle, io
 from vtk_mls.editor import State
+from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.web.session import Session
 
 pytest.importorskip("trame", reason="the extra web is not installed")
@@ -107,6 +109,22 @@ def test_uploaded_data_keep_device_and_tolerance(client, folder):
     assert status == 200
     state = client.session.editor.state
     assert (len(state.cuts), state.map_tolerance, state.device) == (0, 0.5, "reference")
+
+
+def test_uploaded_shapes_are_handles(client, folder):
+    rest, motion = np.array([(0.0, 0, 0)]), np.eye(4)
+    motion[:3, 3] = (0, 0, 0.1)
+    handles = [RegionHandle(Ball((0.2, 0, 0), 0.1), motion), CurveHandle(np.eye(3), 2 * np.eye(3))]
+    state = State(rest, rest + 0.1, labels=["tip"], handles=handles)
+    io.write_dataset(handle_polydata(state), folder / "handles.vtp")
+    data = (folder / "handles.vtp").read_bytes()
+    status, text = client.ask(("POST", "/send/handles/handles.vtp", data))[0]
+    assert (status, text) == (200, b"handles.vtp is shown.")
+    shown = client.session.editor.state
+    assert shown.labels == ("tip",)
+    curve, region = shown.handles
+    np.testing.assert_array_equal(curve.deformed, 2 * np.eye(3))
+    np.testing.assert_allclose(region.motion, motion, atol=1e-12)
 
 
 def test_uploads_are_removed_when_other_data_are_shown(client, folder):

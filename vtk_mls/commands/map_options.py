@@ -113,17 +113,9 @@ def deformation(options):
     )
 
 
-def handles(options):
-    """p, q, weights (or None) and names of the points of the files, and the other handles."""
-    from vtk_mls.vtk import arrays
-    from vtk_mls.vtk.handle_cells import cells_of
-
-    polydata, _ = _read_control_points(options)
-    labels = arrays.texts(polydata.GetPointData(), "Label")
-    if labels and options.handle_shapes == "cells":
-        labels = [labels[row] for row in sorted({*cells_of(polydata).vertices.tolist()})]
-    *points, shaped = _handles_of(options, polydata)
-    return *points, labels, shaped
+def control_points(options):
+    """Control-point polydata of the files."""
+    return _read_control_points(options)[0]
 
 
 def map_arguments(options):

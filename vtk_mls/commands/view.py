@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.commands import limit_options, map_options
-from vtk_mls.commands.running import read
+from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.paths import check_folder
 
@@ -104,10 +104,12 @@ def _web_server():
 def _state(options):
     """The initial state of the editor, which adds handles if it has none."""
     from vtk_mls.editor import State
+    from vtk_mls.editor.handle_polydata import handle_values
 
     arguments = {**map_options.map_arguments(options), "blend": options.blend}
     arguments["mask"] = limit_options.ball(options)
     if options.handles is None:
         return State([], [], **arguments)
-    *points, labels, handles = map_options.handles(options)
-    return State(*points, labels, handles=handles, **arguments)
+    with files_named(options):
+        values = handle_values(map_options.control_points(options), options.handle_shapes)
+    return State(**values, **arguments)

@@ -1,14 +1,16 @@
-"""The handles of a state as control-point polydata, as filters read it."""
+"""The handles of a state as control-point polydata, as filters read it, and back."""
 
 from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import RegionHandle, Solid
+from vtk_mls import RegionHandle, Solid, io
 from vtk_mls.files import metadata
 from vtk_mls.handles.handle_cells import cells_of_handles
-from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, LABEL, WEIGHT, fill_polydata
+from vtk_mls.vtk.handle_cells import cells_of
 from vtk_mls.vtk.shape_surfaces import surface_of
 
 
@@ -26,6 +28,38 @@ def handle_polydata(state):
     fill_polydata(polydata, rest, deformed, weights, [*state.labels, *[""] * count], cells)
     metadata.store(polydata, metadata.SPACE, ["LPS"])
     return polydata
+
+
+def handle_values(polydata, shapes):
+    """Attributes of a `State` by name, from control-point polydata.
+
+    Parameters
+    ----------
+    polydata : vtkPolyData
+        As of `io.read_control_points`.
+    shapes : {"points", "cells"}
+        Whether all points are handles, or cells are.
+
+    Raises
+    ------
+    ValueError
+        If a cell is no handle.
+    """
+    labels = arrays.texts(polydata.GetPointData(), LABEL)
+    if shapes == "cells":
+        *points, handles = io.handles_of(polydata)
+        labels = [labels[row] for row in np.unique(cells_of(polydata).vertices)] if labels else []
+    else:
+        weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
+        points, handles = arrays.control_points(polydata, DISPLACEMENT, weight), []
+    rest, deformed, weights = points
+    return {
+        "rest": rest,
+        "deformed": deformed,
+        "weights": weights,
+        "labels": labels,
+        "handles": handles,
+    }
 
 
 def _as_surface(handle):

@@ -16,6 +16,7 @@ from vtk_mls import io
 from vtk_mls.base import child_process
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.editor.handle_polydata import handle_values
 from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
@@ -145,19 +146,11 @@ def _check(reader, path):
         raise ValueError(f"`{path.name}` makes VTK's reader crash") from None
 
 
-def _state_of(points, state):
-    """A state with the control points of a file."""
-    from vtk_mls.vtk import arrays
-
-    rest = arrays.to_numpy(points.GetPoints().GetData())
-    shift = points.GetPointData().GetArray("Displacement")
-    weight = points.GetPointData().GetArray("Weight")
-    deformed = rest if shift is None else rest + arrays.to_numpy(shift)
-    weights = None if weight is None else arrays.to_numpy(weight).ravel()
-    labels = arrays.texts(points.GetPointData(), "Label")
-    return state.changed(
-        rest=rest, deformed=deformed, weights=weights, labels=labels, anchored=None, handles=()
-    )
+def _state_of(polydata, state):
+    """A state with the handles of a file: its lines and surfaces are curves and regions."""
+    has_shapes = polydata.GetNumberOfLines() + polydata.GetNumberOfPolys() > 0
+    values = handle_values(polydata, "cells" if has_shapes else "points")
+    return state.changed(**values, anchored=None)
 
 
 def _zip(archive, files):
