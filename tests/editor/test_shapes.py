@@ -369,3 +369,16 @@ def test_saved_handles_are_opened_again(tmp_path):
         points = np.random.default_rng(3).uniform(low - size / 3, high + size / 3, (200, 3))
         expected, distances = (r.shape.distance(points)[0] for r in (saved, region))
         np.testing.assert_allclose(distances, expected, atol=0.07 * size)
+
+
+def test_slices_outline_a_region_where_it_is_moved():
+    region = RegionHandle(Ball((MIDDLE,) * 3, 3), turn(2, 0.3, (0, 0, 0)))
+    hands = Hands(ball_mesh(), State([(0, 0, 0)], [(0, 0, 0)], handles=[region]), pixels=400)
+    hands.press("m")
+    hands.tick()
+    pane = hands.editor.slices._panes[0]
+    corners = np.array(
+        [pane._outlines.GetPoint(i) for i in range(pane._outlines.GetNumberOfPoints())]
+    )
+    distances = np.linalg.norm(corners[:, :2] - region.center[1][:2], axis=1)
+    assert (np.abs(distances - 3) < 0.1).sum() > 20

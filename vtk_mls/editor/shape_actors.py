@@ -88,6 +88,12 @@ class ShapeActors:
             actor.GetProperty().SetColor(np.divide(color, 255))
 
 
+def moved_surface(region):
+    """A vtkPolyData of the surface of a RegionHandle after its motion."""
+    points, triangles = surface_of(region.shape)
+    return polydata_of(region.moved(points), triangles)
+
+
 def _region_actor(shape):
     mapper, actor = vtkPolyDataMapper(), vtkActor()
     mapper.SetInputData(polydata_of(*surface_of(shape)))

@@ -78,8 +78,11 @@ class SlicePane:
         fraction = (self._position - near[self.axis]) / (far - near)[self.axis]
         return near + fraction * (far - near)
 
-    def show(self, items, point, count):
-        """Draw the slice through a point, with `count` samples along its longer side."""
+    def show(self, items, surfaces, point, count):
+        """Draw the slice through a point, with `count` samples along its longer side.
+
+        `surfaces` are vtkPolyData whose outlines are drawn, as those of meshes.
+        """
         self._fit()
         self._position = point[self.axis]
         grid = self._grid(count)
@@ -94,7 +97,7 @@ class SlicePane:
         arrays.add(image.GetPointData(), "colors", colors)
         image.GetPointData().SetActiveScalars("colors")
         self._mapper.SetInputData(image)
-        self._draw_outlines([item.mesh() for item in items])
+        self._draw_outlines([*(item.mesh() for item in items), *surfaces])
         self._draw_cross(point)
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.editor.shape_actors import moved_surface
 from vtk_mls.editor.slice_pane import SlicePane
 
 _VIEW_WIDTH = 0.66  # of the 3-D view beside slices, relative to the window
@@ -20,10 +21,12 @@ class Slices:
     is_visible : bool
     point : (3,) float64, world coordinates
         Of all three slices.
+    regions : list of RegionHandle
+        Slices show their outlines.
     """
 
     def __init__(self, scene):
-        self._scene, self._panes, self.is_visible = scene, [], False
+        self._scene, self._panes, self.is_visible, self.regions = scene, [], False, []
         self._viewport = scene.renderer.GetViewport()
         self._bounds = scene.bounds
         self.point = self._bounds.mean(axis=0)
@@ -54,8 +57,10 @@ class Slices:
     def show(self, is_final):
         """Draw the deformed data; coarsely unless `is_final`."""
         samples = _RESTING_SAMPLES if is_final else _MOVING_SAMPLES
-        for pane in self._visible_panes:
-            pane.show(self._scene.items, self.point, samples)
+        panes = self._visible_panes
+        surfaces = [moved_surface(region) for region in self.regions] if panes else []
+        for pane in panes:
+            pane.show(self._scene.items, surfaces, self.point, samples)
 
     def show_handles(self, positions, colors, are_visible):
         """Draw the handles that are near slices, from positions and colors (n, 3)."""

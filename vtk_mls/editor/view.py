@@ -108,6 +108,8 @@ class View:
         """
         deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
 
+        self.slices.regions = state.regions
+
         def make_map(nodes):
             self.scene.show(deformation, nodes, is_final)
             self.slices.show(is_final)
