@@ -97,16 +97,6 @@ inline vec limited(const map_t *map, vec v, vec d) {
   return d;
 }
 
-// Whether v is at rest, whatever the handles do.
-inline integer is_held(const map_t *map, vec v) {
-  integer held = 0;
-  for (int i = 0; i < map->params.limit_count; ++i) {
-    __global const limit_t *limit = map->limits + i;
-    if (!limit->slides) held |= limit_at(limit, map->images, v).factor == 0;
-  }
-  return held;
-}
-
 // Takes the part of the derivatives j along the normal away, times `share`.
 inline void slide(mat *j, vec normal, real share) {
   for (int column = 0; column < 3; ++column) {

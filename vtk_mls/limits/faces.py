@@ -29,8 +29,8 @@ class FixedFace(Limit):
     Parameters
     ----------
     face : Plane or Surface
-        In the deformed space. The distance from a surface is taken from an image of it: material
-        stays within half of its cells.
+        In the deformed space. The distance from a surface is taken from an image of about 64 cells
+        along each axis: material up to a diagonal of a cell away stays, too.
     falloff : float, > 0, world units
 
     Raises
