@@ -92,8 +92,8 @@ class FixedFace(Limit):
                 "high": [height, 0, 0],
             }
         images, grid = self._images
-        images = np.concatenate([images[:1] / control_points.scale, images[1:]])
-        return {**record, "form": "IMAGE_FACE", "image": images, "grid": grid}
+        values = np.stack([images[0] / control_points.scale, *images[1:]], axis=-1)
+        return {**record, "form": "IMAGE_FACE", "image": values, "grid": grid}
 
 
 class SlidingFace(FixedFace):
