@@ -28,6 +28,7 @@ from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
 from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.model.options import ALPHA
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -109,7 +110,7 @@ def test_a_background_that_a_type_does_not_have_is_said(deform, messages, backgr
 def test_gives_the_numbers_of_the_value(deform, device, place, options):
     image = smooth_image(**PLACES[place])
     deform.SetKind(options["kind"])
-    deform.SetAlpha(options.get("alpha", 1.0))
+    deform.SetAlpha(options.get("alpha", ALPHA.default))
     deform.SetDegree(options.get("degree", 2))
     deform.SetBackground(-3.5)
     output = update(connect(deform, image, control_points()))

@@ -264,7 +264,7 @@ def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):
     scene = Scene(MLSDeform)
     update(scene.deforming)
     monkeypatch.setattr(MLSDeform, "_check", lambda self, image: image.no_such_method())
-    scene.deforming.SetAlpha(2)
+    scene.deforming.SetAlpha(3)
     assert not scene.deforming.GetExecutive().Update()
     assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
     assert "Failure when calling method" in messages.take()
