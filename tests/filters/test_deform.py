@@ -41,6 +41,7 @@ PLACES = {
 OPTIONS = [
     {"kind": "affine"},
     {"kind": "rigid", "alpha": 1.5},
+    {"kind": "affine", "smoothing": 1.5},
     {"kind": "similarity"},
     {"kind": "polynomial", "degree": 1},
 ]
@@ -112,6 +113,7 @@ def test_gives_the_numbers_of_the_value(deform, device, place, options):
     deform.SetKind(options["kind"])
     deform.SetAlpha(options.get("alpha", ALPHA.default))
     deform.SetDegree(options.get("degree", 2))
+    deform.SetSmoothing(options.get("smoothing", 0))
     deform.SetBackground(-3.5)
     output = update(connect(deform, image, control_points()))
     value = Deformation(REST, DEFORMED, device=device, **options)
@@ -294,6 +296,7 @@ def test_nothing_is_done_twice(deform):
     properties = {
         "Kind": "affine",
         "Alpha": 1.5,
+        "Smoothing": 0.5,
         "Degree": 3,
         "Interpolation": "nearest",
         "Background": 2.0,
@@ -313,9 +316,9 @@ def test_nothing_is_done_twice(deform):
     deform.ClearLabelArrays()
     assert deform.GetMTime() == before
     handles.SetRestPoint(0, 1.0, 1.0, 1.5)
-    assert counts() == counts() == [1, 2, 11]
+    assert counts() == counts() == [1, 2, 12]
     source.SetStandardDeviation(0.4)
-    assert counts() == counts() == [2, 2, 12]
+    assert counts() == counts() == [2, 2, 13]
 
 
 def test_label_arrays_are_a_property(deform):
