@@ -70,7 +70,10 @@ BOTH = {
     "alpha 0": (lambda s: s.deforming.SetAlpha(0), "`alpha` must be .*positive.* 0"),
     "alpha -1": (lambda s: s.deforming.SetAlpha(-1.0), "`alpha` must be .*positive.* -1"),
     "alpha NaN": (lambda s: s.deforming.SetAlpha(float("nan")), "`alpha` .*nan"),
-    "smoothing -1": (lambda s: s.deforming.SetSmoothing(-1), "`smoothing` must be .*from 0 on.* -1"),
+    "smoothing -1": (
+        lambda s: s.deforming.SetSmoothing(-1),
+        "`smoothing` must be .*from 0 on.* -1",
+    ),
     "smoothing of text": (lambda s: s.deforming.SetSmoothing("much"), "`smoothing` .*much"),
     "alpha of text": (lambda s: s.deforming.SetAlpha("much"), "`alpha` .*much"),
     "degree 0": (lambda s: s.deforming.SetDegree(0), "`degree` must be 1, 2 or 3, got 0"),
