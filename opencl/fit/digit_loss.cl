@@ -1,0 +1,72 @@
+// Whether a fit in float is exact enough.
+//
+// A float sum of the Gram matrix G is off by about ROUNDING sqrt(G_jj G_ll). The elimination magnifies
+// that: a value of the fit, made of the values psi_j of the orthogonal functions, is off by about
+// ROUNDING A B with
+//   A = sum_j |psi_j| sqrt(G_jj) / D_j,  B = sum_j |<u, psi_j>| sqrt(G_jj) / D_j.
+// (D_j is the square norm of psi_j). The true error was 0.3 to 3 times that as a rule, and at most 40 times.
+
+#define ROUNDING 6e-8f  // half a unit in the last place of float
+// Tolerated estimates, local units: of a displacement, relative to the size of v and to that of the
+// displacement of k; of its Jacobian.
+#define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 3.5e-6f)
+#define DISPLACEMENT_TOLERANCE 1e-6f
+#define SLOPE_TOLERANCE 2.5e-5f
+
+// With a larger alpha so many points need double that float only adds to the time. Searches for an origin
+// or for an inverse do not end before rounding is as small as their own tolerance.
+#if AT_REST || defined(INVERSE)
+#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 2.0f)
+#else
+#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 3.0f)
+#endif
+
+inline real absolute_sum(vec a) { return fabs(a.x) + fabs(a.y) + fabs(a.z); }
+
+// sqrt(G_jj) / D_j.
+inline real magnification(const fit_t *fit, int j) {
+  return fit->inverse[j] * sqrt(fit->lower[AT(j, j)]);
+}
+
+// A, for the values `psi`.
+inline real value_loss(const map_t *map, const fit_t *fit, const real psi[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  real sum = 0;
+  UNROLL for (int j = 0; j < functions; ++j) sum = fma(fabs(psi[j]), magnification(fit, j), sum);
+  return sum;
+}
+
+// B; infinite if rounding leaves nothing of a function.
+inline real coefficient_loss(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
+  real sum = 0;
+  UNROLL for (int j = 0; j < functions; ++j) {
+    const vec c = {fit->c[j].x, fit->c[j].y, fit->c[j].z};
+    integer vanishes = (fit->inverse[j] == 0) & (fit->lower[AT(j, j)] != 0);
+    sum += select(magnification(fit, j) * absolute_sum(c), (real)(INFINITY), vanishes);
+  }
+  return sum;
+}
+
+// Whether the displacement is off by more than the tolerance. All comparisons here take NaN for that.
+inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
+  real loss = coefficient_loss(map, fit) * value_loss(map, fit, fit->psi);
+  real tolerance = TOLERANCE * size_of(fit->point.v);
+  tolerance = fma((real)(DISPLACEMENT_TOLERANCE), absolute_sum(fit->pivot.u), tolerance);
+  return !(ROUNDING * loss <= tolerance);
+}
+
+// Whether the Jacobian is off by more than the tolerance.
+inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
+  real loss = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    real m[MONOMIALS], psi[FUNCTIONS];
+    monomial_slopes(fit->point.v, axis, m);
+    combine(map->kind_table, functions, m, psi);
+    UNROLL for (int j = 0; j < functions; ++j)
+      UNROLL for (int l = 0; l < j; ++l) psi[j] = fma(-fit->lower[AT(j, l)], psi[l], psi[j]);
+    loss = most(loss, value_loss(map, fit, psi));
+  }
+  return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
+}
