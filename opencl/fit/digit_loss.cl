@@ -9,8 +9,8 @@
 #define ROUNDING 6e-8f  // half a unit in the last place of float
 // Tolerated estimates, local units: of a displacement, relative to the size of v and to that of the
 // displacement of k; of its Jacobian.
-#define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 3.5e-6f)
-#define DISPLACEMENT_TOLERANCE 1e-6f
+#define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 4.5e-6f)
+#define DISPLACEMENT_TOLERANCE 6e-7f
 #define SLOPE_TOLERANCE 2.5e-5f
 
 // With a larger alpha so many points need double that float only adds to the time. Searches for an origin
