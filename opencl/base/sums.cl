@@ -1,4 +1,5 @@
-// Sums whose terms may cancel, of the type SUM: unless it is defined, double with USE_FP64, else float.
+// Sums whose terms may cancel, of the type SUM. If it is not defined, it is double with USE_FP64, else
+// float.
 
 #ifdef USE_FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable

@@ -1,20 +1,19 @@
 // Whether a fit in float is exact enough.
 //
-// A float sum of the Gram matrix G is off by about ROUNDING sqrt(G_jj G_ll). The elimination magnifies
-// that: a value of the fit, made of the values psi_j of the orthogonal functions, is off by about
-// ROUNDING A B with
-//   A = sum_j |psi_j| sqrt(G_jj) / D_j,  B = sum_j |<u, psi_j>| sqrt(G_jj) / D_j.
-// (D_j is the square norm of psi_j). The true error was 0.3 to 3 times that as a rule, and at most 40 times.
+// Rounding changes an entry of the Gram matrix G by about ROUNDING sqrt(G_jj G_ll). The elimination
+// magnifies that. With D_j, the square norm of psi_j, a value of the fit is off by about ROUNDING A B:
+//   A = sum_j |psi_j(v)| sqrt(G_jj) / D_j,  B = sum_j |<u, psi_j>| sqrt(G_jj) / D_j.
+// As a rule the true error is 0.3 to 3 times that; 40 times was the most.
 
 #define ROUNDING 6e-8f  // half a unit in the last place of float
-// Tolerated estimates, local units: of a displacement, relative to the size of v and to that of the
-// displacement of k; of its Jacobian.
+// Tolerated errors by that estimate, local units: of a displacement, relative to the size of v and to
+// that of the displacement of k; of a Jacobian.
 #define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 4.5e-6f)
 #define DISPLACEMENT_TOLERANCE 6e-7f
 #define SLOPE_TOLERANCE 2.5e-5f
 
-// With a larger alpha so many points need double that float only adds to the time. Searches for an origin
-// or for an inverse do not end before rounding is as small as their own tolerance.
+// With a larger alpha most points need double, and float only adds to the time. The searches for an
+// origin and for an inverse do not end before rounding is below their own tolerances.
 #if AT_REST || defined(INVERSE)
 #define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 2.0f)
 #else
@@ -48,7 +47,7 @@ inline real coefficient_loss(const map_t *map, const fit_t *fit) {
   return sum;
 }
 
-// Whether the displacement is off by more than the tolerance. All comparisons here take NaN for that.
+// Whether the displacement is too inexact. Comparisons are written so that NaN is.
 inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
   real loss = coefficient_loss(map, fit) * value_loss(map, fit, fit->psi);
   real tolerance = TOLERANCE * size_of(fit->point.v);
@@ -56,7 +55,7 @@ inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
   return !(ROUNDING * loss <= tolerance);
 }
 
-// Whether the Jacobian is off by more than the tolerance.
+// Whether the Jacobian is too inexact.
 inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   real loss = 0;

@@ -1,9 +1,9 @@
 // The affine and polynomial kinds, Eq. 23 to 26: p - q is fitted by weighted orthogonal polynomials.
 //
-// The elimination loses twice as many digits as the fit where a few control points outweigh all others
-// (a large alpha, an isolated pair) or hardly determine the fit: then the host asks for USE_FP64. Sums in
-// double take twice as long. So all points are fitted in float, and those where float is too inexact again
-// in double. Lanes take the result that their own estimate asks for, whatever their neighbors need.
+// The elimination loses twice as many digits as the fit where a few control points outweigh all
+// others (a large alpha, an isolated pair) or hardly determine the fit: then the host sets USE_FP64.
+// Sums in double take twice as long as in float. So all points are fitted in float, and those where
+// float is too inexact again in double. A lane takes the result that its own estimate asks for.
 
 #include "basis.cl"
 

@@ -1,5 +1,5 @@
 // The fit of weighted orthogonal polynomials with sums of the type SUM. fit_polynomial.cl includes this
-// file for float and for double; its macros give each name here a suffix for the type.
+// file for float and for double: its macros give each name here a suffix for the type.
 //
 // The orthogonalization is done on coefficients: the Gram matrix of the basis functions (relative
 // to k and centered, divided by r) is L D L^T, psi = L^-1 f are orthogonal, D their square norms.
