@@ -82,7 +82,7 @@ class Kind:
         return 0
 
     def needs_float64(self, alpha) -> bool:
-        """Whether the kernels sum in double on devices that support it."""
+        """Whether the kernels may sum in double on devices that support it."""
         return False
 
     def constants(self) -> dict:
