@@ -59,6 +59,11 @@ class Kind:
     has_degree = False
     proxy_order = 1
 
+    @property
+    def segment_points(self):
+        """Points by which the kernels sum a segment of a curve: 2, or 3 beyond degree 1."""
+        return min(self.proxy_order + 1, 3)
+
     def __init__(self, degree):
         pass
 
