@@ -222,4 +222,46 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   rule.w[1] = m[0] - rule.w[0];
   return rule;
 }
+#else
+// Three points: the moments up to 4; with `skewed` up to 5, as the eigenvalues of the matrix of the
+// recurrence of the orthogonal polynomials 1, x, x^2 - g x - 1, x = (t - mean) / sigma.
+#define TOP 4
+HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
+  real sigma;
+  const real mean = mean_of(m, &sigma), per_total = 1 / most(m[0], (real)(1e-30f));
+  const real m2 = m[2] * per_total, m3 = m[3] * per_total, m4 = m[4] * per_total;
+  const real per_sigma = 1 / sigma, per_square = per_sigma * per_sigma, square = mean * mean;
+  const real g = fma(mean, fma(2 * mean, mean, -3 * m2), m3) * per_square * per_sigma;
+  real k = fma(mean, fma(3 * mean, fma((real)(2), m2, -square), -4 * m3), m4);
+  k = most(k * per_square * per_square, fma(g, g, (real)(1.01f)));
+  rule_t rule;
+  if (!skewed) {
+    const real root = sqrt(fma((real)(4), k, -3 * g * g)), high = 0.5f * (fabs(g) + root);
+    const real a = copysign(high, g), b = (g * g - k) / a;
+    rule.t[0] = mean;
+    rule.t[1] = fma(sigma, a, mean);
+    rule.t[2] = fma(sigma, b, mean);
+    rule.w[1] = m[0] / (a * (a - b));
+    rule.w[2] = m[0] / (b * (b - a));
+    rule.w[0] = m[0] * (1 - 1 / (k - g * g));
+    return rule;
+  }
+  const real fifth = fma(mean, fma(mean, fma(mean, fma(4 * mean, mean, -10 * m2), 10 * m3), -5 * m4),
+                         m[5] * per_total) * per_square * per_square * per_sigma;
+  const real norm = k - g * g - 1, last = (fifth - 2 * g * k + g * g * g) / norm;
+  // eigenvalues of (0, 1, 0; 1, g, s; 0, s, last) with s^2 = norm
+  const real center = (g + last) * 0.33333333f, x = -center, y = g - center, z = last - center;
+  const real size2 = fma(x, x, fma(y, y, fma(z, z, 2 * (1 + norm)))) * 0.16666667f;
+  const real size = sqrt(size2);
+  const real det = x * fma(y, z, -norm) - z;
+  const real cosine = 0.5f * det / (size2 * size);
+  const real angle = acos(least(most(cosine, (real)(-1)), (real)(1))) * 0.33333333f;
+  for (int i = 0; i < 3; ++i) {
+    const real at = fma(2 * size, cos(angle + 2.0943951f * i), center);
+    const real second = fma(at, at - g, (real)(-1));
+    rule.t[i] = fma(sigma, at, mean);
+    rule.w[i] = m[0] / fma(at, at, fma(second, second / norm, (real)(1)));
+  }
+  return rule;
+}
 #endif

@@ -199,20 +199,18 @@ def _polynomial_fit(weighted):
         f_v, df_v = np.where(is_zero, 0, f_v), np.where(is_zero[:, None], 0, df_v)
         orthogonal.append((f, f_v, df_v, np.where(is_zero, 1, norm)))
 
-    coefficients = [
-        np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None] for psi, _, _, norm in orthogonal
-    ]
     displacement = weighted.p_k - weighted.q_k
     gradient = np.zeros((len(at_v), 3, 3))
-    for c, (_, psi_v, dpsi_v, _) in zip(coefficients, orthogonal):  # Eq. 26
+    # each coefficient from what is left of u: near a curve weights differ by up to 1e30
+    remaining = u
+    for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
+        c = np.einsum("mi,mia,mi->ma", w, remaining, psi) / norm[:, None]
+        remaining = remaining - psi[:, :, None] * c[:, None]
         displacement = displacement + c * psi_v[:, None]
         gradient = gradient + c[:, :, None] * dpsi_v[:, None]
 
     def influence():
-        residual, kernel = u, np.zeros_like(w)
-        for c, (psi, psi_v, _, norm) in zip(coefficients, orthogonal):
-            residual = residual - psi[:, :, None] * c[:, None]
-            kernel = kernel + psi * (psi_v / norm)[:, None]
-        return kernel[:, :, None] * residual
+        kernel = sum(psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in orthogonal)
+        return kernel[:, :, None] * remaining
 
     return Fit(displacement, np.eye(3) + gradient, influence)
