@@ -303,17 +303,24 @@ typedef struct {
 #endif
 
 #if SEGMENTS
-// The points of segment i; with `slopes`, for weights divided by the squared distance.
-HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
-                       int slopes, pair_t pairs[PAIRS]) {
+// A segment as seen from v: the point nearest to v, relative to k, and moments about it.
+typedef struct {
+  vec q, u, along_q, along_u;
+  real m[MOMENTS];
+} moments_t;
+
+// With `slopes`, for weights divided by the squared distance.
+HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
+                              const evaluation_point_t *point, int slopes) {
   __global const segment_t *at = segment_of(map, i);
   const nearest_t nearest = nearest_on_segment(at, point->v);
-  real m[MOMENTS], e2 = pivot->e2;
+  const int top = SEGMENTS < 4 ? TOP + slopes : TOP;
+  moments_t result;
+  real e2 = pivot->e2;
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, SEGMENTS == 2 && slopes ? 3 : TOP, m);
-  const rule_t rule = rule_of(m, slopes);
+  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
   real c = at->c;
 #if CUTS
   integer hides_any = 0;
@@ -325,18 +332,27 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
-  const vec along_q = {at->along_q[0], at->along_q[1], at->along_q[2]};
-  const vec along_u = {at->along_u[0], at->along_u[1], at->along_u[2]};
+  UNROLL_MOMENTS for (int j = 0; j <= top; ++j) result.m[j] *= c;
+  result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
+  result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
   const vec none = {0, 0, 0};
-  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  q = vec_select(vec_madd(nearest.t, along_q, q), none, is_pivot);
-  u = vec_select(vec_madd(nearest.t, along_u, u), none, is_pivot);
+  const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
+  result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
+  return result;
+}
+
+// The points of segment i; with `slopes`, for weights divided by the squared distance.
+HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                       int slopes, pair_t pairs[PAIRS]) {
+  const moments_t along = segment_moments(map, i, pivot, point, slopes);
+  const rule_t rule = rule_of(along.m, slopes);
   UNROLL_MOMENTS for (int j = 0; j < PAIRS; ++j) {
-    pairs[j].q = vec_madd(rule.t[j], along_q, q);
-    pairs[j].u = vec_madd(rule.t[j], along_u, u);
-    pairs[j].w = c * rule.w[j];
+    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
+    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
+    pairs[j].w = rule.w[j];
   }
 }
 #endif

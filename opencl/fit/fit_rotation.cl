@@ -48,9 +48,24 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 
 HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                   const evaluation_point_t *point) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+    // all at the mean, and the square deviation: the same as two points
+    const moments_t along = segment_moments(map, i, pivot, point, 0);
+    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f));
+    const real width = fma(-mean, along.m[1], along.m[2]);
+    add_pair(sums, along.m[0], vec_madd(mean, along.along_q, along.q),
+             vec_madd(mean, along.along_u, along.u));
+    add_outer(&sums->c, vec_add(along.along_q, along.along_u), vec_scale(width, along.along_q));
+#if SIMILARITY
+    sums->spread = fma(width, dot3(along.along_q, along.along_q), sums->spread);
+#endif
+    return;
+  }
+#endif
   pair_t pairs[PAIRS];
-  const int count = pairs_of(map, i, pivot, point, pairs);
-  for (int j = 0; j < count; ++j) add_pair(sums, pairs[j].w, pairs[j].q, pairs[j].u);
+  pairs_of(map, i, pivot, point, pairs);
+  add_pair(sums, pairs->w, pairs->q, pairs->u);
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {

@@ -108,6 +108,12 @@ class Segments:
         """Points (4 s, 3) along the segments, their ends among them, at rest and deformed."""
         return self._at(_SAMPLES)
 
+    def every(self, step):
+        """Points (k, 3) of each segment where it is deformed, not farther apart than `step`."""
+        for start, stop in self.deformed:
+            count = int(np.ceil(np.linalg.norm(stop - start) / step)) + 1
+            yield np.linspace(start, stop, count)
+
     @property
     def middles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The middles (s, 3), at rest and deformed: cuts see the segments there."""
