@@ -28,6 +28,27 @@ inline __global const float *values_at(const map_t *map, int i) {
   return map->kind_table + (long)(FUNCTIONS + i) * FUNCTIONS;
 }
 
+#if SEGMENTS
+// The basis functions less those at k, at a point q of a segment relative to k.
+inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real f[FUNCTIONS]) {
+  real m[MONOMIALS];
+  monomial_differences(q, vec_add(q, pivot->q), pivot->q, m);
+  combine(map->kind_table, functions_of(map), m, f);
+}
+
+// The basis functions at k where it is on a segment.
+inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real f_k[FUNCTIONS]) {
+  const integer on_segment = pivot->k >= map->params.count;
+  const vec none = {0, 0, 0};
+  real m[MONOMIALS], f[FUNCTIONS];
+  monomial_differences(pivot->q, pivot->q, none, m);
+  combine(map->kind_table, functions_of(map), m, f);
+  __global const float *means = values_at(map, map->params.count);
+  for (int j = 0; j < functions_of(map); ++j)
+    f_k[j] = select(f_k[j], f[j] - means[j], on_segment);
+}
+#endif
+
 // The names of polynomial_sums.cl with a suffix: sum_t_float, sum_t_double.
 #define TYPED(name) GLUE(GLUE(name, _), SUM)
 #define sum_t TYPED(sum_t)
@@ -40,7 +61,9 @@ inline __global const float *values_at(const map_t *map, int i) {
 #define rounded TYPED(rounded)
 #define clear_sums TYPED(clear_sums)
 #define displacement_at TYPED(displacement_at)
+#define add_values TYPED(add_values)
 #define add_group TYPED(add_group)
+#define add_segment_group TYPED(add_segment_group)
 #define add_sums TYPED(add_sums)
 #define add_control_points TYPED(add_control_points)
 #define sum_up TYPED(sum_up)

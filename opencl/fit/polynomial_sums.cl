@@ -58,18 +58,11 @@ inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
                    TO_SUM(at->u[2] - pivot->u.z)};
 }
 
-// Adds up to GROUP control points, from `first` to `stop`.
-inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const weighted_fit_t *fit) {
+// Adds GROUP points: weights, displacements and functions, relative to k.
+HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const sum_vec u[GROUP],
+                    sum_t f[GROUP][FUNCTIONS]) {
   const int functions = functions_of(map);
-  sum_t w[GROUP], f[GROUP][FUNCTIONS];
-  sum_vec u[GROUP];
   UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
-    int i = min(first + b, stop - 1);
-    __global const float *values = values_at(map, i);
-    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
-                            : (sum_t)(0);
-    u[b] = displacement_at(map, i, &fit->pivot);
-    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
     sums->weight += w[b];
     sums->u = sum_madd(w[b], u[b], sums->u);
   }
@@ -91,6 +84,50 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   }
 }
 
+// Adds up to GROUP control points, from `first` to `stop`.
+inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  sum_t w[GROUP], f[GROUP][FUNCTIONS];
+  sum_vec u[GROUP];
+  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+    int i = min(first + b, stop - 1);
+    __global const float *values = values_at(map, i);
+    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
+                            : (sum_t)(0);
+    u[b] = displacement_at(map, i, &fit->pivot);
+    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
+  }
+  add_values(map, sums, w, u, f);
+}
+
+#if SEGMENTS
+// Adds the points of segments, as many as a group holds; from `first` to `stop`.
+inline void add_segment_group(const map_t *map, sums_t *sums, int first, int stop,
+                              const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  sum_t w[GROUP], f[GROUP][FUNCTIONS];
+  sum_vec u[GROUP];
+  for (int b = 0; b < GROUP / PAIRS; ++b) {
+    pair_t pairs[PAIRS];
+    pairs_of(map, min(first + b, stop - 1), &fit->pivot, &fit->point, pairs);
+    for (int i = 0; i < PAIRS; ++i) {
+      const int row = b * PAIRS + i;
+      real along[FUNCTIONS];
+      functions_along(map, &fit->pivot, pairs[i].q, along);
+      w[row] = first + b < stop ? TO_SUM(pairs[i].w) : (sum_t)(0);
+      u[row] = (sum_vec){TO_SUM(pairs[i].u.x), TO_SUM(pairs[i].u.y), TO_SUM(pairs[i].u.z)};
+      UNROLL for (int j = 0; j < functions; ++j) f[row][j] = TO_SUM(along[j]);
+    }
+  }
+  for (int row = GROUP / PAIRS * PAIRS; row < GROUP; ++row) {
+    w[row] = 0;
+    u[row] = (sum_vec){0, 0, 0};
+    UNROLL for (int j = 0; j < functions; ++j) f[row][j] = 0;
+  }
+  add_values(map, sums, w, u, f);
+}
+#endif
+
 inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
   const int functions = functions_of(map);
   total->weight += part->weight;
@@ -109,17 +146,21 @@ inline void add_control_points(const map_t *map, sums_t *sums, int first, int st
 
 inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
-  if (sizeof(SUM) > sizeof(float)) {
-    add_control_points(map, sums, 0, map->params.count, fit);
-    return;
-  }
-  int block = block_of(map);
+  // sums in double need no blocks
+  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map);
   for (int start = 0; start < map->params.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
     add_control_points(map, &part, start, min(start + block, map->params.count), fit);
     add_sums(map, sums, &part);
   }
+#if SEGMENTS
+  sums_t along;
+  clear_sums(map, &along);
+  for (int i = map->params.count; i < term_count(map); i += GROUP / PAIRS)
+    add_segment_group(map, &along, i, term_count(map), fit);
+  add_sums(map, sums, &along);
+#endif
 }
 
 // L D L^T of the centered Gram matrix.
@@ -153,9 +194,12 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = values_at(map, LANE_INT(pivot->k, l));
+    __global const float *nearest = values_at(map, min(LANE_INT(pivot->k, l), map->params.count));
     UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
+#if SEGMENTS
+  if (ANY(pivot->k >= map->params.count)) functions_on_segments(map, pivot, fit->f_k);
+#endif
   sums_t sums;
   sum_up(map, fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
@@ -212,17 +256,28 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
     jacobian.by_v.a[3 + axis] = slope.y;
     jacobian.by_v.a[6 + axis] = slope.z;
   }
-  for (int i = 0; i < map->params.count; ++i) {
-    __global const float *values = values_at(map, i);
-    real w = control_point_weight(map, i, pivot, &fit->point);
-    sum_t influence = fit->share;
-    sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));
-    UNROLL for (int j = 0; j < functions; ++j) {
-      sum_t f = TO_SUM(values[j] - fit->f_k[j]) - fit->center[j];
-      influence = fma(t[j], f, influence);
-      residual = sum_madd(-f, c[j], residual);
+  for (int i = 0; i < term_count(map); ++i) {
+    change_t changes[CHANGES];
+    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+    for (int b = 0; b < count; ++b) {
+      const vec u = changes[b].u;
+      real values[FUNCTIONS];
+#if SEGMENTS
+      if (i >= map->params.count)
+        functions_along(map, pivot, changes[b].q, values);
+      else
+#endif
+        UNROLL for (int j = 0; j < functions; ++j) values[j] = values_at(map, i)[j] - fit->f_k[j];
+      sum_t influence = fit->share;
+      sum_vec residual = sum_madd((sum_t)(-1), fit->mean,
+                                  (sum_vec){TO_SUM(u.x), TO_SUM(u.y), TO_SUM(u.z)});
+      UNROLL for (int j = 0; j < functions; ++j) {
+        sum_t f = TO_SUM(values[j]) - fit->center[j];
+        influence = fma(t[j], f, influence);
+        residual = sum_madd(-f, c[j], residual);
+      }
+      add_influence(&jacobian, changes + b, rounded(sum_scale(influence, residual)));
     }
-    add_influence(&jacobian, map, &fit->point, i, w, rounded(sum_scale(influence, residual)));
   }
   return jacobian;
 }
