@@ -47,7 +47,7 @@ def main(arguments):
     print(HEAD.format(device=engine.device.name))
     print(f"## Each set, alpha {ALPHA.default:g}\n")
     _print_table("set", SETS, lambda name, kind: error(engine, name, kind, ALPHA.default))
-    for title, one in (("Sums in float64", engine), ("Without float64", _without_double(engine))):
+    for title, one in (("With float64", engine), ("Without float64", _without_double(engine))):
         print(f"\n## {title}: each alpha, 15 control points at random\n")
         _print_table("alpha", ALPHAS, lambda a, kind, one=one: error(one, "15 at random", kind, a))
 

@@ -12,7 +12,8 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.base.linear_interpolation import linear
 
-_MAX_NODES = 1 << 18  # of a distance image
+# Points of an image of distances from triangles, which take microseconds each, and from voxels.
+_MAX_NODES, _MAX_VOXELS = 1 << 18, 1 << 20
 _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
 
 
@@ -71,10 +72,10 @@ class DistanceImage:
         return self.step * np.sqrt(np.maximum(square, 0)), half
 
 
-def cubic_grid(low, high, margin, direction=None):
+def cubic_grid(low, high, margin, direction=None, max_nodes=_MAX_NODES):
     """A grid of cubic cells around the box from `low` to `high` (3,), in the frame `direction`."""
     low, high = low - margin, high + margin
-    step = float(np.cbrt((high - low).prod() / _MAX_NODES))
+    step = float(np.cbrt((high - low).prod() / max_nodes))
     dimensions = np.ceil((high - low) / step).astype(int) + 1
     frame = np.eye(3) if direction is None else direction
     return Grid(dimensions, frame @ low, [step] * 3, frame)
@@ -127,7 +128,8 @@ def _from_triangles(points, triangles, grid):
 def of_mask(mask, grid) -> DistanceImage:
     """The distance from the voxels of a `mask` (nz, ny, nx) on `grid`, cubic cells of its axes.
 
-    The surface is half a voxel around the centers of the voxels.
+    The surface is half a voxel around the centers of the voxels. Voxels that are smaller than the
+    cells are joined; a joined voxel is inside if any of its voxels is, so that thin parts remain.
     """
     spacing = np.abs(grid.spacing)
     signs = np.sign(grid.spacing)
@@ -136,7 +138,10 @@ def of_mask(mask, grid) -> DistanceImage:
     low = np.linalg.solve(frame, grid.origin)
     half = spacing.min() / 2
     margin = _MARGIN * (size.max() + 2 * half)
-    target = cubic_grid(low - half, low + size + half, margin, frame)
+    target = cubic_grid(low - half, low + size + half, margin, frame, _MAX_VOXELS)
+    joined = np.maximum(abs(target.spacing[0]) // spacing, 1).astype(int)
+    if (joined > 1).any():
+        return of_mask(*_joined(mask, grid, joined))
     pad = np.ceil(margin / spacing).astype(int) + 2
     padded = np.pad(mask, [(n, n) for n in pad[::-1]])
     outside, inside = (_euclidean(part, spacing) for part in (padded, ~padded))
@@ -146,6 +151,16 @@ def of_mask(mask, grid) -> DistanceImage:
     index = source.index_of(target.points())
     result = interpolation.sample(values.astype(np.float32), index, "linear", 0.0, source)
     return DistanceImage(target, result.reshape(target.shape))
+
+
+def _joined(mask, grid, count):
+    """A mask with `count` (3,) voxels along each axis joined to one, and its grid."""
+    extra = -np.array(mask.shape) % count[::-1]
+    mask = np.pad(mask, [(0, n) for n in extra])
+    blocks = [m for n, c in zip(mask.shape, count[::-1]) for m in (n // c, c)]
+    mask = mask.reshape(blocks).any(axis=(1, 3, 5))
+    origin = grid.at([(count - 1) / 2])[0]
+    return mask, Grid(mask.shape[::-1], origin, grid.spacing * count, grid.direction)
 
 
 def _euclidean(mask, spacing):
