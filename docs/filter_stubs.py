@@ -16,13 +16,22 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.cuts import Cut
+from vtk_mls.handles.handle_set import Handle
+from vtk_mls.limits import FixedFace, Mask
 
 '''
 # What an algorithm of VTK has anyway, or what is not for users.
 INHERITED = ("ProcessRequest", "Request", "FillInputPortInformation", "is_")
-_CUT = "Cut"
+# Types of values of `vtk_mls`, by the names of their properties.
+_VALUES = {
+    "Cuts": "Cut",
+    "Handles": "Handle",
+    "Constraints": "FixedFace",
+    "Mask": "Mask | vtkImageData | None",
+}
 
 
 def stubs():
@@ -77,16 +86,15 @@ def _method(method):
 def _types_taken(each):
     """Types of what setters are given, by the names of their parameters."""
     return {
-        "value": _type_of(each),
+        "value": _VALUES.get(each.name) or _type_of(each),
         "values": "ArrayLike" if isinstance(each, properties.Rows) else "float | Sequence[float]",
         "choice": f"Literal[{', '.join(_quoted(each))}]",
         "wanted": "bool",
         "text": "str | None",
         "name": "str",
-        "cut": _CUT,
         "index": "int",
         "count": "int",
-        **dict.fromkeys(("x", "y", "z", "weight"), "float"),
+        **dict.fromkeys(("x", "y", "z", "weight", "row"), "float"),
     }
 
 
@@ -101,8 +109,10 @@ def _type_of(each):
         properties.Choice: "str",
         properties.Text: "str",
         properties.ArrayNames: "tuple[str, ...]",
-        properties.Cuts: f"tuple[{_CUT}, ...]",
+        properties.Values: f"tuple[{_VALUES.get(each.name)}, ...]",
+        properties.Value: _VALUES.get(each.name),
         properties.Positions: "tuple[tuple[float, float, float], ...]",
+        properties.Planes: "tuple[tuple[float, ...], ...]",
         properties.Factors: "tuple[float, ...]",
         properties.Number: type(each.default).__name__,
     }

@@ -12,7 +12,7 @@ import filter_stubs
 
 from vtk_mls.commands import deform, field
 from vtk_mls.filters import property_tables as tables
-from vtk_mls.filters.properties import Cuts, Items, Rows
+from vtk_mls.filters.properties import Items, Rows, Value, Values
 from vtk_mls.vtk import array_table
 
 PAGE = Path(__file__).with_name("properties.md")
@@ -32,6 +32,13 @@ OUTPUTS = """\
 What the filters write beside the arrays of their inputs, which they carry along: from
 `vtk_mls/vtk/array_table.py`, which a test compares with what they do write.
 """
+# Of values of `vtk_mls`.
+_IN_PARAVIEW = {
+    "Cuts": "in ParaView the input of this name is all there is",
+    "Mask": "in ParaView the input of this name is all there is",
+    "Handles": "in ParaView the cells of ControlPoints are all there is",
+    "Constraints": "not in ParaView",
+}
 SECTIONS = (
     ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),
     ("MLSDeform", "Beside those above:", tables.DEFORM),
@@ -78,18 +85,21 @@ def _entry(each, flag):
 
 def _panel(each):
     """What is to be said of the property in ParaView."""
-    if isinstance(each, Cuts):
-        yield "in ParaView the input of this name is all there is"
+    if isinstance(each, (Value, Values)):
+        yield _IN_PARAVIEW[each.name]
     if each.is_advanced:
         yield "among ParaView's advanced properties"
     if each.shown_when:
         name, value = each.shown_when
-        state = "not connected" if value is None else f'"{value}"'
-        yield f"shown while {name} is {state}"
+        yield f"shown while {name} is {_state(value)}"
     if each.hidden_when:
         name, value = each.hidden_when
         also = f" and {each.shown_with} is not connected" if each.shown_with else ""
-        yield f'shown unless {name} is "{value}"{also}'
+        yield f"shown unless {name} is {_state(value)}{also}"
+
+
+def _state(value):
+    return "not connected" if value is None else f'"{value}"'
 
 
 def _options():

@@ -6,11 +6,13 @@ command line runs in a child process for that reason (see `supervision`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,
     vtkDataSet,
@@ -27,20 +29,25 @@ from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.handles.handle_cells import cells_of_handles, handles_of_cells
+from vtk_mls.handles.handle_set import Handle, checked_handles
 from vtk_mls.model import arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.handle_cells import cells_of
 
 __all__ = [
     "control_points",
     "read_control_points",
     "read_cuts",
     "read_dataset",
+    "read_handles",
     "read_landmarks",
     "read_surface",
     "write_dataset",
     "write_field",
+    "write_handles",
 ]
 _PathLike = str | PathLike[str]
 _DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
@@ -225,7 +232,8 @@ def read_control_points(
     Returns
     -------
     vtkPolyData
-        As `control_point_polydata.fill_polydata` makes it, in LPS.
+        As `control_point_polydata.fill_polydata` makes it, in LPS, with the lines and surfaces of
+        .vtp, .vtu, .vts and .vtk and the curves of .mrk.json.
 
     Raises
     ------
@@ -234,6 +242,85 @@ def read_control_points(
     """
     rest = read_landmarks(path, space, is_alone=not deformed_path)
     return control_points(rest, read_landmarks(deformed_path, space) if deformed_path else None)
+
+
+def read_handles(
+    path: _PathLike, deformed_path: _PathLike | None = None, space: str = "LPS"
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None, list[Handle]]:
+    """Read control points, curves and rigid regions.
+
+    Parameters
+    ----------
+    path, deformed_path, space
+        As of `read_control_points`. Vertices, and points without a cell, are points; lines, and
+        the curves of .mrk.json, are curves; closed surfaces that move rigidly are regions.
+
+    Returns
+    -------
+    rest, deformed : (n, 3) float64, LPS
+        Of points.
+    weights : (n,) float64 or None
+    handles : list of CurveHandle and RegionHandle
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    with failures_named(path):
+        return handles_of(read_control_points(path, deformed_path, space))
+
+
+def handles_of(
+    polydata: vtkPolyData,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None, list[Handle]]:
+    """The handles of control-point polydata, as `read_handles` returns them."""
+    weight = "Weight" if polydata.GetPointData().HasArray("Weight") else None
+    rest, deformed, weights = arrays.control_points(polydata, "Displacement", weight)
+    return handles_of_cells(rest, deformed, weights, cells_of(polydata))
+
+
+def write_handles(
+    path: _PathLike,
+    rest: ArrayLike = (),
+    deformed: ArrayLike = (),
+    weights: ArrayLike | None = None,
+    handles: Sequence[Handle] = (),
+) -> None:
+    """Write control points, curves and rigid regions, for `read_handles`.
+
+    Parameters
+    ----------
+    path : path
+        Ending in .vtp or .vtk.
+    rest, deformed : (n, 3) array_like, LPS
+        Of points.
+    weights : (n,) array_like, optional
+    handles : sequence of CurveHandle and RegionHandle
+        Regions must have the shape Solid.
+
+    Raises
+    ------
+    OSError, TypeError, ValueError
+        Naming the argument or the file.
+    """
+    formats.choose(Path(path), "write handles to", reads=(formats.POINT_DATA,))
+    p = arguments.control_points("rest", rest)
+    q = arguments.control_points("deformed", deformed)
+    shaped = checked_handles(handles)
+    if p.shape != q.shape:
+        raise ValueError(
+            f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
+        )
+    all_p, all_q, cells = cells_of_handles(p, q, shaped)
+    factors = None
+    if weights is not None:
+        factors = np.ones(len(all_p))
+        factors[: len(p)] = arguments.positive_weights(weights, len(p))
+    polydata = vtkPolyData()
+    fill_polydata(polydata, all_p, all_q, factors, cells=cells)
+    metadata.store(polydata, metadata.SPACE, ["LPS"])
+    write_dataset(polydata, path)
 
 
 def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) -> Landmarks:
@@ -281,7 +368,16 @@ def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmar
     is_lps = bool(metadata.load(point_set, metadata.FILE_SPACE))
     frame = "LPS" if is_lps else "".join(metadata.load(point_set, metadata.SPACE))
     labels = arrays.texts(data, "Label")
-    return Landmarks(path, points, frame, labels, partners=partners, weights=weights)
+    cells = cells_of(point_set)
+    return Landmarks(
+        path,
+        points,
+        frame,
+        labels,
+        partners=partners,
+        weights=weights,
+        cells=cells if cells.has_shapes else None,
+    )
 
 
 def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:
@@ -289,7 +385,8 @@ def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPol
     pairs = paired(rest, deformed)
     polydata = vtkPolyData()
     with failures_named(rest.path):
-        fill_polydata(polydata, pairs.rest, pairs.deformed, pairs.weights, pairs.labels)
+        points = pairs.rest, pairs.deformed, pairs.weights
+        fill_polydata(polydata, *points, pairs.labels, pairs.cells)
         validation.points("rest", pairs.rest)
         validation.points("deformed", pairs.deformed)
         arguments.positive_weights(pairs.weights, len(pairs.rest))

@@ -28,11 +28,15 @@ inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
   return at;
 }
 
+// As a fraction of a spacing: so that the outer points of the image are inside of it to rounding.
+#define MASK_EDGE ((real)(1e-3f))
+
 inline limit_at_t mask_of_image(__global const limit_t *limit, __global const float *images, vec v) {
   vec beyond, steps;
   const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
   const image_cell_t cell = image_cell(limit->size, index);
-  const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
+  const integer outside = (fabs(beyond.x) > MASK_EDGE) | (fabs(beyond.y) > MASK_EDGE) |
+                          (fabs(beyond.z) > MASK_EDGE);
   limit_at_t at;
   at.factor = image_value(images + limit->first, limit->size, cell, &steps);
   at.factor = select(at.factor, (real)(0), outside);

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from vtk_mls import Deformation, Plane, Sampling, filters
+from vtk_mls import BallMask, Deformation, Plane, Sampling, filters
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.model import options
 
@@ -17,7 +17,9 @@ EACH = [
 OTHER = {
     properties.ArrayName: "a",
     properties.ArrayNames: ("a", "b"),
-    properties.Cuts: (Plane((0, 0, 0), (1, 0, 0)),),
+    properties.Values: (Plane((0, 0, 0), (1, 0, 0)),),
+    properties.Value: BallMask((0, 0, 0), 1, 1),
+    properties.Planes: ((1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 2.0),),
     properties.Factors: (1.0, 2.0),
     properties.FileName: "a.csv",
     properties.Flag: lambda default: not default,

@@ -29,7 +29,7 @@ FILTER_PANEL = {
     "WeightArray": ("POINTS", "Weight"),
 }
 FROM_BOUNDS = {"RestPoints", "DeformedPoints", "CutOrigin"}
-INPUTS = {"Input", "ControlPoints", "Cuts"}
+INPUTS = {"Input", "ControlPoints", "Cuts", "Mask"}
 INTERACTIVE = {prop.name: prop for prop in tables.INTERACTIVE_COMPUTING}
 
 
@@ -37,7 +37,7 @@ def properties_of(table):
     return [
         INTERACTIVE.get(prop.name, prop)
         for prop in table
-        if not isinstance(prop, properties.Cuts)  # only in Python
+        if not isinstance(prop, (properties.Value, properties.Values))  # only in Python
     ]
 
 

@@ -9,7 +9,7 @@ from vtk_mls.paraview import panels
 
 IN_EVERY_PANEL = {"Drag", "NumberHandles"}
 IN_FILTER_PANELS = IN_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
-INPUTS = {"Input", "ControlPoints", "Cuts"}
+INPUTS = {"Input", "ControlPoints", "Cuts", "Mask"}
 
 
 def interactive(table):
@@ -47,7 +47,9 @@ def elements_of(panel):
 
 @pytest.mark.parametrize(("panel", "table", "others"), PANELS)
 def test_all_properties_are_shown_and_no_others(panel, table, others):
-    only_in_python = {prop.name for prop in table if isinstance(prop, properties.Cuts)}
+    only_in_python = {
+        prop.name for prop in table if isinstance(prop, (properties.Value, properties.Values))
+    }
     assert {*elements_of(panel)} == {prop.name for prop in table} - only_in_python | others
 
 
@@ -55,7 +57,7 @@ def test_all_properties_are_shown_and_no_others(panel, table, others):
 def test_help_default_and_level_are_those_of_the_table(panel, table, others):
     found = elements_of(panel)
     for prop in table:
-        if isinstance(prop, properties.Cuts):
+        if isinstance(prop, (properties.Value, properties.Values)):
             continue
         element = found[prop.name]
         assert element.findtext("Documentation") == " ".join(prop.help.split())

@@ -25,7 +25,7 @@ ROOMS = {
     "vtk": {"numpy", "vtkmodules"},
     "files": {"meshio", "nibabel", "numpy", "vtkmodules"},
     "filters": {"numpy", "vtkmodules"},
-    "io": {"vtkmodules"},
+    "io": {"numpy", "vtkmodules"},
     "rendering": {"numpy", "vtkmodules"},
     "editor": {"numpy", "vtkmodules"},
     "pyvista": {"numpy", "pyvista", "vtkmodules"},

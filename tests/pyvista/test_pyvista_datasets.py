@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtk_mls import HalfPlane
+from vtk_mls import Ball, BallMask, FixedFace, HalfPlane, RegionHandle
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
 from vtk_mls.vtk import arrays
 
@@ -50,6 +50,25 @@ def test_to_the_bit_what_the_filter_makes(name):
     assert type(found) is type(dataset)
     assert found == expected
     assert not np.array_equal(found.points, dataset.points) or name == "image"
+
+
+def test_handles_masks_and_faces():
+    mesh = DATASETS["surface"]()
+    motion = np.array([[0, -1, 0, 1], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    turned = mesh.mls.deform(handles=RegionHandle(Ball((0, 0, 0), 7), motion))
+    np.testing.assert_allclose(
+        turned.points, mesh.transform(motion, inplace=False).points, atol=1e-4
+    )
+    options = {"mask": BallMask((0, 0, 0), 1, 1), "constraints": [FixedFace(CUT.plane, 1)]}
+    np.testing.assert_array_equal(mesh.mls.deform(REST, DEFORMED, **options).points, mesh.points)
+    handles = pyvista.Sphere(radius=7)
+    handles["Displacement"] = handles.transform(motion, inplace=False).points - handles.points
+    as_cells = mesh.mls.deform(handles, handle_shapes="cells")
+    np.testing.assert_allclose(as_cells.points, turned.points, atol=1e-4)
+    with pytest.raises(TypeError, match="`rest` is missing: .*`handles`"):
+        mesh.mls.deform()
+    with pytest.raises(ValueError, match="`handles` must be .*RegionHandle.*3"):
+        mesh.mls.deform(handles=[3])
 
 
 def test_the_field_is_that_of_the_filter():

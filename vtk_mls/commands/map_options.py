@@ -5,15 +5,16 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from vtk_mls.commands import property_options
-from vtk_mls.commands.running import read
+from vtk_mls.commands import limit_options, property_options
+from vtk_mls.commands.running import files_named, read
 from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
     "header that names the columns (see docs/formats.md), or the landmarks of BigWarp (p "
-    "moving, q target); .vtp .vtu .vts .vtk with point vectors Displacement; or, with --deformed, "
-    "positions p alone"
+    "moving, q target); .vtp .vtu .vts .vtk with point vectors Displacement, whose lines and "
+    "closed surfaces are curves and rigid regions by --handle-shapes cells; or, with --deformed, "
+    "positions p alone, among them curves (.mrk.json)"
 )
 
 
@@ -25,6 +26,7 @@ def add(parser, is_interactive=False):
     from vtk_mls.filters.property_tables import (
         COMPUTING,
         CUT_OPTIONS,
+        HANDLE_SHAPES_CHOICE,
         INTERACTIVE_COMPUTING,
         MAP,
         SPACE,
@@ -47,8 +49,27 @@ def add(parser, is_interactive=False):
         "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
         "default: %(default)s",
     )
+    if not is_interactive:
+        property_options.add(
+            parser,
+            HANDLE_SHAPES_CHOICE,
+            text="handles in a file: points; or cells: lines, and curves of .mrk.json, are curves, "
+            "closed surfaces are rigid regions, other points are points",
+        )
     for option in MAP:
         property_options.add(parser, option)
+    _add_cuts(parser)
+    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
+        property_options.add(parser, option)
+    if not is_interactive:
+        limit_options.add(parser)
+        add("--progress", action="store_true", help="show a progress bar even without a terminal")
+        text = "continue if all control points rest and nothing moves, instead of an error"
+        add("--allow-identity", action="store_true", help=text)
+
+
+def _add_cuts(parser):
+    add = parser.add_argument
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -71,30 +92,35 @@ def add(parser, is_interactive=False):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
-    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
-        property_options.add(parser, option)
-    if not is_interactive:
-        add("--progress", action="store_true", help="show a progress bar even without a terminal")
-        text = "continue if all control points rest and nothing moves, instead of an error"
-        add("--allow-identity", action="store_true", help=text)
 
 
 def apply(options, algorithm):
     """Set the control points (port 1) and the properties of a filter from the options."""
     algorithm.SetInputData(1, _moving_control_points(options))
     property_options.apply(options, algorithm)
+    limit_options.apply(options, algorithm)
     for cut in _cuts(options):
         algorithm.AddCut(cut)
 
 
 def deformation(options):
     """The `Deformation` of the options."""
-    from vtk_mls import Deformation
+    from vtk_mls import Deformation, io
+    from vtk_mls.handles.rigid_motion import blended
 
-    rest, deformed, weights = _as_arrays(_moving_control_points(options))
+    polydata, handles = _moving_control_points(options), []
+    rest, deformed, weights = _as_arrays(polydata)
+    if options.handle_shapes == "cells":
+        with files_named(options):
+            rest, deformed, weights, handles = io.handles_of(polydata)
     if options.blend != 1:
         deformed = rest + options.blend * (deformed - rest)
-    return Deformation(rest, deformed, weights=weights, **map_arguments(options))
+        handles = [blended(handle, options.blend) for handle in handles]
+    mask, faces = limit_options.limits(options)
+    limits = {"mask": mask, "constraints": faces}
+    return Deformation(
+        rest, deformed, weights=weights, handles=handles, **limits, **map_arguments(options)
+    )
 
 
 def control_points(options):

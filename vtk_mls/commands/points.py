@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 
-from vtk_mls.commands import map_options
+from vtk_mls.commands import map_options, remarks
 from vtk_mls.commands.running import draw_bar, read, shows_progress
 from vtk_mls.commands.supervision import step
 
@@ -53,8 +53,8 @@ def run(options):
         moved = replace(landmarks, positions=_moved(landmarks, deformation, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
-    losses = _losses(landmarks, moved, options, left_out > 0)
-    print(f"{options.output}: {len(moved.positions)} points, {options.kind}{losses}")
+    notes = _losses(landmarks, moved, options, left_out > 0) + remarks.handles_note(deformation)
+    print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
     return 0
 
 

@@ -29,9 +29,9 @@ def add(parser, item, *, flag="", choices=(), text="", more=""):
 
 
 def apply(options, algorithm):
-    """Set the properties of a filter from the options."""
+    """Set the properties of a filter from the options, except for those made of texts."""
     for prop in algorithm.PROPERTIES:
-        if hasattr(options, prop.option):
+        if hasattr(options, prop.option) and not _is_text(prop):
             prop.assign(algorithm, getattr(options, prop.option))
 
 
@@ -53,6 +53,13 @@ def _properties():
     return {prop.name: prop for prop in tables}
 
 
+def _is_text(prop):
+    """Whether the command itself makes the value from the text of the option."""
+    from vtk_mls.filters.properties import Planes, Value, Values, Vector
+
+    return isinstance(prop, (Planes, Value, Values, Vector))
+
+
 def _settings(prop):
     """Arguments of `add_argument` for a property."""
     from vtk_mls.filters import properties
@@ -65,6 +72,13 @@ def _settings(prop):
         return {"choices": prop.choices}
     if isinstance(prop, properties.ArrayName):
         return {"metavar": "NAME"}
+    if isinstance(prop, properties.Planes):
+        metavar = ",".join(prop.columns).upper()
+        return {"action": "append", "metavar": metavar, "default": []}
+    if isinstance(prop, properties.Vector):
+        return {"metavar": ",".join(prop.labels).upper(), "default": None}
+    if isinstance(prop, properties.Value):
+        return {"metavar": "FILE"}
     return {"type": type(prop.default), "metavar": prop.option.upper()}
 
 
@@ -77,6 +91,6 @@ def _help(prop, text, more):
     text = " ".join((text or prop.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
-    if prop.default not in ("", ()) and prop.default is not False:
+    if prop.default not in ("", ()) and prop.default is not False and not _is_text(prop):
         parts.append(f"default: {_text(prop.default)}")
     return "; ".join(parts).replace("%", "%%")

@@ -8,6 +8,8 @@ from pathlib import Path
 from vtk_mls.commands import property_options
 
 MAX_SAMPLES = 32  # along each axis of a coarse grid
+_MET = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
+_MAX_PAIRS = 5  # in a note
 _COUNTS = ("InvertedCells", "UncheckedCells")
 _DETERMINANT = "JacobianDeterminant"
 
@@ -26,7 +28,57 @@ def map_note(algorithm, is_field=False):
     has_degree = algorithm.GetDegree() != property_options.value("Degree")
     if has_degree and algorithm.GetKind() != "polynomial":
         return "; the degree is that of polynomials, and counts for nothing here"
-    return ""
+    cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
+    if cells and algorithm.GetHandleShapes() == "points":
+        return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
+    return handles_note(algorithm.updated_deformation())
+
+
+def handles_note(deformation):
+    """A note on handles that limits hold, and on overlapping regions, for the end of a sentence."""
+    return _held_handles(deformation) + _overlapping_regions(deformation)
+
+
+def _held_handles(deformation):
+    """A clause about handles that a mask or a face keeps from their places; "" without any."""
+    import numpy as np
+
+    if not deformation.limits:
+        return ""
+    pairs = _handle_positions(deformation)
+    starts = np.cumsum([0, *(len(p) for p, _ in pairs[:-1])])
+    rest, deformed = (np.concatenate(points) for points in zip(*pairs))
+    factors = [limit.factor(deformed)[0] for limit in deformation.limits]
+    miss = np.linalg.norm(deformation.backward(deformed) - rest, axis=1)
+    misses = np.maximum.reduceat(np.where(np.min(factors, axis=0) < 1, miss, 0), starts)
+    positions = np.concatenate(deformation.handle_set.positions)
+    held = misses > _MET * np.ptp(positions, axis=0).max()
+    if not held.any():
+        return ""
+    return (
+        f"; {held.sum()} of {len(held)} handles are not met, by up to {misses.max():.3g}, for the "
+        "mask or a face holds them"
+    )
+
+
+def _handle_positions(deformation):
+    """p and q (n, 3) of each handle: a point, or points of a curve or on a region."""
+    points = zip(deformation.rest[:, None], deformation.deformed[:, None])
+    shapes = ((h.rest, h.deformed) for h in deformation.handles if hasattr(h, "rest"))
+    regions = [h for h in deformation.handles if hasattr(h, "shape")]
+    surfaces = ((h.shape.points, h.moved(h.shape.points)) for h in regions)
+    return [*points, *shapes, *surfaces]
+
+
+def _overlapping_regions(deformation):
+    """A clause about regions that overlap; "" without any."""
+    regions = [row for row, h in enumerate(deformation.handles) if hasattr(h, "shape")]
+    pairs = deformation.overlapping_regions if len(regions) > 1 else []
+    if not pairs:
+        return ""
+    names = [f"{regions.index(i)} and {regions.index(j)}" for i, j in pairs[:_MAX_PAIRS]]
+    more = f" and {len(pairs) - _MAX_PAIRS} more pairs" * (len(pairs) > _MAX_PAIRS)
+    return f"; surfaces overlap where they were moved to: {', '.join(names)}{more}"
 
 
 def warn(path, sentence):

@@ -60,14 +60,20 @@ def update(algorithm, options, done=0, total=1):
     ValueError
         The error of the filter, with the names of the files.
     """
-    with _deferred_warnings(), step("deform", options.input):
-        try:
-            _update(algorithm, shows_progress(options), done, total)
-        except ValueError as error:  # it names inputs of the filter
-            names = [f"`{path}`" for path in (options.handles, options.deformed) if path]
-            text = str(error).replace("`ControlPoints`", " and ".join(names))
-            text = text.replace("where the data are", f"where the data of `{options.input}` are")
-            raise ValueError(text) from error
+    with _deferred_warnings(), step("deform", options.input), files_named(options):
+        _update(algorithm, shows_progress(options), done, total)
+
+
+@contextmanager
+def files_named(options):
+    """Replace the names of inputs of a filter in errors by those of files."""
+    try:
+        yield
+    except ValueError as error:
+        names = [f"`{path}`" for path in (options.handles, options.deformed) if path]
+        text = str(error).replace("`ControlPoints`", " and ".join(names))
+        text = text.replace("where the data are", f"where the data of `{options.input}` are")
+        raise ValueError(text) from error
 
 
 def shows_progress(options):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vtk_mls.files.frames import signs
+from vtk_mls.handles.handle_cells import HandleCells
 
 _MAX_TEXT, _MAX_LABELS = 60, 5  # in an error
 _NUMBERED = re.compile(r"(?:(?P<list>.*)-)?(?P<number>\d{1,9})", re.DOTALL)
@@ -31,6 +32,8 @@ class Landmarks:
     partners : (n, 3) float64 or None
         Where the points go, if the file has pairs; NaN for a pair that does not count.
     weights : (n,) float64 or None
+    cells : HandleCells or None
+        Curves and surfaces of the points, if there are any.
     """
 
     path: object
@@ -40,6 +43,7 @@ class Landmarks:
     descriptions: list = ()
     partners: np.ndarray | None = None
     weights: np.ndarray | None = None
+    cells: HandleCells | None = None
 
     def __post_init__(self):
         for name in ("labels", "descriptions"):
@@ -67,12 +71,15 @@ class Pairs:
         p and q.
     weights : (n,) float64 or None
     labels : list of n str
+    cells : HandleCells or None
+        Curves and surfaces of the points, if there are any.
     """
 
     rest: np.ndarray
     deformed: np.ndarray
     weights: np.ndarray | None
     labels: list
+    cells: HandleCells | None = None
 
 
 def paired(rest, deformed=None):
@@ -81,7 +88,8 @@ def paired(rest, deformed=None):
     Parameters
     ----------
     rest : Landmarks
-        Their positions are p, their partners q; without partners q = p.
+        Their positions are p, their partners q; without partners q = p. Curves and surfaces are
+        theirs.
     deformed : Landmarks, optional
         Their positions are q instead. If the labels are unique in both files, q belongs to p of
         the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as in
@@ -112,8 +120,8 @@ def paired(rest, deformed=None):
         raise ValueError(f"`{rest.path}` holds no control points{other}: none is placed")
     weights = None if rest.weights is None else rest.weights[is_pair]
     labels = [label for label, is_used in zip(rest.labels, is_pair) if is_used]
-    p = p[is_pair]
-    return Pairs(p, p if q is None else q[is_pair], weights, labels)
+    p, cells = p[is_pair], rest.cells and rest.cells.of_rows(is_pair)
+    return Pairs(p, p if q is None else q[is_pair], weights, labels, cells)
 
 
 def shortened(text):

@@ -2,7 +2,8 @@
 
 Both say their frame, have positions with labels and descriptions, and points that are not placed.
 The control points of all markups of a .mrk.json are read, whatever their type (points, lines,
-curves, planes, boxes), but not their orientations. An .fcsv without a version is one of Slicer 3:
+curves, planes, boxes), but not their orientations; those of a curve are the nodes of a polyline,
+whatever its interpolation in Slicer. An .fcsv without a version is one of Slicer 3:
 its label comes first, its frame is RAS.
 """
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
+from vtk_mls.handles.handle_cells import HandleCells
 
 # All versions of Slicer compare this address, except for the last two numbers.
 _SCHEMA = (
@@ -32,6 +34,7 @@ _DEFORMABLE_TYPES = (
     "Curve",
     "ClosedCurve",
 )  # types that can be deformed
+_CURVES = {"Curve": 0, "ClosedCurve": 1}  # how many of the first nodes follow the last one
 _ORIENTATION = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # the axes of RAS, in LPS
 _FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
 _NOWHERE = [math.nan] * 3
@@ -39,16 +42,30 @@ _LABEL, _DESCRIPTION, _STATUS = 11, 12, 14  # columns of .fcsv
 
 
 def read_json(path):
-    """The points of a .mrk.json, in LPS."""
+    """The points of a .mrk.json, in LPS, and its curves."""
     positions, labels, descriptions = [np.empty((0, 3))], [], []
-    for _, factors, points in _lists(path, _document(path)):
+    vertices, curves = [], []
+    for markups, factors, points in _lists(path, _document(path)):
+        rows = np.arange(len(labels), len(labels) + len(points))
+        if len(points) and markups.get("type") in _CURVES:
+            curves.append(np.append(rows, rows[: _CURVES[markups["type"]]]))
+        else:
+            vertices.append(rows)
         numbered = enumerate(points, len(labels) + 1)
         list_positions = [_json_position(path, number, point) for number, point in numbered]
         positions.append(np.reshape(list_positions, (-1, 3)) * factors)
         for point in points:
             labels.append(_text(point.get("label", "")))
             descriptions.append(_text(point.get("description", "")))
-    return Landmarks(path, np.concatenate(positions), "LPS", labels, descriptions)
+    cells = HandleCells(np.concatenate([np.empty(0, int), *vertices]), tuple(curves))
+    return Landmarks(
+        path,
+        np.concatenate(positions),
+        "LPS",
+        labels,
+        descriptions,
+        cells=cells if curves else None,
+    )
 
 
 def write_json(file, landmarks):

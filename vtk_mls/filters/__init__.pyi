@@ -5,8 +5,11 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.cuts import Cut
+from vtk_mls.handles.handle_set import Handle
+from vtk_mls.limits import FixedFace, Mask
 
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
@@ -177,7 +180,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, cut: Cut) -> None:
+    def AddCut(self, value: Cut) -> None:
         """Cuts beside those of CutType and of input port 2.
 
         Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
@@ -244,6 +247,75 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def SetNumberOfWeights(self, count: int) -> None: ...
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
+        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
+        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
+
+        Curves are carried along their whole length. Each connected surface moves by the
+        rotation and translation that its points have in common; cells with a volume count by
+        their outer faces. Weights are those of points.
+
+        One of "points", "cells"; default: "points".
+        """
+
+    def GetHandleShapes(self) -> str: ...
+    def AddHandle(self, value: Handle) -> None:
+        """Handles beside those of input port 1, or of RestPoints.
+
+        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
+        """
+
+    def ClearHandles(self) -> None: ...
+    def GetHandles(self) -> tuple[Handle, ...]: ...
+    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
+        """Ball in the deformed space in which the deformation acts: center, radius, and the
+        distance over which it fades to nothing outside of the ball. All 0: no ball.
+
+        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
+        """
+
+    def GetMaskBall(self) -> tuple[float, ...]: ...
+    def SetMask(self, value: Mask | vtkImageData | None) -> None:
+        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
+        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
+
+        Or input port 3.
+
+        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
+        """
+
+    def GetMask(self) -> Mask | vtkImageData | None: ...
+    def SetFixedPlanes(self, values: ArrayLike) -> None:
+        """Planes that stay where they are: a point, a normal, and the distance from the plane over
+        which the deformation grows to its whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
+    def GetNumberOfFixedPlanes(self) -> int: ...
+    def SetFixedPlane(self, index: int, *row: float) -> None: ...
+    def SetSlidingPlanes(self, values: ArrayLike) -> None:
+        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
+        the distance from the plane over which displacements along the normal grow to their
+        whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
+    def GetNumberOfSlidingPlanes(self) -> int: ...
+    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
+    def AddConstraint(self, value: FixedFace) -> None:
+        """Faces beside those of FixedPlanes and SlidingPlanes.
+
+        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
+        """
+
+    def ClearConstraints(self) -> None: ...
+    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
     def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
         """How values between the points of the input are interpolated.
 
@@ -425,6 +497,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def SetInputData(self, *port_and_data) -> Any: ...
     def DisconnectControlPoints(self) -> Any: ...
     def DisconnectCuts(self) -> Any: ...
+    def DisconnectMask(self) -> Any: ...
     def updated_deformation(self, info=None) -> Any: ...
     def output_geometry(self, source, make_deformation) -> Any: ...
 
@@ -508,7 +581,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, cut: Cut) -> None:
+    def AddCut(self, value: Cut) -> None:
         """Cuts beside those of CutType and of input port 2.
 
         Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
@@ -575,6 +648,75 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def SetNumberOfWeights(self, count: int) -> None: ...
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
+        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
+        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
+
+        Curves are carried along their whole length. Each connected surface moves by the
+        rotation and translation that its points have in common; cells with a volume count by
+        their outer faces. Weights are those of points.
+
+        One of "points", "cells"; default: "points".
+        """
+
+    def GetHandleShapes(self) -> str: ...
+    def AddHandle(self, value: Handle) -> None:
+        """Handles beside those of input port 1, or of RestPoints.
+
+        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
+        """
+
+    def ClearHandles(self) -> None: ...
+    def GetHandles(self) -> tuple[Handle, ...]: ...
+    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
+        """Ball in the deformed space in which the deformation acts: center, radius, and the
+        distance over which it fades to nothing outside of the ball. All 0: no ball.
+
+        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
+        """
+
+    def GetMaskBall(self) -> tuple[float, ...]: ...
+    def SetMask(self, value: Mask | vtkImageData | None) -> None:
+        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
+        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
+
+        Or input port 3.
+
+        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
+        """
+
+    def GetMask(self) -> Mask | vtkImageData | None: ...
+    def SetFixedPlanes(self, values: ArrayLike) -> None:
+        """Planes that stay where they are: a point, a normal, and the distance from the plane over
+        which the deformation grows to its whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
+    def GetNumberOfFixedPlanes(self) -> int: ...
+    def SetFixedPlane(self, index: int, *row: float) -> None: ...
+    def SetSlidingPlanes(self, values: ArrayLike) -> None:
+        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
+        the distance from the plane over which displacements along the normal grow to their
+        whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
+    def GetNumberOfSlidingPlanes(self) -> int: ...
+    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
+    def AddConstraint(self, value: FixedFace) -> None:
+        """Faces beside those of FixedPlanes and SlidingPlanes.
+
+        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
+        """
+
+    def ClearConstraints(self) -> None: ...
+    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
     def SetInverse(self, value: bool) -> None:
         """Whether to make the displacement to where the material goes, which moves points, instead
         of the one to where it came from, which resamples images.
@@ -648,4 +790,5 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def SetInputData(self, *port_and_data) -> Any: ...
     def DisconnectControlPoints(self) -> Any: ...
     def DisconnectCuts(self) -> Any: ...
+    def DisconnectMask(self) -> Any: ...
     def updated_deformation(self, info=None) -> Any: ...

@@ -19,26 +19,27 @@ from vtk_mls.vtk.control_point_polydata import fill_polydata
 class MLSControlPoints(OwnControlPoints, Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
-    Points are p (float64), each a vertex; the point vectors "Displacement" are q - p; the point
-    array "Weight" is there if weights are given, and "Label" (texts) if a file has labels. On
-    output port 1 are arrows from p to q, to look at. Control points of files are in LPS whatever
-    frame the file is in, and the field array "Space" of both outputs says so; those of the other
-    modes are in the frame that they are given in.
+    Points are p (float64), each a vertex, or a node of a line if a file has curves; the point
+    vectors "Displacement" are q - p; the point array "Weight" is there if weights are given, and
+    "Label" (texts) if a file has labels. On output port 1 are arrows from p to q, to look at.
+    Control points of files are in LPS whatever frame the file is in, and the field array "Space" of
+    both outputs says so; those of the other modes are in the frame that they are given in.
     """
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=2, outputType="vtkPolyData")
 
     def RequestData(self, request, inInfo, outInfo):
-        mode, defaults, labels = property_tables.MODE.checked(self), (), ()
+        mode, defaults, labels, cells = property_tables.MODE.checked(self), (), (), None
         if mode == "lattice":
             defaults = (self._lattice(),)
         elif mode == "file":
             filed = self._filed()
             defaults, labels = (filed.rest, filed.deformed, filed.weights), filed.labels
+            cells = filed.cells
         rest, deformed, weights = self._listed_control_points(*defaults)
         points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
-        fill_polydata(points, rest, deformed, weights, labels)
+        fill_polydata(points, rest, deformed, weights, labels, cells)
         fill_arrows(arrows, rest, deformed)
         if mode == "file":
             for polydata in (points, arrows):
@@ -46,7 +47,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         return 1
 
     def _filed(self):
-        """p, q, weights and labels of the files."""
+        """`Pairs` of the files."""
         if not self.GetFileName():
             raise ValueError("`FileName` must name a file with control points: choose one")
         space = property_tables.SPACE.checked(self)

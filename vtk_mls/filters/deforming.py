@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vtkUniformGridAMR
+from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
+    vtkDataObject,
+    vtkImageData,
+    vtkUniformGridAMR,
+)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Deformation
-from vtk_mls.filters import cut_inputs, gradients, parallel, pipeline, property_tables, void_arrays
+from vtk_mls.filters import (
+    cut_inputs,
+    gradients,
+    limit_inputs,
+    parallel,
+    pipeline,
+    property_tables,
+    void_arrays,
+)
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
+from vtk_mls.handles.handle_cells import handles_of_cells
+from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata
+from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the control points
@@ -30,7 +46,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
     `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
     "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
-    DeformedPoints and Weights; without any, nothing moves.
+    DeformedPoints and Weights; without any, nothing moves. With HandleShapes "cells" the cells of
+    port 1 are handles, and the points of these count only there.
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
     input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
@@ -40,19 +57,23 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
     smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
 
+    The deformation acts where a mask lets it, MaskBall, Mask or an image on input port 3, and holds
+    FixedPlanes, SlidingPlanes and Constraints.
+
     All inputs may change in time, each at steps of its own. The output has the steps of all; each
     input is asked for the requested time, and says itself which of its steps that is.
 
     On several processes, control points and cuts count wherever they are: all that the processes
-    have, in the order of ranks; or once, if those that have some have exactly the same.
+    have, in the order of ranks; or once, if those that have some have exactly the same. Each
+    process requests the whole of a mask.
     """
 
     def __init__(self, output_type="vtkImageData"):
         super().__init__(
-            nInputPorts=3, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
+            nInputPorts=4, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
         self._collected = None  # state of ports 1 and 2 when processes shared them, and the data
-        self._cuts_cache = CachedValue()
+        self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
         self._deformation_cache = CachedValue()
 
     def FillInputPortInformation(self, port, info):
@@ -62,6 +83,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             (self.InputType, "vtkUniformGridAMR"),
             ("vtkPointSet", "vtkCompositeDataSet"),
             ("vtkPolyData",),
+            ("vtkImageData",),
         )
         for name in types[port]:
             info.Append(required, name)
@@ -82,6 +104,10 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     def DisconnectCuts(self):
         """Remove all inputs from port 2."""
         self.RemoveAllInputConnections(2)
+
+    def DisconnectMask(self):
+        """Remove the input from port 3."""
+        self.RemoveAllInputConnections(3)
 
     def _has_cuts(self):
         """Whether there are cuts."""
@@ -139,14 +165,15 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return connections, changes, pipeline.requested_time(info)
 
     def _control_data(self, make_inputs):
-        """Lists of the data on ports 1 and 2, of this process or of all."""
+        """Lists of the data on ports 1, 2, of this process or of all, and 3."""
         if not parallel.is_parallel() or self._collected is None:
-            return [make_inputs(port) for port in (1, 2)]
+            return [make_inputs(port) for port in (1, 2, 3)]
         data = self._collected[1]
         if isinstance(data, ValueError):
             raise data
         pairs = data.items()
-        return [[item for (port, _), item in pairs if port == number] for number in (1, 2)]
+        collected = [[item for (port, _), item in pairs if port == number] for number in (1, 2)]
+        return [*collected, make_inputs(3)]
 
     def updated_deformation(self, info=None):
         """The Deformation of the properties, and of control points and cuts, which are updated.
@@ -167,10 +194,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """The deformation by the inputs of RequestData."""
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
-    def _deformation(self, control_points, surfaces):
-        """The deformation by data of ports 1 and 2; the same object until something changes."""
-        names = self._control_point_arrays(*control_points) if control_points else ()
-        cuts = self._all_cuts(surfaces)
+    def _deformation(self, control_points, surfaces, masks):
+        """The deformation by data of ports 1 to 3; the same object until something changes."""
+        names = _control_point_arrays(self, *control_points) if control_points else ()
+        shapes = property_tables.HANDLE_SHAPES_CHOICE.checked(self)
+        cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
         data = _stamps(control_points)
         state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
@@ -179,22 +207,50 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             for option in options.DEFORMATION_OPTIONS
         }
         settings |= {"cut_frame": cut_frame, "device": self.GetDevice() or None}
-        state += tuple(settings.values())
+        state += (shapes, self.GetHandles(), limits, *settings.values())
 
         def make():
-            if control_points:
-                rest, deformed, weights = arrays.control_points(*control_points, *names)
-            else:
-                rest, deformed, weights = self._own_control_points()
+            rest, deformed, weights, handles = self._all_handles(control_points, names, shapes)
+            blend, (mask, faces) = options.BLEND.checked(self.GetBlend(), "Blend"), limits
+            if blend != 1:
+                deformed = rest + blend * (deformed - rest)
+                handles = [blended(handle, blend) for handle in handles]
             return Deformation(
                 rest,
-                self._blended(rest, deformed),
+                deformed,
                 weights=weights,
+                handles=handles,
                 cuts=cuts,
+                mask=mask,
+                constraints=faces,
                 **settings,
             )
 
         return self._deformation_cache.of(state, make)
+
+    def _all_handles(self, control_points, names, shapes):
+        """p, q and weights of points, and the other handles."""
+        handles = list(self.GetHandles())
+        if not control_points:
+            return *self._own_control_points(), handles
+        points = arrays.control_points(*control_points, *names)
+        if shapes == "cells":
+            *points, shaped = handles_of_cells(*points, cells_of(*control_points))
+            handles += shaped
+        return *points, handles
+
+    def _all_limits(self, images):
+        """Mask and faces; the same objects until one of them changes."""
+        ball, mask, faces = self.GetMaskBall(), self.GetMask(), self.GetConstraints()
+        planes = self.GetFixedPlanes(), self.GetSlidingPlanes()
+        own = [mask] if isinstance(mask, vtkImageData) else []
+
+        def make():
+            planar = limit_inputs.faces(*planes)
+            return limit_inputs.one_mask(ball, mask, images), (*planar, *faces)
+
+        key = ball, mask, faces, planes, _stamps([*images, *own])
+        return self._limits_cache.of(key, make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
@@ -211,14 +267,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         kind = property_tables.CUT_TYPE.checked(self)
         return kind, self.GetCutOrigin(), self.GetCutNormal(), self.GetCutInward()
 
-    def _control_point_arrays(self, polydata):
-        """Names of the arrays with q - p and, or None, with weights."""
-        displacement = self._array_name(0, polydata) or DISPLACEMENT
-        weight = self._array_name(1, polydata) or WEIGHT
-        if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
-            weight = None
-        return displacement, weight
-
     def _own_control_points(self):
         """p, q and weights by properties; without any, one control point at rest."""
         rest, deformed, weights = self._listed_control_points()
@@ -233,7 +281,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             is_ignored |= is_still & on_cut
             if self.GetCutFrame() == "rest":
                 rest = np.where(on_cut[:, None], _shifted_off(cut.plane, rest, deformed), rest)
-        if is_ignored.all():
+        if is_ignored.all() and not self.GetHandles():
             return _ANCHOR, _ANCHOR, None
         mask = ~is_ignored
         return rest[mask], deformed[mask], None if weights is None else weights[mask]
@@ -253,11 +301,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 f"`{name}` must be where the data are: one is {distance:g} away from their middle, "
                 f"and they are {size:g} large, which float32 cannot tell from a point then"
             )
-
-    def _blended(self, rest, deformed):
-        """Positions between p and q by Blend."""
-        blend = options.BLEND.checked(self.GetBlend(), "Blend")
-        return deformed if blend == 1 else rest + blend * (deformed - rest)
 
     def _overlap_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the array of the overlap."""
@@ -292,16 +335,26 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """Whether an array of the Jacobian is generated."""
         return self.GetGenerateJacobian() or self.GetGenerateJacobianDeterminant()
 
-    def _array_name(self, index, polydata):
-        """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
-        info = self.GetInputArrayInformation(index)
-        if info.Has(vtkDataObject.FIELD_NAME()):
-            return info.Get(vtkDataObject.FIELD_NAME())
-        if info.Has(vtkDataObject.FIELD_ATTRIBUTE_TYPE()):
-            kind = info.Get(vtkDataObject.FIELD_ATTRIBUTE_TYPE())
-            active = polydata.GetPointData().GetAbstractAttribute(kind)
-            return active.GetName() if active else None
-        return None
+
+def _array_name(algorithm, index, polydata):
+    """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
+    info = algorithm.GetInputArrayInformation(index)
+    if info.Has(vtkDataObject.FIELD_NAME()):
+        return info.Get(vtkDataObject.FIELD_NAME())
+    if info.Has(vtkDataObject.FIELD_ATTRIBUTE_TYPE()):
+        kind = info.Get(vtkDataObject.FIELD_ATTRIBUTE_TYPE())
+        active = polydata.GetPointData().GetAbstractAttribute(kind)
+        return active.GetName() if active else None
+    return None
+
+
+def _control_point_arrays(algorithm, polydata):
+    """Names of the arrays with q - p and, or None, with weights."""
+    displacement = _array_name(algorithm, 0, polydata) or DISPLACEMENT
+    weight = _array_name(algorithm, 1, polydata) or WEIGHT
+    if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
+        weight = None
+    return displacement, weight
 
 
 def input_dataset(in_info):

@@ -56,5 +56,5 @@ def numbers_of(name, values, row):
     try:
         return as_float(name, values).reshape(len(values), *row)
     except (TypeError, ValueError):
-        expected = "rows of three numbers" if row else "numbers"
+        expected = f"rows of {row[0]} numbers" if row else "numbers"
         raise ValueError(f"`{name}` must be {expected}, got {short_repr(values)}") from None

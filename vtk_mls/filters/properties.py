@@ -291,20 +291,44 @@ class ArrayNames(Items):
         return self._with_adder(add_name)
 
 
-class Cuts(Items):
-    """Cuts: values of `vtk_mls`."""
+@dataclass(frozen=True)
+class Values(Items):
+    """Values of `vtk_mls`, which only Python can set; `kinds` says which."""
+
+    _: KW_ONLY
+    kinds: str
 
     @property
     def values(self):
-        return "each a `vtk_mls.Plane`, `HalfPlane` or `Surface`"
+        return f"each {self.kinds}"
 
     def methods(self):
         attribute = self.attribute
 
-        def add_cut(self, cut):
-            self._set(attribute, (*getattr(self, attribute), cut))
+        def add_value(self, value):
+            self._set(attribute, (*getattr(self, attribute), value))
 
-        return self._with_adder(add_cut)
+        return self._with_adder(add_value)
+
+
+@dataclass(frozen=True)
+class Value(Property):
+    """A value of `vtk_mls` or None, which only Python can set; `kinds` says which."""
+
+    _: KW_ONLY
+    kinds: str
+
+    @property
+    def values(self):
+        return self.kinds
+
+    def methods(self):
+        attribute = self.attribute
+
+        def set_value(self, value):
+            self._set(attribute, value)
+
+        return self._pair(set_value)
 
 
 class Rows(Property):
@@ -392,27 +416,26 @@ class Factors(Rows):
         return set_one
 
 
-def of_option(option, is_interactive=False):
-    """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
-    default = option.interactive_default if is_interactive else option.default
-    keywords = {"more": option.more, "is_advanced": option.section != "map"}
-    if option.section == "cut":
-        keywords |= {"hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
-    if option.needs:
-        name, value = option.needs
-        keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)
-    about = option.property_name, "" if default is None else default, option.help
-    if option.slider:
-        low, high, _ = option.slider
-        return Slider(*about, low=low, high=high, **keywords)
-    if option.choices and isinstance(option.default, int):
-        low, high = min(option.choices), max(option.choices)
-        return Slider(*about, low=low, high=high, **keywords)
-    if option.choices:
-        return Choice(*about, choices=option.choices, **keywords)
-    if option.default is None:
-        return Text(*about, **keywords)
-    return Number(*about, **keywords)
+class Planes(Rows):
+    """Planes with a fall-off: a point, a normal and a length."""
+
+    columns = ("x", "y", "z", "nx", "ny", "nz", "falloff")
+    new = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+
+    @property
+    def values(self):
+        return f"rows ({', '.join(self.columns)})"
+
+    _as_list = staticmethod(Positions._as_list)
+
+    def _set_one(self):
+        attribute, new = self.attribute, self.new
+
+        def set_one(self, index, *row):
+            """One of {0.name}; those missing before it are {0.new}."""
+            replace(self, getattr(self, attribute), index, row, new)
+
+        return set_one
 
 
 def resize(algorithm, values, count, new):

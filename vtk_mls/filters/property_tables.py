@@ -2,27 +2,56 @@
 
 from __future__ import annotations
 
+import re
+
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
     Choice,
-    Cuts,
     Dimensions,
     Factors,
     FileName,
     Flag,
     Number,
+    Planes,
     Positions,
+    Slider,
+    Text,
+    Value,
+    Values,
     Vector,
-    of_option,
 )
+from vtk_mls.handles.handle_cells import HANDLE_SHAPES
 from vtk_mls.model import options
+
+
+def _of_option(option, is_interactive=False):
+    """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
+    default = option.interactive_default if is_interactive else option.default
+    keywords = {"more": option.more, "is_advanced": option.section != "map"}
+    if option.section == "cut":
+        keywords |= {"hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
+    if option.needs:
+        name, value = option.needs
+        keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)
+    about = option.property_name, "" if default is None else default, option.help
+    if option.slider:
+        low, high, _ = option.slider
+        return Slider(*about, low=low, high=high, **keywords)
+    if option.choices and isinstance(option.default, int):
+        low, high = min(option.choices), max(option.choices)
+        return Slider(*about, low=low, high=high, **keywords)
+    if option.choices:
+        return Choice(*about, choices=option.choices, **keywords)
+    if option.default is None:
+        return Text(*about, **keywords)
+    return Number(*about, **keywords)
 
 
 def _of_section(section, is_interactive=False):
     """Properties of the options in a section of panels."""
-    return tuple(of_option(o, is_interactive) for o in options.OPTIONS if o.section == section)
+    return tuple(_of_option(o, is_interactive) for o in options.OPTIONS if o.section == section)
 
 
 MAP = _of_section("map")
@@ -63,7 +92,12 @@ CUT_INWARD = Vector(
 )
 
 # All cuts.
-CUTS = Cuts("Cuts", (), "Cuts beside those of CutType and of input port 2.")
+CUTS = Values(
+    "Cuts",
+    (),
+    "Cuts beside those of CutType and of input port 2.",
+    kinds="a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
+)
 
 # Control points of a filter's own.
 OWN_CONTROL_POINTS = (
@@ -93,6 +127,66 @@ OWN_CONTROL_POINTS = (
         shown_when=("ControlPoints", None),
     ),
 )
+
+# Handles beside points.
+HANDLE_SHAPES_CHOICE = Choice(
+    "HandleShapes",
+    "points",
+    """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
+    without a cell, are points, lines are curves, and closed surfaces are rigid regions.""",
+    more="""Curves are carried along their whole length. Each connected surface moves by the
+    rotation and translation that its points have in common; cells with a volume count by their
+    outer faces. Weights are those of points.""",
+    choices=HANDLE_SHAPES,
+    hidden_when=("ControlPoints", None),
+)
+HANDLES = Values(
+    "Handles",
+    (),
+    "Handles beside those of input port 1, or of RestPoints.",
+    kinds="a `vtk_mls.CurveHandle` or `RegionHandle`",
+)
+HANDLE_OPTIONS = (HANDLE_SHAPES_CHOICE, HANDLES)
+
+# Where the deformation acts.
+_LIMIT = {"is_advanced": True, "unit": "world coordinates"}
+MASK_BALL = Vector(
+    "MaskBall",
+    (0.0, 0.0, 0.0, 0.0, 0.0),
+    """Ball in the deformed space in which the deformation acts: center, radius, and the distance
+    over which it fades to nothing outside of the ball. All 0: no ball.""",
+    labels=("x", "y", "z", "radius", "falloff"),
+    **_LIMIT,
+)
+MASK = Value(
+    "Mask",
+    None,
+    """Image in the deformed space by which displacements are multiplied, from 0 to 1; of integers,
+    as of labels, what is not 0 counts as 1. Outside of the image nothing moves.""",
+    more="Or input port 3.",
+    kinds="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
+)
+FIXED_PLANES = Planes(
+    "FixedPlanes",
+    (),
+    """Planes that stay where they are: a point, a normal, and the distance from the plane over
+    which the deformation grows to its whole.""",
+    **_LIMIT,
+)
+SLIDING_PLANES = Planes(
+    "SlidingPlanes",
+    (),
+    """Planes along which material slides, as at a plane of symmetry: a point, a normal, and the
+    distance from the plane over which displacements along the normal grow to their whole.""",
+    **_LIMIT,
+)
+CONSTRAINTS = Values(
+    "Constraints",
+    (),
+    "Faces beside those of FixedPlanes and SlidingPlanes.",
+    kinds="a `vtk_mls.FixedFace` or `SlidingFace`",
+)
+LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
 
 INTERPOLATION = Choice(
     "Interpolation",
@@ -252,7 +346,7 @@ SAMPLE_DIMENSIONS = Dimensions(
 
 # What both filters ask of the deformation.
 CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, *CUT_OPTIONS)
-_SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS)
+_SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS, *HANDLE_OPTIONS, *LIMITS)
 COMPUTING = _of_section("computing")
 INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vtk_mls.handles.control_points import ControlPoints
 
 
+_EDGE = 1e-3  # MASK_EDGE of opencl/handles/limits.cl
 _ROUNDING = 2e-6  # of positions in the kernels, local units
 
 
@@ -129,7 +130,8 @@ class ImageMask(Mask):
 
     def factor(self, v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         index = self.grid.index_of(v)
-        inside = ((index >= 0) & (index <= np.array(self.grid.dimensions) - 1)).all(axis=1)
+        last = np.array(self.grid.dimensions) - 1
+        inside = ((index >= -_EDGE) & (index <= last + _EDGE)).all(axis=1)
         value, slope = linear(self.values, index)
         slope = np.einsum("mi,ij->mj", slope, self.grid.world_to_index)
         return np.where(inside, value, 0), np.where(inside[:, None], slope, 0)

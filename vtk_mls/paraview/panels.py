@@ -10,6 +10,7 @@ from itertools import product
 
 from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
+from vtk_mls.filters.properties import Value, Values
 from vtk_mls.paraview.property_xml import (
     array_choice,
     bounds,
@@ -165,6 +166,29 @@ _CUTS = data_input(
     multiple_input=1,
 )
 
+_MASK = data_input(
+    "Mask",
+    3,
+    "vtkImageData",
+    """Mask (optional): an image in the deformed space whose active scalars multiply displacements,
+    from 0 to 1; of integers, as of labels, what is not 0 counts as 1. Outside of it nothing moves.
+    """,
+    xml("Hints", xml("Optional")),
+    clean_command="DisconnectMask",
+    panel_visibility="advanced",
+)
+
+_LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
+_WHERE_IT_ACTS = [
+    *elements(_LIMITS),
+    xml(
+        "PropertyGroup",
+        *(xml("Property", name=prop.name) for prop in _LIMITS),
+        label="Where It Acts",
+        panel_visibility="advanced",
+    ),
+]
+
 # ParaView shows the widget of the plane where the first property of its group stands: Input, which
 # comes between CutType and these properties.
 _CUT = [
@@ -206,9 +230,12 @@ def _filter_panel(description, input_property, middle, *properties):
         input_property,
         _CONTROL_POINTS,
         _CUTS,
+        _MASK,
+        element(tables.HANDLE_SHAPES_CHOICE),
         *_CUT,
         *middle,
         *_HANDLES,
+        *_WHERE_IT_ACTS,
         *elements(properties),
         *elements(tables.INTERACTIVE_COMPUTING),
     ]

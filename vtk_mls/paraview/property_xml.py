@@ -108,7 +108,11 @@ def bounds(modes):
 
 
 def shown_when(name, value, **options):
-    """A hint: show a property only while the property `name` has that value."""
+    """A hint: show a property only while the property `name` has that value.
+
+    None is that of an input which is not connected.
+    """
+    value = "null" if value is None else value
     decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
     return xml("PropertyWidgetDecorator", **decorator, **options)
 
@@ -116,8 +120,7 @@ def shown_when(name, value, **options):
 def visibility(prop):
     """Hints that say when a property is shown."""
     if prop.shown_when:
-        name, value = prop.shown_when
-        return [shown_when(name, "null" if value is None else value)]
+        return [shown_when(*prop.shown_when)]
     if not prop.hidden_when:
         return []
     hint = shown_when(*prop.hidden_when, inverse=1)
@@ -168,7 +171,8 @@ def _(prop: properties.Slider, domain=""):
 
 @element.register
 def _(prop: properties.Vector, domain=""):
-    return _numbers(prop, prop.default, domain)
+    labels = [_component_labels(prop.labels)] if len(prop.labels) > 3 else []
+    return _numbers(prop, prop.default, domain, *labels)
 
 
 @element.register
@@ -220,16 +224,13 @@ def _(prop: properties.ArrayNames, domain=""):
 
 @element.register
 def _(prop: properties.Rows, domain="", default=""):
-    labels = [
-        xml("ComponentLabel", component=i, label=label) for i, label in enumerate(prop.columns)
-    ]
     return vector(
         "Double",
         prop.name,
         default or "none",
         prop.help,
         domain,
-        _hints(prop, xml("ShowComponentLabels", *labels)),
+        _hints(prop, _component_labels(prop.columns)),
         command=f"Set{prop.singular}",
         use_index=1,
         repeat_command=1,
@@ -240,9 +241,14 @@ def _(prop: properties.Rows, domain="", default=""):
     )
 
 
-def _numbers(prop, default, domain):
+def _numbers(prop, default, domain, *hints):
     kind, text = _kind(default[0]), joined(default)
-    return vector(kind, prop.name, text, prop.help, domain, _hints(prop), **_level(prop))
+    return vector(kind, prop.name, text, prop.help, domain, _hints(prop, *hints), **_level(prop))
+
+
+def _component_labels(names):
+    labels = (xml("ComponentLabel", component=i, label=name) for i, name in enumerate(names))
+    return xml("ShowComponentLabels", *labels)
 
 
 def _kind(default):

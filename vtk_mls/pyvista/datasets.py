@@ -23,7 +23,7 @@ class Deforming:
         self._dataset = dataset
 
     @arguments.takes(property_tables.DEFORM)
-    def deform(self, rest, deformed=None, weights=None, cuts=(), **options):
+    def deform(self, rest=None, deformed=None, weights=None, cuts=(), **options):
         """Deform the dataset.
 
         Images are resampled, points of meshes are moved; both stay registered. Arrays keep their
@@ -31,10 +31,11 @@ class Deforming:
 
         Parameters
         ----------
-        rest : (n, 3) array_like or dataset with points, world coordinates
+        rest : (n, 3) array_like or dataset with points, world coordinates, optional with `handles`
             p: control points in the undeformed space. A dataset with point vectors "Displacement",
             q - p, needs no `deformed`: a PolyData that `vtk_mls.pyvista.read` makes of a file, or
-            points that were extracted from a mesh (UnstructuredGrid, PointSet, ...).
+            points that were extracted from a mesh (UnstructuredGrid, PointSet, ...). With
+            `handle_shapes="cells"` its lines are curves, and its closed surfaces rigid regions.
         deformed : (n, 3) array_like or dataset with points, world coordinates, optional
             q: where they were dragged to.
         weights : (n,) array_like, optional
@@ -62,7 +63,7 @@ class Deforming:
         return result
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
-    def field(self, rest, deformed=None, weights=None, cuts=(), **options):
+    def field(self, rest=None, deformed=None, weights=None, cuts=(), **options):
         """The displacement field, on the image's grid or over the bounds of a mesh.
 
         Parameters
@@ -89,7 +90,8 @@ class Deforming:
     def _run(self, algorithm, control_points, cuts, options):
         """The output of a filter for the dataset."""
         algorithm.SetInputData(0, self._dataset)
-        algorithm.SetInputData(1, arguments.control_points(*control_points))
+        if options.get("handles") is None or control_points[0] is not None:
+            algorithm.SetInputData(1, arguments.control_points(*control_points))
         for cut in arguments.as_cuts(cuts):
             if isinstance(cut, vtkPolyData):
                 algorithm.AddInputDataObject(2, cut)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterable
 from textwrap import fill, indent
 
 import numpy as np
@@ -10,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPointSet, vtkPolyDat
 
 from vtk_mls.base.validation import short_repr
 from vtk_mls.filters import property_tables
-from vtk_mls.filters.properties import Items
+from vtk_mls.filters.properties import Items, Values
 from vtk_mls.model import arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import fill_polydata
@@ -59,7 +60,8 @@ def apply(algorithm, options):
         if name not in properties:
             raise TypeError(f"`{name}` is no option; there are {', '.join(properties)}")
         row = properties[name]
-        if isinstance(row, Items) and isinstance(value, str):
+        is_one = isinstance(row, Values) and not isinstance(value, Iterable)
+        if is_one or (isinstance(row, Items) and isinstance(value, str)):
             value = (value,)
         try:
             row.assign(algorithm, value)
@@ -89,6 +91,8 @@ def control_points(rest, deformed=None, weights=None):
     TypeError, ValueError
         Naming the argument.
     """
+    if rest is None:
+        raise TypeError("`rest` is missing: give the positions of control points, or `handles`")
     if deformed is None and isinstance(rest, vtkPointSet):
         if weights is not None:
             raise TypeError("`weights` of control points in a dataset are its array `Weight`")

@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from vtk_mls.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.handle_cells import cells_of, set_cells
 
 # Names of the point arrays.
 DISPLACEMENT, WEIGHT, LABEL = "Displacement", "Weight", "Label"
 
 
-def fill_polydata(polydata, rest, deformed, weights, labels=()):
+def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None):
     """Make control-point polydata, what `arrays.control_points` reads.
 
     Parameters
     ----------
     polydata : vtkPolyData
-        Gets a vertex for each p, the active vectors "Displacement" = q - p, and "Weight" if there
-        are weights; float64.
+        Gets the active vectors "Displacement" = q - p, "Weight" if there are weights, float64, and
+        the cells.
     rest, deformed : (n, 3) float64, world coordinates
     weights : (n,) float64 or None
     labels : list of n str, optional
         Become the point array "Label" if any is not empty.
+    cells : HandleCells, optional
+        By default a vertex for each p.
     """
     points = vtkPoints()
     points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
     polydata.SetPoints(points)
-    vertices = vtkCellArray()
-    vertices.SetData(arrays.ids(np.arange(len(rest) + 1)), arrays.ids(np.arange(len(rest))))
-    polydata.SetVerts(vertices)
+    set_cells(polydata, cells or HandleCells.points(len(rest)))
     arrays.add(polydata.GetPointData(), DISPLACEMENT, deformed - rest)
     polydata.GetPointData().SetActiveVectors(DISPLACEMENT)
     if weights is not None:
@@ -40,11 +41,12 @@ def fill_polydata(polydata, rest, deformed, weights, labels=()):
 
 
 def as_polydata(point_set):
-    """The points of a vtkPointSet, with their arrays, as vtkPolyData; polydata as it is."""
+    """A vtkPointSet as vtkPolyData with its cells as handles; polydata as it is."""
     if isinstance(point_set, vtkPolyData):
         return point_set
     polydata = vtkPolyData()
     polydata.SetPoints(point_set.GetPoints())
     polydata.GetPointData().ShallowCopy(point_set.GetPointData())
     polydata.GetFieldData().ShallowCopy(point_set.GetFieldData())
+    set_cells(polydata, cells_of(point_set))
     return polydata

@@ -1,0 +1,188 @@
+"""Handles with a shape, masks and faces on the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
+
+from vtk_mls import io
+from vtk_mls.cli import main
+from vtk_mls.vtk.arrays import ImageGeometry
+
+CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)], float)
+MOTION = transform()
+CELLS = ["--handle-shapes", "cells"]
+
+
+@pytest.fixture
+def bones(files):
+    """The folder with a bone that moves, and a mesh inside of it."""
+    handles = joined(moved(ball((1, 0, 0), 2), MOTION), polyline(CORNERS, kind="Verts"))
+    io.write_dataset(handles, "bones.vtp")
+    io.write_dataset(ball((1, 0, 0), 1.2), "marrow.vtp")
+    return files
+
+
+def deform(*arguments):
+    return main(["deform", *arguments, "--device", FAST])
+
+
+def displacements(*options, grid="in.vti"):
+    assert main(["field", grid, "handles.csv", "field.vti", *options, "--device", FAST]) == 0
+    return values_of(io.read_dataset("field.vti"), "BackwardDisplacement")
+
+
+def test_a_bone_stays_rigid(bones, capsys):
+    assert deform("marrow.vtp", "bones.vtp", "out.vtp", *CELLS) == 0
+    before, after = io.read_dataset("marrow.vtp"), io.read_dataset("out.vtp")
+    expected = [MOTION.TransformPoint(point) for point in positions(before)]
+    np.testing.assert_allclose(positions(after), expected, atol=2e-5)
+    assert volume(after) == pytest.approx(volume(before), rel=1e-5)
+    assert "not met" not in capsys.readouterr().out
+    assert deform("marrow.vtp", "bones.vtp", "out.vtp") == 0
+    assert "surfaces of the handles count as points (--handle-shapes cells)" in (
+        capsys.readouterr().out
+    )
+
+
+def test_points_move_with_a_bone(bones):
+    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
+    assert main(["points", "in.csv", "bones.vtp", "out.csv", *CELLS, "--device", FAST]) == 0
+    found = io.read_landmarks("out.csv").positions
+    expected = [MOTION.TransformPoint(point) for point in [(1, 0, 0), (0.5, 0.5, -0.5)]]
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+    half = ["--blend", "0.5", "--device", FAST]
+    assert main(["points", "in.csv", "bones.vtp", "out.csv", *CELLS, *half]) == 0
+    found = io.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(
+        np.linalg.norm(np.diff(found, axis=0)), np.linalg.norm((0.5, -0.5, 0.5)), atol=2e-5
+    )
+
+
+def test_a_surface_at_rest_and_moved_are_a_pair_of_files(bones):
+    bone = io.read_dataset("bones.vtp")
+    rest, after = displaced(bone, 0), displaced(bone, 0)
+    for point in range(bone.GetNumberOfPoints()):
+        step = bone.GetPointData().GetArray("Displacement").GetTuple(point)
+        after.GetPoints().SetPoint(point, np.add(bone.GetPoint(point), step))
+    for name, surface in {"rest.vtp": rest, "after.vtp": after}.items():
+        surface.GetPointData().Initialize()
+        io.write_dataset(surface, name)
+    assert deform("marrow.vtp", "rest.vtp", "pair.vtp", "--deformed", "after.vtp", *CELLS) == 0
+    assert deform("marrow.vtp", "bones.vtp", "one.vtp", *CELLS) == 0
+    pair, one = (positions(io.read_dataset(name)) for name in ("pair.vtp", "one.vtp"))
+    np.testing.assert_allclose(pair, one, atol=1e-6)
+
+
+def test_overlapping_bones_are_told(bones, capsys):
+    pushed = [moved(ball((x, 0, 0), 1), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
+    pushed[1] = displaced(pushed[1], (2, 0, 0))
+    io.write_dataset(joined(*pushed), "pushed.vtp")
+    assert deform("marrow.vtp", "pushed.vtp", "out.vtp", *CELLS) == 0
+    assert "; surfaces overlap where they were moved to: 1 and 2" in capsys.readouterr().out
+
+
+def _curve(name, nodes, kind="Curve"):
+    points = [{"label": f"{kind}-{i + 1}", "position": node} for i, node in enumerate(nodes)]
+    markups = {"type": kind, "coordinateSystem": "LPS", "controlPoints": points}
+    Path(name).write_text(json.dumps({"markups": [markups]}))
+
+
+@pytest.mark.parametrize(("kind", "count"), [("Curve", 3), ("ClosedCurve", 4)])
+def test_curves_of_slicer(files, kind, count):
+    nodes = np.array([(1, 1, 1), (3, 1, 1), (3, 4, 2)], float)
+    _curve("rest.mrk.json", nodes.tolist(), kind)
+    _curve("moved.mrk.json", (nodes + [0, 0, 1]).tolist(), kind)
+    rest, deformed, _, handles = io.read_handles("rest.mrk.json", "moved.mrk.json")
+    assert len(rest) == len(deformed) == 0
+    (curve,) = handles
+    rows = [0, 1, 2, 0][:count]
+    np.testing.assert_array_equal(curve.rest, nodes[rows])
+    np.testing.assert_array_equal(curve.deformed, nodes[rows] + [0, 0, 1])
+    polydata = io.read_control_points("rest.mrk.json", "moved.mrk.json")
+    assert (polydata.GetNumberOfLines(), polydata.GetNumberOfVerts()) == (1, 0)
+
+
+def test_outside_of_a_ball_is_the_input_to_the_bit(files, capsys):
+    assert deform("in.vti", "handles.csv", "out.vti", "--mask-ball", "4,4,3,1.5,1") == 0
+    before, after = io.read_dataset("in.vti"), io.read_dataset("out.vti")
+    points = ImageGeometry.of_image(before).grid.points()
+    distance = np.linalg.norm(points - (4, 4, 3), axis=1).reshape(7, 8, 9)
+    before, after = values_of(before, "values"), values_of(after, "values")
+    np.testing.assert_array_equal(after[distance >= 2.5], before[distance >= 2.5])
+    assert (after[distance < 1.5] != before[distance < 1.5]).any()
+    miss = np.linalg.norm(DEFORMED - REST, axis=1)
+    note = f"; 4 of 8 handles are not met, by up to {miss.max():.3g}, for the mask or a face holds"
+    assert note in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["mask.vti", "mask.nii.gz", "mask.nrrd"])
+def test_a_label_volume_is_a_mask(files, name):
+    image = make_image()
+    inside = np.zeros((7, 8, 9))
+    inside[:, :, 5:] = 3
+    add_array(image.GetPointData(), "labels", inside.ravel(), 5)
+    image.GetPointData().SetActiveScalars("labels")
+    io.write_dataset(image, name)
+    whole, part = displacements(), displacements("--mask", name)
+    assert not part[:, :, :5].any()
+    np.testing.assert_allclose(part[:, :, 5:], whole[:, :, 5:], atol=1e-6)
+
+
+def test_planes_hold_and_let_slide(files):
+    """The grid has points with y = 4.25 (its fifth row)."""
+    whole = displacements()
+    fixed = displacements("--fixed-plane", "0,4.25,0,0,1,0,1", "--fixed-plane=0,0,0,0,0,1,.1")
+    assert np.abs(fixed[:, 4]).max() < 1e-12
+    assert np.abs(fixed[0]).max() < 1e-12
+    np.testing.assert_allclose(fixed[1:, :3], whole[1:, :3], atol=1e-5)
+    sliding = displacements("--sliding-plane", "0,4.25,0,0,1,0,1")
+    assert np.abs(sliding[:, 4, :, 1]).max() < 1e-12
+    np.testing.assert_allclose(sliding[:, 4, :, ::2], whole[:, 4, :, ::2], atol=1e-5)
+
+
+BAD = {
+    "ball of four": (["--mask-ball", "0,0,0,1"], "`--mask-ball` must be 5 numbers with commas"),
+    "no radius": (["--mask-ball", "1,2,3,0,1"], "`--mask-ball` is no ball: `radius` must be"),
+    "plane": (["--fixed-plane", "0,0,0,0,0,0,1"], "`--fixed-plane` is no plane with a fall-off"),
+    "words": (["--sliding-plane", "a,b"], "`--sliding-plane` must be 7 numbers with commas"),
+    "no mask": (["--mask", "none.vti"], "`none.vti`"),
+    "mesh as a mask": (["--mask", "marrow.vtp"], "`--mask` must be an image, got a vtkPolyData in"),
+    "points as a mask": (["--mask", "handles.csv"], "`handles.csv`: its name must end in"),
+    "grey mask": (["--mask", "in.vti"], "`in.vti` must have numbers from 0 to 1, got"),
+    "two masks": (
+        ["--mask", "labels.vti", "--mask-ball", "0,0,0,1,1"],
+        "one mask, got `--mask-ball` and `--mask`",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["deform", "field", "points"])
+@pytest.mark.parametrize("case", BAD)
+def test_bad_limits(bones, command, case, capsys):
+    options, sentence = BAD[case]
+    image = io.read_dataset("in.vti")
+    image.GetPointData().SetActiveScalars("labels")
+    io.write_dataset(image, "labels.vti")
+    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
+    source, output = ("in.csv", "out.csv") if command == "points" else ("in.vti", "out.vti")
+    assert main([command, source, "handles.csv", output, *options, "--device", FAST]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert sentence in error
+    assert not Path(output).exists()
+
+
+@pytest.mark.parametrize("command", ["deform", "points"])
+def test_bad_surfaces_name_the_file(bones, command, capsys):
+    triangle = polyline([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (0, 0, 1), "Polys")
+    io.write_dataset(triangle, "open.vtp")
+    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
+    source, output = ("in.csv", "out.csv") if command == "points" else ("in.vti", "out.vti")
+    assert main([command, source, "open.vtp", output, *CELLS, "--device", FAST]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "`open.vtp`, surface 0, is no rigid region: " in error

@@ -1,0 +1,176 @@
+"""HandleShapes "cells": vertices are points, lines curves, closed surfaces rigid regions."""
+
+import numpy as np
+import pytest
+from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
+from vtk_fixtures import FAST, add_array, update
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
+
+from vtk_mls import Ball, CurveHandle, RegionHandle
+from vtk_mls.filters import MLSDeform
+
+CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)], float)
+MOTION = transform()
+
+
+def deforming(handles, mesh=None, device=FAST, shapes="cells"):
+    deform = MLSDeform()
+    deform.SetInputData(0, ball((0, 0, 0), 3) if mesh is None else mesh)
+    deform.SetInputData(1, handles)
+    deform.SetHandleShapes(shapes)
+    deform.SetDevice(device)
+    return deform
+
+
+def matrix(by):
+    return np.array([[by.GetMatrix().GetElement(i, j) for j in range(4)] for i in range(4)])
+
+
+def held_bone():
+    """A bone that moves between points that stay."""
+    bone = ball((1, 0, 0), 2, 6)
+    return joined(moved(bone, MOTION), polyline(CORNERS, kind="Verts"))
+
+
+def test_a_closed_surface_moves_as_a_whole(device):
+    mesh = ball((1, 0, 0), 1.2)  # inside of the bone
+    output = update(deforming(held_bone(), mesh, device))
+    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
+    np.testing.assert_allclose(positions(output), expected, atol=2e-5)
+    assert volume(output) == pytest.approx(volume(mesh), rel=1e-5)
+    by_points = update(deforming(held_bone(), mesh, device, "points"))
+    assert np.abs(positions(by_points) - expected).max() > 1e-3
+
+
+def test_a_curve_is_carried_along_its_whole_length(device):
+    """Between its nodes, too, where they turn by 90 degrees."""
+    nodes = np.array([(-3, 0, 0), (0, 0, 0), (3, 0, 0)], float)
+    bent = np.array([(-3, 0, 0), (0, 0, 0), (0, 3, 0)], float)
+    handles = joined(polyline(nodes, bent - nodes), polyline(CORNERS, kind="Verts"))
+    shares = np.linspace(0.1, 0.9, 9)[:, None]
+    along = np.concatenate([nodes[i] + shares * (nodes[i + 1] - nodes[i]) for i in (0, 1)])
+    expected = np.concatenate([bent[i] + shares * (bent[i + 1] - bent[i]) for i in (0, 1)])
+    value = deforming(handles, device=device).updated_deformation()
+    np.testing.assert_allclose(value.backward(expected), along, atol=1e-4)
+    by_points = deforming(handles, device=device, shapes="points").updated_deformation()
+    assert np.abs(by_points.backward(expected) - along).max() > 0.1
+
+
+def test_what_the_handles_are():
+    curve = np.array([(3, 3, 3), (3, 4, 3), (4, 4, 4)], float)
+    handles = joined(held_bone(), polyline(curve, (0, 0, 1)), moved(ball((0, 0, 4)), MOTION))
+    value = deforming(handles).updated_deformation()
+    np.testing.assert_array_equal(value.rest, CORNERS)
+    kinds = [type(handle) for handle in value.handles]
+    assert kinds == [CurveHandle, RegionHandle, RegionHandle]
+    np.testing.assert_array_equal(value.handles[0].rest, curve)
+    np.testing.assert_array_equal(value.handles[0].deformed, curve + [0, 0, 1])
+    for region in value.handles[1:]:
+        np.testing.assert_allclose(region.motion, matrix(MOTION), atol=1e-12)
+    np.testing.assert_allclose(value.handles[1].shape.bounds.mean(axis=0), (1, 0, 0), atol=0.1)
+    np.testing.assert_allclose(value.handles[2].shape.bounds.mean(axis=0), (0, 0, 4), atol=0.1)
+    by_points = deforming(handles, shapes="points").updated_deformation()
+    assert len(by_points.rest) == handles.GetNumberOfPoints()
+    assert by_points.handles == ()
+
+
+def test_points_of_no_cell_are_points_and_have_weights():
+    handles = held_bone()
+    handles.SetVerts(None)
+    weights = np.arange(1.0, 1 + handles.GetNumberOfPoints())
+    add_array(handles.GetPointData(), "Weight", weights)
+    value = deforming(handles).updated_deformation()
+    np.testing.assert_array_equal(value.rest, CORNERS)
+    np.testing.assert_array_equal(value.weights, weights[-8:])
+
+
+def test_corners_at_the_same_place_join_triangles():
+    """As in .stl files, where each triangle has corners of its own."""
+    bone = ball((1, 0, 0), 2)
+    soup, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    points.SetDataTypeToDouble()
+    for number in range(bone.GetNumberOfPolys()):
+        corners = bone.GetCell(number).GetPoints()
+        cells.InsertNextCell(3, [points.InsertNextPoint(corners.GetPoint(i)) for i in range(3)])
+    soup.SetPoints(points)
+    soup.SetPolys(cells)
+    (region,) = deforming(moved(soup, MOTION)).updated_deformation().handles
+    np.testing.assert_allclose(region.motion, matrix(MOTION), atol=1e-12)
+
+
+def test_the_outer_faces_of_a_volume_are_a_region():
+    bone, tetrahedra, append = moved(ball((1, 0, 0), 2), MOTION), vtkDelaunay3D(), vtkAppendFilter()
+    tetrahedra.SetInputData(bone)
+    append.AddInputConnection(tetrahedra.GetOutputPort())
+    append.AddInputData(polyline(CORNERS, kind="Verts"))
+    append.AddInputData(polyline(CORNERS[:2] / 2, (1, 0, 0)))
+    append.SetOutputPointsPrecision(1)
+    grid = update(append)
+    assert VTK_TETRA in {grid.GetCellType(i) for i in range(grid.GetNumberOfCells())}
+    value = deforming(grid).updated_deformation()
+    curve, region = value.handles
+    np.testing.assert_array_equal(curve.rest, CORNERS[:2] / 2)
+    np.testing.assert_allclose(region.motion, matrix(MOTION), atol=1e-7)  # float32 of Delaunay
+    np.testing.assert_array_equal(value.rest, CORNERS)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5])
+def test_blend_turns_by_a_share_of_the_angle(share):
+    deform = deforming(held_bone())
+    deform.SetBlend(share)
+    (region,) = deform.updated_deformation().handles
+    part = transform(30 * share, move=(0, 0, 0))
+    np.testing.assert_allclose(region.motion[:3, :3], matrix(part)[:3, :3], atol=1e-12)
+    (whole,) = deforming(held_bone()).updated_deformation().handles
+    center, moved_center = whole.center
+    expected = center + share * (moved_center - center)
+    np.testing.assert_allclose(region.moved(center[None])[0], expected, atol=1e-12)
+
+
+def test_handles_of_python():
+    deform = MLSDeform()
+    deform.SetInputData(0, ball((0, 0, 0), 1))
+    deform.SetDevice(FAST)
+    deform.AddHandle(RegionHandle(Ball((0, 0, 0), 2), matrix(MOTION)))
+    expected = [MOTION.TransformPoint(point) for point in positions(ball((0, 0, 0), 1))]
+    np.testing.assert_allclose(positions(update(deform)), expected, atol=1e-5)
+    deform.ClearHandles()
+    np.testing.assert_array_equal(positions(update(deform)), positions(ball((0, 0, 0), 1)))
+
+
+BONE = ball((1, 0, 0), 2)
+BAD = {
+    "open": (
+        displaced(
+            joined(ball((1, 0, 0)), polyline([(5, 5, 5), (6, 5, 5), (5, 6, 5)], kind="Polys")), 0
+        ),
+        "`ControlPoints`, surface 1, is no rigid region: .* closed surface, got 3 edges",
+    ),
+    "stretched": (
+        displaced(BONE, positions(BONE) * (0.1, 0, 0)),
+        r"surface 0, is no rigid region: its points must move by .* up to 0\.\d+, of a size of 4",
+    ),
+    "mirrored": (displaced(BONE, positions(BONE) * (-2, 0, 0)), "surface 0, is no rigid region"),
+    "NaN": (displaced(BONE, np.nan), "surface 0, is no rigid region: .*finite"),
+    "one node": (polyline([(0, 0, 0)]), "line 0, is no curve handle: .*2 nodes of a curve, got 1"),
+    "a node twice": (polyline([(0, 0, 0), (0, 0, 0)]), "line 0, is no curve handle: .*repeat"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_cells(case, messages):
+    handles, sentence = BAD[case]
+    deform = deforming(handles)
+    assert not deform.GetExecutive().Update()
+    messages.assert_one(sentence)
+    assert deform.GetOutput().GetNumberOfPoints() == 0
+    deform.SetInputData(1, held_bone())
+    assert update(deform).GetNumberOfPoints() > 0
+
+
+def test_an_unknown_choice(messages):
+    deform = deforming(held_bone(), shapes="lines")
+    assert not deform.GetExecutive().Update()
+    messages.assert_one("`HandleShapes` must be one of points, cells, got 'lines'")

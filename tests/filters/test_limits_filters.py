@@ -1,0 +1,165 @@
+"""Where the deformation acts: masks and faces by properties and an input."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import FAST, add_array, connect, control_points, update, values_of
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_SHORT
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+
+from vtk_mls import BoxMask, FixedFace, Plane, Surface
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk.arrays import ImageGeometry
+
+
+def scene(kind=MLSDeform, device=FAST):
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(0, 8, 0, 8, 0, 8)
+    deform = connect(kind(), source, control_points())
+    deform.SetDevice(device)
+    return deform, source
+
+
+def points_of(image):
+    return ImageGeometry.of_image(image).grid.points()
+
+
+def mask_image(values, vtk_type):
+    image = vtkImageData()
+    image.SetDimensions(9, 9, 9)
+    add_array(image.GetPointData(), "mask", np.ravel(values), vtk_type)
+    image.GetPointData().SetActiveScalars("mask")
+    return image
+
+
+def test_outside_of_a_ball_is_the_input_to_the_bit(device):
+    deform, source = scene(device=device)
+    deform.SetMaskBall(4, 4, 4, 1.5, 1)
+    before, after = values_of(update(source), "RTData"), values_of(update(deform), "RTData")
+    distance = np.linalg.norm(points_of(deform.GetOutput()) - 4, axis=1).reshape(9, 9, 9)
+    np.testing.assert_array_equal(after[distance >= 2.5], before[distance >= 2.5])
+    assert (after[distance < 1.5] != before[distance < 1.5]).any()
+    whole, _ = scene(device=device)
+    inside = distance <= 1.5
+    np.testing.assert_allclose(after[inside], values_of(update(whole), "RTData")[inside], rtol=1e-5)
+
+
+@pytest.mark.parametrize("as_input", [False, True])
+@pytest.mark.parametrize(
+    ("inside", "vtk_type"), [(1, VTK_FLOAT), (0.5, VTK_FLOAT), (7, VTK_UNSIGNED_SHORT)]
+)
+def test_displacements_are_multiplied_by_an_image(as_input, inside, vtk_type):
+    values = np.zeros((9, 9, 9))
+    values[:, :, 4:] = inside
+    field, _ = scene(MLSDisplacementField)
+    whole = values_of(update(field), "BackwardDisplacement").copy()
+    if as_input:
+        field.SetInputDataObject(3, mask_image(values, vtk_type))
+    else:
+        field.SetMask(mask_image(values, vtk_type))
+    part = values_of(update(field), "BackwardDisplacement")
+    assert not part[:, :, :4].any()
+    factor = min(inside, 1)
+    np.testing.assert_allclose(part[:, :, 4:], factor * whole[:, :, 4:], atol=1e-6)
+    if as_input:
+        field.DisconnectMask()
+    else:
+        field.SetMask(None)
+    np.testing.assert_array_equal(values_of(update(field), "BackwardDisplacement"), whole)
+
+
+def test_a_changed_mask_is_used():
+    field, _ = scene(MLSDisplacementField)
+    image = mask_image(np.ones((9, 9, 9)), VTK_FLOAT)
+    field.SetInputDataObject(3, image)
+    assert values_of(update(field), "BackwardDisplacement").any()
+    image.GetPointData().GetArray("mask").Fill(0)
+    image.GetPointData().GetArray("mask").Modified()
+    image.Modified()
+    assert not values_of(update(field), "BackwardDisplacement").any()
+
+
+def test_planes_hold_and_let_slide(device):
+    """The upper face of the box turns and rises; the plane z = 4 is within its reach."""
+    field, _ = scene(MLSDisplacementField, device)
+    whole = values_of(update(field), "BackwardDisplacement").copy()
+    assert np.abs(whole[4]).min(axis=(0, 1)).max() > 1e-4
+    field.SetFixedPlane(0, 0, 0, 4, 0, 0, 1, 2)
+    fixed = values_of(update(field), "BackwardDisplacement").copy()
+    assert not fixed[4].any()
+    far = [0, 1, 2, 6, 7, 8]
+    np.testing.assert_allclose(fixed[far], whole[far], atol=1e-5)
+    field.SetFixedPlanes(())
+    field.SetSlidingPlanes([(0, 0, 4, 0, 0, -2, 2)])
+    sliding = values_of(update(field), "BackwardDisplacement")
+    assert not sliding[4, :, :, 2].any()
+    np.testing.assert_allclose(sliding[4, :, :, :2], whole[4, :, :, :2], atol=1e-5)
+
+
+def test_values_of_python():
+    field, _ = scene(MLSDisplacementField)
+    surface = Surface([(-1, -1, 4), (9, -1, 4), (9, 9, 4), (-1, 9, 4)], [(0, 1, 2), (0, 2, 3)])
+    field.AddConstraint(FixedFace(surface, 2))
+    field.SetMask(BoxMask((1, 1, 1), (7, 7, 7), 0.5))
+    value = field.updated_deformation()
+    assert len(value.constraints) == 1
+    displacement = values_of(update(field), "BackwardDisplacement")
+    assert np.abs(displacement[4]).max() < 0.01 * np.abs(displacement).max()
+    assert not displacement[:, :, 0].any()
+    assert displacement[6].any()
+
+
+FULL = np.full((9, 9, 9), 200.0)
+BAD = {
+    "radius": (lambda d: d.SetMaskBall(0, 0, 0, -1, 1), "`MaskBall` is no ball: `radius` .*-1"),
+    "falloff": (lambda d: d.SetMaskBall(0, 0, 0, 1, 0), "`MaskBall` is no ball: `falloff` .*0"),
+    "four": (lambda d: d.SetMaskBall(0, 0, 0, 1), "`MaskBall` must be five numbers"),
+    "text": (lambda d: d.SetMaskBall("abcde"), "`MaskBall` must be numbers"),
+    "grey": (
+        lambda d: d.SetMask(mask_image(FULL, VTK_FLOAT)),
+        "`Mask` must have numbers from 0 to 1, got 200 to 200; divide",
+    ),
+    "no values": (lambda d: d.SetMask(vtkImageData()), "`Mask` must be an image with one number"),
+    "flat": (lambda d: d.SetMask(_flat()), "`Mask` is no mask: .*2 points along each axis"),
+    "a mesh": (lambda d: d.SetMask(vtkPolyData()), "`mask` must be a BallMask"),
+    "two masks": (
+        lambda d: (d.SetMaskBall(4, 4, 4, 1, 1), d.SetMask(BoxMask((0, 0, 0), (1, 1, 1), 1))),
+        "one mask, got `MaskBall` and `Mask`",
+    ),
+    "no normal": (
+        lambda d: d.SetFixedPlanes([(0, 0, 0, 0, 0, 0, 1)]),
+        "`FixedPlanes`, row 0, is no plane with a fall-off: `normal`",
+    ),
+    "no fall-off": (
+        lambda d: d.SetSlidingPlanes([(0, 0, 0, 0, 0, 1, 0)]),
+        "`SlidingPlanes`, row 0, is no plane with a fall-off: `falloff`",
+    ),
+    "six numbers": (
+        lambda d: d.SetFixedPlanes([(0, 0, 0, 0, 0, 1)]),
+        "`FixedPlanes` must be rows of 7 numbers",
+    ),
+    "a cut": (lambda d: d.AddConstraint(Plane((0, 0, 0), (1, 0, 0))), "`constraints` must be"),
+}
+
+
+def _flat():
+    image = vtkImageData()
+    image.SetDimensions(9, 9, 1)
+    add_array(image.GetPointData(), "mask", np.ones(81))
+    return image
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_limits(case, messages):
+    spoil, sentence = BAD[case]
+    deform, _ = scene()
+    spoil(deform)
+    assert not deform.GetExecutive().Update()
+    messages.assert_one(sentence)
+    assert deform.GetOutput().GetNumberOfPoints() == 0
+    deform.SetMaskBall((0, 0, 0, 0, 0))
+    deform.SetMask(None)
+    deform.SetFixedPlanes(())
+    deform.SetSlidingPlanes(())
+    deform.ClearConstraints()
+    assert update(deform).GetNumberOfPoints() == 729

@@ -1,0 +1,91 @@
+"""Surfaces and curves that move, as data of VTK. Tests import them."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtk_fixtures import add_array
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonTransforms import vtkTransform
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkMassProperties, vtkTriangleFilter
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls.vtk import arrays
+
+
+def ball(center, radius=1.0, resolution=16):
+    """A closed surface, a vtkPolyData."""
+    source = vtkSphereSource()
+    source.SetCenter(center)
+    source.SetRadius(radius)
+    source.SetThetaResolution(resolution)
+    source.SetPhiResolution(resolution)
+    source.SetOutputPointsPrecision(1)  # double
+    source.Update()
+    return source.GetOutput()
+
+
+def transform(turn=30.0, axis=(1, 2, 3), move=(0.5, 0.2, -0.3)):
+    """A vtkTransform: a rotation, then a translation."""
+    result = vtkTransform()
+    result.PostMultiply()
+    result.RotateWXYZ(turn, axis)
+    result.Translate(move)
+    return result
+
+
+def moved(surface, by):
+    """The surface with point vectors "Displacement" to where a vtkTransform moves it."""
+    mover = vtkTransformFilter()
+    mover.SetInputData(surface)
+    mover.SetTransform(by)
+    mover.Update()
+    return displaced(surface, positions(mover.GetOutput()) - positions(surface))
+
+
+def displaced(surface, displacement):
+    """The surface with point vectors "Displacement"."""
+    copy = vtkPolyData()
+    copy.DeepCopy(surface)
+    copy.GetPointData().Initialize()
+    shape = (surface.GetNumberOfPoints(), 3)
+    values = np.broadcast_to(np.asarray(displacement, float), shape)
+    add_array(copy.GetPointData(), "Displacement", values)
+    return copy
+
+
+def polyline(nodes, displacement=(0, 0, 0), kind="Lines"):
+    """One cell of points (n, 3), with their displacement."""
+    polydata, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    points.SetDataTypeToDouble()
+    for node in nodes:
+        points.InsertNextPoint(node)
+    cells.InsertNextCell(len(nodes), list(range(len(nodes))))
+    polydata.SetPoints(points)
+    getattr(polydata, f"Set{kind}")(cells)
+    return displaced(polydata, displacement)
+
+
+def joined(*parts):
+    """One vtkPolyData of several."""
+    append = vtkAppendPolyData()
+    for part in parts:
+        append.AddInputData(part)
+    append.SetOutputPointsPrecision(1)
+    append.Update()
+    return append.GetOutput()
+
+
+def positions(point_set):
+    """(n, 3) float64"""
+    return arrays.to_numpy(point_set.GetPoints().GetData()).astype(float)
+
+
+def volume(surface):
+    """By VTK's mass properties."""
+    triangles, mass = vtkTriangleFilter(), vtkMassProperties()
+    triangles.SetInputData(surface)
+    mass.SetInputConnection(triangles.GetOutputPort())
+    mass.Update()
+    return mass.GetVolume()
