@@ -1,9 +1,9 @@
 """One drag, alpha 1 and 2
 =======================
 
-The weight of a handle is 1 / distance^(2 alpha). In space a shell of handles at distance r has about
-r^2 of them. With alpha 1 all shells count alike, and a handle is a spike in what the others agree
-on. With alpha 2, the default, a drag takes along what is near.
+The weight of a handle is 1 / distance^(2 alpha). In space a shell of handles at distance r has
+about r^2 of them. With alpha 1 all shells count alike, and a dragged handle is a spike. With alpha
+2, the default, it takes along what is near.
 
 You will see the middle layer of a block of 27 handles with spacing 1 after the middle handle was
 dragged by 0.5, with alpha 1 and 2. The end checks where half of the drag is left.

@@ -1,16 +1,18 @@
 """A frog leaps: rigid bones
 =========================
 
-Each bone of the hind legs is a rigid region: a label of the segmentation and a motion. Bones keep
-their shape and what is between them follows. A pose this large is made in steps, because small
-deformations do not fold.
+Each bone of the hind legs is a rigid region: a label of the segmentation, and a motion. Bones keep
+their shape, and what is between them follows. A pose this large is made in steps, because
+small deformations rarely fold.
 
-You will see the frog at rest, posed by its bones, and posed by the ends of the same bones as control
-points, which bends them. The end checks sizes and shapes of the bones.
+You will see the frog at rest, posed by its bones, and posed by control points at the ends of the
+same bones, which bends them. The end checks places and volumes of the bones.
 
-The frog is the segmentation that PyVista's package carries. It has no skin: what is drawn is 7 mm
-around all tissues.
+The frog is the segmentation that PyVista's package carries. It has no skin; the
+one that is drawn lies around all of its tissues.
 """
+
+import itertools
 
 import numpy as np
 import pyvista as pv
@@ -87,7 +89,7 @@ def as_points(start, stop):
 
 
 poses = [pose(share) for share in np.linspace(0, 1, STEPS + 1)]
-steps = {way: [way(a, b) for a, b in zip(poses, poses[1:])] for way in (as_regions, as_points)}
+steps = {way: [way(a, b) for a, b in itertools.pairwise(poses)] for way in (as_regions, as_points)}
 
 
 def posed(mesh, way):
