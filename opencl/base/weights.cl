@@ -312,7 +312,7 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, TOP + slopes, m);
+  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, SEGMENTS == 2 && slopes ? 3 : TOP, m);
   const rule_t rule = rule_of(m, slopes);
   real c = at->c;
 #if CUTS

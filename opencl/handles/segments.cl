@@ -5,12 +5,29 @@
 // line and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
 // point nearest to v, so that nothing cancels on the curve.
 
-// Distance of v from the middle, in lengths, from which on the integrals are Gauss-Legendre sums of
-// n + 3 nodes. Their relative error is below 5e-7.
+// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. They have the moments up to TOP,
+// which the sums of the fit need.
+#if SEGMENTS == 2
+#define TOP 2
+#define MOMENTS 4
+#elif SEGMENTS == 3
+#define TOP 5
+#define MOMENTS 6
+#else
+#define TOP 7
+#define MOMENTS 8
+#endif
+// Distance of v from the middle, in lengths, from which on the integrals are Gauss-Legendre sums. Their
+// relative error is below 5e-7. High moments lose more digits far from the segment.
+#if SEGMENTS == 2
 #define FAR_SEGMENT 2.5f
+#define LEGENDRE_COUNT(n) ((n) + 3)
+#else
+#define FAR_SEGMENT 1.25f
+#define LEGENDRE_COUNT(n) ((n) + 6)
+#endif
 // a^2 and squared distances from a line are at least this, so that all powers are finite.
 #define LEAST_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
-#define MOMENTS 6
 #define INTEGER_ALPHA (TWICE_ALPHA / 2)
 #define UNROLL_MOMENTS _Pragma("unroll")
 
@@ -136,17 +153,37 @@ HOT void near_integrals(real foot, real a2, int n, int top, real f[MOMENTS]) {
   UNROLL_MOMENTS for (int i = 0; i <= top; ++i) f[i] = g[n][i];
 }
 
-// The Gauss-Legendre rules of n + 3 nodes from 0 to 1.
-__constant float LEGENDRE_NODES[4][7] = {
-    {0.06943184f, 0.33000948f, 0.66999052f, 0.93056816f, 0, 0, 0},
-    {0.04691008f, 0.23076534f, 0.50000000f, 0.76923466f, 0.95308992f, 0, 0},
-    {0.03376524f, 0.16939531f, 0.38069041f, 0.61930959f, 0.83060469f, 0.96623476f, 0},
-    {0.02544604f, 0.12923441f, 0.29707742f, 0.50000000f, 0.70292258f, 0.87076559f, 0.97455396f}};
-__constant float LEGENDRE_WEIGHTS[4][7] = {
-    {0.17392742f, 0.32607258f, 0.32607258f, 0.17392742f, 0, 0, 0},
-    {0.11846344f, 0.23931434f, 0.28444444f, 0.23931434f, 0.11846344f, 0, 0},
-    {0.08566225f, 0.18038079f, 0.23395697f, 0.23395697f, 0.18038079f, 0.08566225f, 0},
-    {0.06474248f, 0.13985270f, 0.19091503f, 0.20897959f, 0.19091503f, 0.13985270f, 0.06474248f}};
+// The Gauss-Legendre rules of 4 to 10 nodes from 0 to 1.
+__constant float LEGENDRE_NODES[7][10] = {
+    {0.06943184f, 0.33000948f, 0.66999052f, 0.93056816f, 0, 0,
+     0, 0, 0, 0},
+    {0.04691008f, 0.23076534f, 0.50000000f, 0.76923466f, 0.95308992f, 0,
+     0, 0, 0, 0},
+    {0.03376524f, 0.16939531f, 0.38069041f, 0.61930959f, 0.83060469f, 0.96623476f,
+     0, 0, 0, 0},
+    {0.02544604f, 0.12923441f, 0.29707742f, 0.50000000f, 0.70292258f, 0.87076559f,
+     0.97455396f, 0, 0, 0},
+    {0.01985507f, 0.10166676f, 0.23723380f, 0.40828268f, 0.59171732f, 0.76276620f,
+     0.89833324f, 0.98014493f, 0, 0},
+    {0.01591988f, 0.08198445f, 0.19331428f, 0.33787329f, 0.50000000f, 0.66212671f,
+     0.80668572f, 0.91801555f, 0.98408012f, 0},
+    {0.01304674f, 0.06746832f, 0.16029522f, 0.28330230f, 0.42556283f, 0.57443717f,
+     0.71669770f, 0.83970478f, 0.93253168f, 0.98695326f}};
+__constant float LEGENDRE_WEIGHTS[7][10] = {
+    {0.17392742f, 0.32607258f, 0.32607258f, 0.17392742f, 0, 0,
+     0, 0, 0, 0},
+    {0.11846344f, 0.23931434f, 0.28444444f, 0.23931434f, 0.11846344f, 0,
+     0, 0, 0, 0},
+    {0.08566225f, 0.18038079f, 0.23395697f, 0.23395697f, 0.18038079f, 0.08566225f,
+     0, 0, 0, 0},
+    {0.06474248f, 0.13985270f, 0.19091503f, 0.20897959f, 0.19091503f, 0.13985270f,
+     0.06474248f, 0, 0, 0},
+    {0.05061427f, 0.11119052f, 0.15685332f, 0.18134189f, 0.18134189f, 0.15685332f,
+     0.11119052f, 0.05061427f, 0, 0},
+    {0.04063719f, 0.09032408f, 0.13030535f, 0.15617354f, 0.16511968f, 0.15617354f,
+     0.13030535f, 0.09032408f, 0.04063719f, 0},
+    {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
+     0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
 
 // The moments m[k] about the nearest point of a segment, k up to `top`, of the weights
 // (e2 / d^2)^alpha; with `slopes`, of the weights (e2 / d^2)^alpha / d^2.
@@ -171,13 +208,13 @@ HOT void moments_of(__global const segment_t *at, const nearest_t *nearest, floa
   if (ANY(is_far)) {
     real sums[MOMENTS];
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
-    UNROLL_MOMENTS for (int i = 0; i < n + 3; ++i) {
-      const real t = LEGENDRE_NODES[n - 1][i] - nearest->foot, per_d2 = 1 / fma(t, t, width2);
-      real w = LEGENDRE_WEIGHTS[n - 1][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
+    UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
+      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 4][i] - nearest->foot, per_d2 = 1 / fma(t, t, width2);
+      real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 4][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
       if (slopes) w *= density * per_d2;
       UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
         sums[j] += w;
-        w *= LEGENDRE_NODES[n - 1][i] - nearest->t;
+        w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 4][i] - nearest->t;
       }
     }
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
@@ -199,7 +236,6 @@ HOT real mean_of(const real m[MOMENTS], real *sigma) {
 #if SEGMENTS == 2
 // Two points: the moments up to 2, which determine rotations and affine maps; with `skewed` up to 3,
 // for their slopes.
-#define TOP 2
 HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   real sigma;
   const real mean = mean_of(m, &sigma);
@@ -223,44 +259,103 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   return rule;
 }
 #else
-// Three points: the moments up to 4; with `skewed` up to 5, as the eigenvalues of the matrix of the
-// recurrence of the orthogonal polynomials 1, x, x^2 - g x - 1, x = (t - mean) / sigma.
-#define TOP 4
-HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
-  real sigma;
-  const real mean = mean_of(m, &sigma), per_total = 1 / most(m[0], (real)(1e-30f));
-  const real m2 = m[2] * per_total, m3 = m[3] * per_total, m4 = m[4] * per_total;
-  const real per_sigma = 1 / sigma, per_square = per_sigma * per_sigma, square = mean * mean;
-  const real g = fma(mean, fma(2 * mean, mean, -3 * m2), m3) * per_square * per_sigma;
-  real k = fma(mean, fma(3 * mean, fma((real)(2), m2, -square), -4 * m3), m4);
-  k = most(k * per_square * per_square, fma(g, g, (real)(1.01f)));
-  rule_t rule;
-  if (!skewed) {
-    const real root = sqrt(fma((real)(4), k, -3 * g * g)), high = 0.5f * (fabs(g) + root);
-    const real a = copysign(high, g), b = (g * g - k) / a;
-    rule.t[0] = mean;
-    rule.t[1] = fma(sigma, a, mean);
-    rule.t[2] = fma(sigma, b, mean);
-    rule.w[1] = m[0] / (a * (a - b));
-    rule.w[2] = m[0] / (b * (b - a));
-    rule.w[0] = m[0] * (1 - 1 / (k - g * g));
-    return rule;
+// Three or four points. Chebyshev's algorithm finds the recurrence of the orthogonal polynomials of
+// x = (t - mean) / sigma from the moments; the points are the zeros of the last. They are found between
+// those of the one before: two by two, starting with 0.
+#define BISECTIONS 16
+#define ZERO_STEPS 3  // of Newton's method
+
+// Coefficients of p[k+1] = (x - a[k]) p[k] - b[k] p[k-1]; square norms of p[k].
+typedef struct {
+  real a[SEGMENTS], b[SEGMENTS], norm[SEGMENTS];
+} recurrence_t;
+
+HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
+  real c[2 * SEGMENTS];
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] / most(m[0], (real)(1e-30f));
+  UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
+    UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
+  const real per_sigma = 1 / sigma;
+  c[1] = 0;
+  c[2] = 1;
+  UNROLL_MOMENTS for (int i = 3; i < 2 * SEGMENTS; ++i)  // step by step: the powers may overflow
+    UNROLL_MOMENTS for (int j = 0; j < i; ++j) c[i] *= per_sigma;
+  recurrence_t result;
+  real before[2 * SEGMENTS];
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) before[i] = 0;
+  result.a[0] = result.b[0] = 0;
+  result.norm[0] = 1;
+  UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) {
+    real last = c[k] / c[k - 1];
+    UNROLL_MOMENTS for (int i = k; i < 2 * SEGMENTS - k; ++i) {
+      const real next = c[i + 1] - result.a[k - 1] * c[i] - result.b[k - 1] * before[i];
+      before[i] = c[i];
+      c[i] = next;
+    }
+    before[k - 1] = c[k - 1];
+    c[k] = most(c[k], 1e-3f * before[k - 1]);
+    result.a[k] = c[k + 1] / c[k] - last;
+    result.b[k] = c[k] / before[k - 1];
+    result.norm[k] = c[k];
   }
-  const real fifth = fma(mean, fma(mean, fma(mean, fma(4 * mean, mean, -10 * m2), 10 * m3), -5 * m4),
-                         m[5] * per_total) * per_square * per_square * per_sigma;
-  const real norm = k - g * g - 1, last = (fifth - 2 * g * k + g * g * g) / norm;
-  // eigenvalues of (0, 1, 0; 1, g, s; 0, s, last) with s^2 = norm
-  const real center = (g + last) * 0.33333333f, x = -center, y = g - center, z = last - center;
-  const real size2 = fma(x, x, fma(y, y, fma(z, z, 2 * (1 + norm)))) * 0.16666667f;
-  const real size = sqrt(size2);
-  const real det = x * fma(y, z, -norm) - z;
-  const real cosine = 0.5f * det / (size2 * size);
-  const real angle = acos(least(most(cosine, (real)(-1)), (real)(1))) * 0.33333333f;
-  for (int i = 0; i < 3; ++i) {
-    const real at = fma(2 * size, cos(angle + 2.0943951f * i), center);
-    const real second = fma(at, at - g, (real)(-1));
-    rule.t[i] = fma(sigma, at, mean);
-    rule.w[i] = m[0] / fma(at, at, fma(second, second / norm, (real)(1)));
+  return result;
+}
+
+// The polynomial of degree `degree` at x, its slope, and the sum of p[k]^2 / norm[k] below the degree.
+HOT real polynomial_at(const recurrence_t *r, int degree, real x, real *slope, real *squares) {
+  real before = 0, value = 1, slope_before = 0;
+  *slope = *squares = 0;
+  UNROLL_MOMENTS for (int k = 0; k < degree; ++k) {
+    *squares = fma(value, value / r->norm[k], *squares);
+    const real next = (x - r->a[k]) * value - r->b[k] * before;
+    const real next_slope = value + (x - r->a[k]) * *slope - r->b[k] * slope_before;
+    before = value;
+    slope_before = *slope;
+    value = next;
+    *slope = next_slope;
+  }
+  return value;
+}
+
+// The zero between `low` and `high`, where the polynomial changes its sign.
+inline real zero_between(const recurrence_t *r, int degree, real low, real high) {
+  real slope, squares;
+  const integer rises = polynomial_at(r, degree, high, &slope, &squares) > 0;
+  for (int i = 0; i < BISECTIONS; ++i) {
+    const real middle = 0.5f * (low + high);
+    const integer above = (polynomial_at(r, degree, middle, &slope, &squares) > 0) == rises;
+    high = select(high, middle, above);
+    low = select(middle, low, above);
+  }
+  real x = 0.5f * (low + high);
+  for (int i = 0; i < ZERO_STEPS; ++i) {
+    const real value = polynomial_at(r, degree, x, &slope, &squares);
+    x = least(most(x - value / slope, low), high);
+  }
+  return x;
+}
+
+HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
+  real sigma, zeros[SEGMENTS];
+  const real mean = mean_of(m, &sigma);
+  const recurrence_t r = recurrence_of(m, mean, sigma);
+  real reach = 0;  // all zeros are within
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
+    reach = most(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
+  zeros[0] = 0;
+  UNROLL_MOMENTS for (int degree = 2; degree <= SEGMENTS; ++degree) {
+    real found[SEGMENTS];
+    UNROLL_MOMENTS for (int i = 0; i < degree; ++i)
+      found[i] = zero_between(&r, degree, i > 0 ? zeros[i - 1] : -reach,
+                              i + 1 < degree ? zeros[i] : reach);
+    UNROLL_MOMENTS for (int i = 0; i < degree; ++i) zeros[i] = found[i];
+  }
+  rule_t rule;
+  UNROLL_MOMENTS for (int i = 0; i < SEGMENTS; ++i) {
+    real slope, squares;
+    polynomial_at(&r, SEGMENTS, zeros[i], &slope, &squares);
+    rule.t[i] = fma(sigma, zeros[i], mean);
+    rule.w[i] = m[0] / squares;
   }
   return rule;
 }

@@ -61,8 +61,8 @@ class Kind:
 
     @property
     def segment_points(self):
-        """Points by which the kernels sum a segment of a curve: 2, or 3 beyond degree 1."""
-        return min(self.proxy_order + 1, 3)
+        """Points by which a segment of a curve is summed: they have the moments that a fit needs."""
+        return self.proxy_order + 1
 
     def __init__(self, degree):
         pass

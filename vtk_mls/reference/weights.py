@@ -140,7 +140,7 @@ class WeightedPoints:
 
     def _along(self, segments, closest, scale2, factors, alpha):
         """Points on the segments, relative to p_k and q_k, for weights of the power `alpha`."""
-        order = self.control_points.kind.proxy_order + 1
+        order = self.control_points.kind.segment_points
         t, w = gauss_rule(segments, self.v, self._smoothing2, scale2, alpha, order)
         places = [
             (at - k[:, None])[:, :, None] + t[..., None] * (ends[:, 1] - ends[:, 0])[:, None]
