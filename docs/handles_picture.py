@@ -14,6 +14,7 @@ from pathlib import Path
 from PIL import Image
 
 EXAMPLES = {"posed_bones": "posed", "straightened": "straightened", "local_drag": "local"}
+WIDTH = 1200
 
 
 def draw(folder):
@@ -25,7 +26,10 @@ def draw(folder):
             environment = {**os.environ, "PYVISTA_OFF_SCREEN": "true"}
             subprocess.run(command, cwd=made, env=environment, check=True)
             picture = Image.open(Path(made) / f"{example}.png").convert("RGB")
-            picture.quantize(64).save(folder / f"{name}.png", optimize=True)
+            picture = picture.resize((WIDTH, WIDTH * picture.height // picture.width))
+            # the method keeps colors that few pixels have, such as those of handles
+            picture = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+            picture.save(folder / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

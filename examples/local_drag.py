@@ -40,7 +40,7 @@ for column, (title, d) in enumerate(deformations.items()):
         plotter.add_points(points, color=color, point_size=18, render_points_as_spheres=True)
     plotter.add_text(title, font_size=15, position="upper_edge", color="#334155")
     plotter.camera_position = [(1.6, -3.9, 2.5), (0, 0, 0), (0, 0, 1)]
-    plotter.camera.zoom(1.5)
+    plotter.camera.zoom(1.33)
 plotter.screenshot("local_drag.png")
 
 # the largest distance at which half of the drag is left
