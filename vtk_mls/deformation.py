@@ -16,7 +16,14 @@ from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
-from vtk_mls.queries import fields, overlap, resampling, vector_fields, void_cells
+from vtk_mls.queries import (
+    fields,
+    overlap,
+    region_overlap,
+    resampling,
+    vector_fields,
+    void_cells,
+)
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
@@ -58,10 +65,18 @@ class Deformation(MapParameters):
         Degree of the polynomial kind.
     weights : (n,) array_like, > 0, optional
         Factor of the weight of each control point; 1 by default.
+    handles : sequence of CurveHandle and RegionHandle
+        Curves and rigid regions beside the control points, which may be empty then.
     cuts : sequence of Plane, HalfPlane and Surface
         Surfaces that keep control points from acting on the material behind them (section 4). A
         side of a Plane without control points stays at rest. A control point exactly on a Plane or
         HalfPlane belongs to the side of its normal.
+    mask : BallMask, BoxMask or ImageMask, optional
+        Where the deformation acts: G(v) = v + m (l(v) - v) with m from 0 to 1. Where m = 0
+        everything stays as it was, to the bit. Control points in a fall-off are not met, as
+        `residuals` tells.
+    constraints : sequence of FixedFace and SlidingFace
+        Planes and surfaces of the deformed space that stay, or along which material slides.
     nu : float, > 1
         Damping exponent of Eq. 28: how fast influence decreases with the length of the detour.
     cut_frame : {"rest", "deformed"}
@@ -216,6 +231,23 @@ class Deformation(MapParameters):
     def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether `points` (m, 3) are in a void that a cut has opened: (m,) bool."""
         return self.void_distance(points, progress) < 0
+
+    def residuals(self, progress: ProgressLike = None) -> NDArray[np.float64]:
+        """How far the map is from each control point: G(q_i) - p_i.
+
+        It is 0 to rounding, unless `smoothing`, the mask or a constraint keeps the map from it, or
+        several control points have the same q.
+
+        Returns
+        -------
+        (n, 3) float64, world units
+        """
+        return self.backward(self.deformed, progress) - self.rest
+
+    @property
+    def overlapping_regions(self) -> list[tuple[int, int]]:
+        """Pairs of rows of `handles`: rigid regions that overlap where they were moved to."""
+        return region_overlap.overlapping_regions(self.handles)
 
     def overlap(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether material from both sides of a cut overlaps at `points`.

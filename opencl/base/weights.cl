@@ -148,7 +148,7 @@ HOT real control_point_distance2(const map_t *map, int i, const evaluation_point
   real d2;
 #if REGIONS
   if (at->region >= 0)
-    d2 = distance_from_region(map->regions + at->region, map->images, point->v).square;
+    d2 = distance_from_region(map->regions + at->region, map->images, point->v, 0).square;
   else
 #endif
     d2 = straight_distance2(at, point->v, map->params.smoothing2);
@@ -374,7 +374,7 @@ inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point
 #if REGIONS
   if (at->region >= 0) {
     const region_distance_t distance =
-        distance_from_region(map->regions + at->region, map->images, point->v);
+        distance_from_region(map->regions + at->region, map->images, point->v, 1);
     d2 = distance.square;
     to = vec_scale((real)(-1), distance.away);
   }

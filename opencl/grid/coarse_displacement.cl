@@ -37,8 +37,9 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
         mask &= in_region(&map.cuts, indices_in(&row, n));
         store_in_row(void_distance, scale * values[3][n], &row, n, mask);
 #endif
-        const vec d =
-            vec_madd(scale_to_world, (vec){values[0][n], values[1][n], values[2][n]}, mean);
+        const vec between = {values[0][n], values[1][n], values[2][n]};
+        const vec d = vec_madd(scale_to_world,
+                               limited_on_grid(&map, &grid, indices_in(&row, n), between), mean);
         __global float *to = displacement + 3 * (row.position + n * LANES);
         if (ALL(mask)) {
           store_interleaved(to, d, LANES);

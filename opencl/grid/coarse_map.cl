@@ -194,6 +194,15 @@ HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int
   ORDERED_HALF(1)
 }
 
+// The displacement d, interpolated between nodes, after the limits at a point of the grid: nodes have
+// it before them.
+inline vec limited_on_grid(const map_t *map, const grid_t *grid, vec index, vec d) {
+#if LIMITS
+  d = limited(map, transformed(grid->frame, index), d);
+#endif
+  return d;
+}
+
 // Stores the n-th LANES of a row in a plane, where `mask` is set.
 inline void store_in_row(__global float *plane, real value, const row_t *row, int n, integer mask) {
   __global float *to = plane + row->position + n * LANES;

@@ -23,7 +23,7 @@ MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
 STATES = {
     "plain": {},
-    "map": {"kind": "polynomial", "alpha": 1.7, "degree": 3, "blend": 0.7},
+    "map": {"kind": "polynomial", "alpha": 1.7, "degree": 3, "blend": 0.7, "smoothing": 1.5},
     "plane": {"cuts": [Plane((MIDDLE,) * 3, (1, 0.2, 0.3))], "cut_frame": "deformed"},
     "cuts": {"cuts": [HalfPlane((MIDDLE,) * 3, (0.3, 1, 0.1), (0, 0, 1)), POLYGON], "nu": 3.3},
 }

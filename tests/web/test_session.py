@@ -98,6 +98,19 @@ def test_a_failed_update_of_the_panel_is_repeated():
     assert do(session, "say", "x")["count"] == 64
 
 
+def test_numbers_without_a_slider_are_typed():
+    session = opened(ball_mesh())
+    assert do(session, "smoothing", " 0.25 ")["smoothing"] == 0.25
+    assert session.editor.state.smoothing == 0.25
+    for value in ("-1", "much", "nan", "inf", None):
+        message = do(session, "smoothing", value)["message"]
+        assert message == "`smoothing` must be a number from 0 on."
+    assert session.editor.state.smoothing == 0.25
+    assert do(session, "undo")["smoothing"] == 0
+    do(session, "map_tolerance", 0.5)  # the page has no control for it
+    assert session.editor.state.map_tolerance == 0.02
+
+
 def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     session = opened(ball_mesh())
     do(session, "position", [0, 1, 2, 3])
@@ -108,7 +121,7 @@ def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     monkeypatch.setattr(Deformation, "forward_field", broken)
     monkeypatch.setattr(Deformation, "forward", broken)
     before = session.editor.state
-    values = do(session, "alpha", 2.0)
+    values = do(session, "alpha", 3.0)
     assert "The device is lost." in values["message"]
     assert session.editor.state is before
     monkeypatch.undo()

@@ -117,12 +117,22 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def GetDegree(self) -> int: ...
     def SetAlpha(self, value: float) -> None:
         """How local the influence of a control point is: its weight at distance r is 1 / r^(2
-        alpha). Must be greater than 0.
+        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
+        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
+        fade in space; 1 is the paper's. Must be greater than 0.
 
-        A number; default: 1.0.
+        A number; default: 2.0.
         """
 
     def GetAlpha(self) -> float: ...
+    def SetSmoothing(self, value: float) -> None:
+        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
+
+        A number; default: 0.0.
+        """
+
+    def GetSmoothing(self) -> float: ...
     def SetBlend(self, value: float) -> None:
         """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
         it was.
@@ -438,12 +448,22 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def GetDegree(self) -> int: ...
     def SetAlpha(self, value: float) -> None:
         """How local the influence of a control point is: its weight at distance r is 1 / r^(2
-        alpha). Must be greater than 0.
+        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
+        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
+        fade in space; 1 is the paper's. Must be greater than 0.
 
-        A number; default: 1.0.
+        A number; default: 2.0.
         """
 
     def GetAlpha(self) -> float: ...
+    def SetSmoothing(self, value: float) -> None:
+        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
+
+        A number; default: 0.0.
+        """
+
+    def GetSmoothing(self) -> float: ...
     def SetBlend(self, value: float) -> None:
         """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
         it was.

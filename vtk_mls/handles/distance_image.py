@@ -38,7 +38,7 @@ class DistanceImage:
 
     @functools.cached_property
     def normals(self) -> np.ndarray:
-        """Unit vectors (3, nz, ny, nx) along the slopes of the distance, in the axes of the grid."""
+        """Unit vectors (3, nz, ny, nx) along the slopes of the distance, in axes of the grid."""
         slopes = np.stack(np.gradient(self.values)[::-1], axis=-1)
         return np.moveaxis(unit(slopes), -1, 0).astype(np.float32)
 
@@ -81,7 +81,7 @@ def cubic_grid(low, high, margin, direction=None):
 
 
 def of_triangles(points, triangles) -> DistanceImage:
-    """The distance from a closed surface: `points` (n, 3), world coordinates, `triangles` (m, 3)."""
+    """The distance from a closed surface: `points` (n, 3), world, and `triangles` (m, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     grid = cubic_grid(low, high, _MARGIN * (high - low).max())
     return DistanceImage(grid, _from_triangles(points, triangles, grid))
@@ -93,13 +93,14 @@ def of_face(points, triangles, reach):
     Returns
     -------
     (4, nz, ny, nx) float32, world units
-        The distance less half a cell, at least 0; the normal of the closest point.
+        The distance less a diagonal of a cell, so that it is 0 on the surface; the normal of the
+        closest point.
     Grid
     """
     grid = cubic_grid(points.min(axis=0), points.max(axis=0), reach)
     distance = _from_triangles(points, triangles, grid)
     normals = DistanceImage(grid, distance).normals
-    distance = np.maximum(np.abs(distance) - abs(grid.spacing[0]) / 2, 0)
+    distance = np.maximum(np.abs(distance) - np.sqrt(3) * abs(grid.spacing[0]), 0)
     return np.concatenate([distance[None], normals]), grid
 
 
@@ -113,8 +114,8 @@ def _from_triangles(points, triangles, grid):
 
     surface, corners, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
     corners.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=True))
-    rows = np.column_stack([np.full(len(triangles), 3), triangles]).astype(np.int64)
-    cells.SetCells(len(triangles), numpy_to_vtkIdTypeArray(rows.ravel(), deep=True))
+    rows = np.ascontiguousarray(triangles, np.int64).ravel()
+    cells.SetData(3, numpy_to_vtkIdTypeArray(rows, deep=True))
     surface.SetPoints(corners)
     surface.SetPolys(cells)
     distance, values = vtkImplicitPolyDataDistance(), vtkDoubleArray()

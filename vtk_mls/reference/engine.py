@@ -13,7 +13,7 @@ import numpy as np
 from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
-from vtk_mls.limits import limited, limited_jacobians
+from vtk_mls.limits import are_held, limited, limited_jacobians
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
@@ -76,6 +76,9 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
+        if deformation.limits:
+            held = part.start + np.flatnonzero(are_held(deformation.limits, points[part]))
+            displacement[held], found[held] = 0, True
     return displacement, found
 
 

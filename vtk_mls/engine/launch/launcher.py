@@ -237,7 +237,9 @@ class RegionMap:
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
-        if coarsely and not second_pass and self._coarse_map and self._coarse_map.pays_off(grid):
+        # Jacobians between nodes are those before limits
+        exactly = second_pass or (self.deformation.limits and name == "grid_source_frame")
+        if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(grid):
             return self._coarse_map.launch(name, grid, part, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start

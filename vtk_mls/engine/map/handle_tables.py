@@ -45,8 +45,9 @@ def region_table(control_points, in_rest_frame, images):
             moved = image.grid.index_of((turn @ control_points.center + offset)[None])[0]
             row["to_index"] = transform(scale * to_index, moved)
             row["size"] = image.grid.dimensions
-            row["first"] = images.add(image.values / image.step)
-            images.add(image.normals)
+            row["first"] = images.add(
+                np.stack([image.values / image.step, *image.normals], axis=-1)
+            )
     return table
 
 
