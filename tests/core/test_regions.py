@@ -116,6 +116,20 @@ def test_inside_the_map_is_the_motion(shape, kind, alpha, device, rng):
         np.testing.assert_allclose(jacobian, [handle.motion[:3, :3].T] * 20, atol=1e-4)
 
 
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_forward_finds_a_region_where_the_map_folds(device):
+    turned = np.eye(4)
+    turned[:2, :2], turned[:2, 3] = [(-1, 0), (0, -1)], (0, 0.6)
+    handles = [
+        RegionHandle(Ball((0, 0, 0), 0.2), turned),
+        RegionHandle(Ball((0.5, 0, 0), 0.2), np.eye(4)),
+    ]
+    d = Deformation(handles=handles, device=device)
+    x = inside_of(handles[0])
+    np.testing.assert_allclose(d.forward(x), handles[0].moved(x), atol=1e-5)
+    np.testing.assert_allclose(d.forward(x + (0.5, 0, 0)), x + (0.5, 0, 0), atol=1e-5)
+
+
 def plain_rigid_map(v, handles, alpha):
     """The rigid map of balls alone, straight from Eq. 9 with weights 1 / distance^(2 alpha)."""
     sums = []

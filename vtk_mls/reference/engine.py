@@ -8,15 +8,18 @@ tested against the properties of the map. The weights are in `weights`, the fits
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
-from vtk_mls.limits import are_held, limited, limited_jacobians
+from vtk_mls.limits import limited, limited_jacobians
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
+from vtk_mls.queries.known_inverses import known_inverses
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.weights import EvaluationPoints, WeightedPoints
 
@@ -76,9 +79,10 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        if deformation.limits:
-            held = part.start + np.flatnonzero(are_held(deformation.limits, points[part]))
-            displacement[held], found[held] = 0, True
+        rows, known = known_inverses(
+            functools.partial(backward, deformation), deformation, points[part]
+        )
+        displacement[part.start + rows], found[part.start + rows] = known, True
     return displacement, found
 
 
