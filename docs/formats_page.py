@@ -20,6 +20,13 @@ Formats of `vtk-mls`, `vtk_mls.io` and ParaView's dialogs. Data in memory are in
 convert files in other frames to LPS; writers convert back ([Coordinate frames](frames.md)).
 Made by `python docs/formats_page.py` from `vtk_mls/files/formats.py`.
 """
+SHAPES = """With `--handle-shapes cells`, or `vtk_mls.io.read_handles`, files hold handles with a
+shape. In `.vtp`, `.vtu`, `.vts` and `.vtk` with point vectors `Displacement`, vertices and points
+without a cell are points, lines are curves, and closed surfaces that move rigidly are rigid
+regions; cells with a volume count by their outer faces. In `.mrk.json` markups of the types Curve
+and ClosedCurve are curves, straight from point to point. `vtk_mls.io.write_handles` writes `.vtp`
+and `.vtk`.
+"""
 COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
 
 | columns | meaning |
@@ -59,7 +66,7 @@ def page() -> str:
         if title.startswith("Blocks"):
             parts.append(SERIES)
         if title.startswith("Control points"):
-            parts.append(COLUMNS)
+            parts += [SHAPES, COLUMNS]
     return "\n".join(parts)
 
 

@@ -12,12 +12,15 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 # first what one comes for; what is not named here follows
 ORDER = (
+    "posed_bones",
+    "straightened",
     "four_kinds",
     "cut_and_opened",
     "cube_in_columns",
     "brain",
     "tetrahedra",
     "mesh_and_image",
+    "local_drag",
     "animation",
     "label_volume",
     "many_handles",

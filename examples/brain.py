@@ -40,8 +40,10 @@ def rotated(points, degrees):
 rest = middle + np.vstack([front, back, below])
 deformed = middle + np.vstack([rotated(front, -35), rotated(back, 35), below])
 cut = HalfPlane(middle + edge, normal=(0, 1, 0), inward=(0, 0, 1))
+# each half turns as a whole, so handles far away count, too: alpha 1
 opened = brain.mls.deform(
     *(rest, deformed),
+    alpha=1,
     cuts=[cut],
     hide_void=False,
     void_values="continued",

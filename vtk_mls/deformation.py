@@ -72,8 +72,9 @@ class Deformation(MapParameters):
         side of a Plane without control points stays at rest. A control point exactly on a Plane or
         HalfPlane belongs to the side of its normal.
     mask : BallMask, BoxMask or ImageMask, optional
-        Where the deformation acts: G(v) = v + m (l(v) - v) with m from 0 to 1. Where m = 0 everything
-        stays as it was, to the bit. Control points within a fall-off are not met: `residuals`.
+        Where the deformation acts: G(v) = v + m (l(v) - v) with m from 0 to 1. Where m = 0
+        everything stays as it was, to the bit. Control points in a fall-off are not met, as
+        `residuals` tells.
     constraints : sequence of FixedFace and SlidingFace
         Planes and surfaces of the deformed space that stay, or along which material slides.
     nu : float, > 1

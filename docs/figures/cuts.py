@@ -7,7 +7,7 @@ from figures.drawing import MOVED, deformation, frame, grid, handles
 import vtk_mls
 
 rest = [(-1.2, 1.2), (1.2, 1.2), (-1.2, -1.2), (1.2, -1.2)]
-deformed = [(-1.75, 1.05), (1.75, 1.05), *rest[2:]]
+deformed = [(-1.6, 1.1), (1.6, 1.1), *rest[2:]]
 cut = vtk_mls.HalfPlane((0, -0.6, 0), normal=(1, 0, 0), inward=(0, 1, 0))
 _, panels = plt.subplots(1, 3, figsize=(8.4, 2.9))
 for axes, cuts, title in zip(panels, ((), (cut,)), ("without a cut", "with a half-plane")):

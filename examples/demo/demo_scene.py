@@ -48,6 +48,7 @@ def pulled_open(dataset):
     deform.SetInputData(dataset)
     deform.SetInputConnection(1, source.GetOutputPort())
     deform.AddCut(CUT)
+    deform.SetAlpha(1)  # each half turns as a whole
     deform.SetOutputGrid("given")
     deform.SetOutputOrigin(*LOWER)
     deform.SetOutputDimensions(*(UPPER - LOWER + 1).astype(int).tolist())

@@ -84,6 +84,7 @@ def main(directory):
     deform.SetInputConnection(0, frog.GetOutputPort())
     deform.SetInputConnection(1, source.GetOutputPort())
     deform.AddLabelArray(labels)
+    deform.SetAlpha(1)  # each limb turns as a whole
     deform.SetOutputGrid("given")
     if slow:
         deform.SetDevice("reference")

@@ -1,10 +1,15 @@
-// Sums whose terms may cancel: in double with USE_FP64, else in float.
+// Sums whose terms may cancel, of the type SUM. If it is not defined, it is double with USE_FP64, else
+// float.
 
 #ifdef USE_FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#endif
+#ifndef SUM
+#ifdef USE_FP64
 #define SUM double
 #else
 #define SUM float
+#endif
 #endif
 
 #if LANES == 1

@@ -48,6 +48,9 @@ inline map_t map_of(const map_params_t params, __global const control_point_t *c
 #if REGIONS
 #include "regions.cl"
 #endif
+#if SEGMENTS
+#include "segments.cl"
+#endif
 
 #if !CUTS
 typedef struct { vec v; } evaluation_point_t;
@@ -63,20 +66,28 @@ inline void set_point_at(const map_t *map, evaluation_point_t *point, vec v) {
 #endif
 }
 
-// Control points are summed in blocks, then the blocks: rounding grows with the fourth root of their
-// number.
-inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)map->params.count)); }
+// Terms of the sums: control points, then segments of curves.
+inline int term_count(const map_t *map) {
+#if SEGMENTS
+  return map->params.count + map->params.segment_count;
+#else
+  return map->params.count;
+#endif
+}
+
+// Terms are summed in blocks, then the blocks: rounding grows with the fourth root of their number.
+inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)term_count(map))); }
 
 // The pivot: all sums at v are relative to it.
 typedef struct {
-  integer k;  // nearest control point
-  vec q;      // q_k
+  integer k;  // nearest term
+  vec q;      // q_k, of a segment its point nearest to v
   vec x;      // v - q_k
   vec u;      // p_k - q_k - mean displacement
-  real c;     // its weight factor
+  real c;     // its weight factor, 0 for a segment
   real d2;    // its damped squared distance
   real e2;    // squared distance of the second nearest
-  real r;     // (d_k / e)^(2 alpha)
+  real r;     // (d_k / e)^(2 alpha), 1 for a segment
 } pivot_t;
 
 inline __global const control_point_t *control_point_of(const map_t *map, int i) {
@@ -93,9 +104,30 @@ inline real straight_distance2(__global const control_point_t *at, vec v, float 
   return fma(dx, dx, fma(dy, dy, fma(dz, dz, (real)(smoothing2))));
 }
 
+#if SEGMENTS
+inline __global const segment_t *segment_of(const map_t *map, int i) {
+  return map->segments + i - map->params.count;
+}
+#endif
+
 #if CUTS
-// Where cuts see a control point: at p if they belong to the material, else at q.
-inline vec cut_target(const map_t *map, __global const control_point_t *at) {
+// Where cuts see a term: at p if they belong to the material, else at q; a segment in its middle.
+inline vec cut_target(const map_t *map, int i) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+    __global const segment_t *along = segment_of(map, i);
+    float middle[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      middle[axis] = along->q[axis] + 0.5f * along->along_q[axis];
+#if AT_REST
+      middle[axis] += along->u[axis] + 0.5f * along->along_u[axis] +
+                      map->cuts.params.mean_displacement[axis];
+#endif
+    }
+    return (vec){middle[0], middle[1], middle[2]};
+  }
+#endif
+  __global const control_point_t *at = control_point_of(map, i);
 #if REGIONS
   if (at->region >= 0) {
     __global const float *anchor = map->regions[at->region].anchor;
@@ -116,12 +148,12 @@ HOT real control_point_distance2(const map_t *map, int i, const evaluation_point
   real d2;
 #if REGIONS
   if (at->region >= 0)
-    d2 = distance_from_region(map->regions + at->region, map->images, point->v).square;
+    d2 = distance_from_region(map->regions + at->region, map->images, point->v, 0).square;
   else
 #endif
     d2 = straight_distance2(at, point->v, map->params.smoothing2);
 #if CUTS
-  d2 = damped_distance2(&map->cuts, point, i, cut_target(map, at), d2, hides_any);
+  d2 = damped_distance2(&map->cuts, point, i, cut_target(map, i), d2, hides_any);
 #endif
   return d2;
 }
@@ -135,6 +167,38 @@ inline int is_next_proxy(const map_t *map, int i) {
   return 0;
 #endif
 }
+
+#if SEGMENTS
+// The factor of the squared distance of segment i by cuts; `UNREACHABLE` and more behind closed ones.
+HOT real segment_damping(const map_t *map, int i, const evaluation_point_t *point,
+                         integer *hides_any) {
+#if CUTS
+  return damped_distance2(&map->cuts, point, i, cut_target(map, i), (real)(1), hides_any);
+#else
+  return 1;
+#endif
+}
+
+// Weights are relative to at least this squared distance where the nearest is a segment.
+#define LEAST_SECOND 1e-4f
+
+// Makes the nearest points of segments the pivot, at the shares `t` of their lengths.
+inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivot_t *pivot) {
+  vec q = pivot->q, along_q = {0, 0, 0}, u = pivot->u, along_u = {0, 0, 0};
+  for (int l = 0; l < LANES; ++l) {
+    if (!LANE_INT(on_segment, l)) continue;
+    __global const segment_t *at = segment_of(map, LANE_INT(pivot->k, l));
+    LANE(q.x, l) = at->q[0], LANE(q.y, l) = at->q[1], LANE(q.z, l) = at->q[2];
+    LANE(u.x, l) = at->u[0], LANE(u.y, l) = at->u[1], LANE(u.z, l) = at->u[2];
+    LANE(along_q.x, l) = at->along_q[0], LANE(along_u.x, l) = at->along_u[0];
+    LANE(along_q.y, l) = at->along_q[1], LANE(along_u.y, l) = at->along_u[1];
+    LANE(along_q.z, l) = at->along_q[2], LANE(along_u.z, l) = at->along_u[2];
+  }
+  pivot->q = vec_madd(t, along_q, q);
+  pivot->u = vec_madd(t, along_u, u);
+  pivot->c = select(pivot->c, (real)(0), on_segment);
+}
+#endif
 
 inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real first = FLT_MAX, second = FLT_MAX;
@@ -150,11 +214,34 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
     if (i < CACHED) point->distance2[i] = d2;
 #endif
   }
+#if SEGMENTS
+  real t = 0;
+  for (int i = map->params.count; i < term_count(map); ++i) {
+    const nearest_t nearest = nearest_on_segment(segment_of(map, i), point->v);
+    const real damping = segment_damping(map, i, point, &hides_any);
+    real damped = (nearest.d2 + map->params.smoothing2) * damping;
+#if CUTS
+    damped = select(damped, (real)(2 * UNREACHABLE), damping >= UNREACHABLE);
+#endif
+    const integer nearer = damped < first;
+    second = least(second, most(first, damped));
+    first = least(first, damped);
+    k = select(k, (integer)(i), nearer);
+    t = select(t, nearest.t, nearer);
+#if CACHED
+    if (i < CACHED) point->distance2[i] = damping;
+#endif
+  }
+  const integer on_segment = k >= map->params.count;
+#endif
 #if AT_REST
   point->hides_any = hides_any;
 #endif
   pivot_t pivot;
   pivot.k = k;
+#if SEGMENTS
+  k = select(k, (integer)(0), on_segment);
+#endif
   __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
   pivot.q = point_of(nearest);
   pivot.c = nearest->c;
@@ -170,10 +257,17 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
       LANE(pivot.u.y, l) = nearest->u[1];
       LANE(pivot.u.z, l) = nearest->u[2];
     }
+#if SEGMENTS
+  if (ANY(on_segment)) pivot_on_segments(map, t, on_segment, &pivot);
+#endif
   pivot.x = vec_sub(point->v, pivot.q);
   pivot.d2 = first;
   pivot.e2 = most(second, 1e-30f);
   pivot.r = power(first / pivot.e2, map->params.alpha);
+#if SEGMENTS
+  pivot.e2 = select(pivot.e2, most(least(second, (real)(1e6f)), (real)(LEAST_SECOND)), on_segment);
+  pivot.r = select(pivot.r, (real)(1), on_segment);
+#endif
   return pivot;
 }
 
@@ -194,31 +288,125 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
   return w;
 }
 
-// d log(w_i)/dv.
+// A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
+typedef struct {
+  vec q, u;
+  real w;
+} pair_t;
+
+#if SEGMENTS
+#define PAIRS SEGMENTS
+#define CHANGES (2 * SEGMENTS)
+#else
+#define PAIRS 1
+#define CHANGES 1
+#endif
+
+#if SEGMENTS
+// A segment as seen from v: the point nearest to v, relative to k, and moments about it.
+typedef struct {
+  vec q, u, along_q, along_u;
+  real m[MOMENTS];
+} moments_t;
+
+// With `slopes`, for weights divided by the squared distance.
+HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
+                              const evaluation_point_t *point, int slopes) {
+  __global const segment_t *at = segment_of(map, i);
+  const nearest_t nearest = nearest_on_segment(at, point->v);
+  const int top = SEGMENTS < 4 ? TOP + slopes : TOP;
+  moments_t result;
+  real e2 = pivot->e2;
+#if CUTS
+  e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
+#endif
+  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
+  real c = at->c;
+#if CUTS
+  integer hides_any = 0;
+#if CACHED
+  const real damping =
+      i < CACHED ? point->distance2[i] : segment_damping(map, i, point, &hides_any);
+#else
+  const real damping = segment_damping(map, i, point, &hides_any);
+#endif
+  c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
+#endif
+  UNROLL_MOMENTS for (int j = 0; j <= top; ++j) result.m[j] *= c;
+  result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
+  result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
+  const integer is_pivot = pivot->k == i;
+  const vec none = {0, 0, 0};
+  const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
+  result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
+  return result;
+}
+
+// The points of segment i; with `slopes`, for weights divided by the squared distance.
+HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                       int slopes, pair_t pairs[PAIRS]) {
+  const moments_t along = segment_moments(map, i, pivot, point, slopes);
+  const rule_t rule = rule_of(along.m, slopes);
+  UNROLL_MOMENTS for (int j = 0; j < PAIRS; ++j) {
+    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
+    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
+    pairs[j].w = rule.w[j];
+  }
+}
+#endif
+
+// The points of term i; returns how many.
+HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                 pair_t pairs[PAIRS]) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+    segment_pairs(map, i, pivot, point, 0, pairs);
+    return PAIRS;
+  }
+#endif
+  __global const control_point_t *at = control_point_of(map, i);
+  pairs->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  pairs->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  pairs->w = control_point_weight(map, i, pivot, point);
+  return 1;
+}
+
+// d log(w_i)/dv; of a segment by the damping alone.
 inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+#if CUTS && !AT_REST
+    return damping_slope(&map->cuts, point, i, cut_target(map, i));
+#else
+    return (vec){0, 0, 0};
+#endif
+  }
+#endif
   __global const control_point_t *at = control_point_of(map, i);
   real d2 = straight_distance2(at, point->v, map->params.smoothing2);
   vec to = vec_sub(point_of(at), point->v);
 #if REGIONS
   if (at->region >= 0) {
     const region_distance_t distance =
-        distance_from_region(map->regions + at->region, map->images, point->v);
+        distance_from_region(map->regions + at->region, map->images, point->v, 1);
     d2 = distance.square;
     to = vec_scale((real)(-1), distance.away);
   }
 #endif
   vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), to);
 #if CUTS && !AT_REST
-  slope = vec_add(slope, damping_slope(&map->cuts, point, i, cut_target(map, at)));
+  slope = vec_add(slope, damping_slope(&map->cuts, point, i, cut_target(map, i)));
 #endif
   return slope;
 }
 
 // d log(w_k)/dv, which is subtracted from all slopes: a common factor of all weights has no effect.
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
-#if REGIONS || (CUTS && !AT_REST)
+#if REGIONS || SEGMENTS || (CUTS && !AT_REST)
   vec slope = {0, 0, 0};
-  for (int i = 0; i < map->params.count; ++i)
+  for (int i = 0; i < term_count(map); ++i)
     if (ANY(pivot->k == i))  // as a rule once
       slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
   return slope;
@@ -234,14 +422,13 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_
 #if AT_REST
 // d log(w_i)/dx for the origin x of the material.
 inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
-  vec p = cut_target(map, control_point_of(map, i));
-  return damping_slope(&map->cuts, point, i, p);
+  return damping_slope(&map->cuts, point, i, cut_target(map, i));
 }
 
 inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
                               const evaluation_point_t *point) {
   vec slope = {0, 0, 0};
-  for (int i = 0; i < map->params.count; ++i)
+  for (int i = 0; i < term_count(map); ++i)
     if (ANY(pivot->k == i))
       slope = vec_select(slope, origin_slope(map, i, point), pivot->k == i);
   return slope;
@@ -271,13 +458,55 @@ inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *piv
   return jacobian;
 }
 
-// Adds the influence of control point i, of weight w, times the slopes of its weight.
-inline void add_influence(weight_jacobian_t *jacobian, const map_t *map,
-                          const evaluation_point_t *point, int i, real w, vec influence) {
-  vec slope = vec_scale(w, vec_sub(weight_slope(map, i, point), jacobian->near));
-  add_outer(&jacobian->by_v, influence, slope);
+// A point of a term, relative to k, and the change of its weight: by v, and by the origin x.
+typedef struct {
+  vec q, u, by_v;
 #if AT_REST
-  slope = vec_scale(w, vec_sub(origin_slope(map, i, point), jacobian->near_x));
-  add_outer(&jacobian->by_x, influence, slope);
+  vec by_x;
+#endif
+} change_t;
+
+// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
+// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
+HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
+  pair_t pairs[PAIRS];
+  const int count = pairs_of(map, i, pivot, point, pairs);
+  const vec slope = vec_sub(weight_slope(map, i, point), jacobian->near);
+#if AT_REST
+  const vec slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
+#endif
+  for (int j = 0; j < count; ++j) {
+    changes[j].q = pairs[j].q;
+    changes[j].u = pairs[j].u;
+    changes[j].by_v = vec_scale(pairs[j].w, slope);
+#if AT_REST
+    changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
+#endif
+  }
+#if SEGMENTS
+  if (i >= map->params.count) {
+    segment_pairs(map, i, pivot, point, 1, pairs);
+    for (int j = 0; j < PAIRS; ++j) {
+      change_t *change = changes + count + j;
+      change->q = pairs[j].q;
+      change->u = pairs[j].u;
+      change->by_v =
+          vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
+#if AT_REST
+      change->by_x = (vec){0, 0, 0};
+#endif
+    }
+    return CHANGES;
+  }
+#endif
+  return count;
+}
+
+// Adds the influence of a point times the change of its weight.
+inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, vec influence) {
+  add_outer(&jacobian->by_v, influence, change->by_v);
+#if AT_REST
+  add_outer(&jacobian->by_x, influence, change->by_x);
 #endif
 }

@@ -18,8 +18,8 @@
 // Whether a cut hides any of the control points from point->origin.
 inline integer hides_any(const map_t *map, const evaluation_point_t *point) {
   integer hidden = 0;
-  for (int i = 0; i < map->params.count; ++i)
-    hidden |= is_hidden(&map->cuts, point, i, cut_target(map, control_point_of(map, i)));
+  for (int i = 0; i < term_count(map); ++i)
+    hidden |= is_hidden(&map->cuts, point, i, cut_target(map, i));
   return hidden;
 }
 

@@ -1,14 +1,11 @@
 // The affine and polynomial kinds, Eq. 23 to 26: p - q is fitted by weighted orthogonal polynomials.
 //
-// The orthogonalization is done on coefficients: the Gram matrix of the basis functions (relative
-// to k and centered, divided by r) is L D L^T, psi = L^-1 f are orthogonal, D their square norms.
-// A function whose norm vanishes relative to its norm before the elimination adds nothing.
-//
-// The elimination loses twice as many digits as the fit where a few control points outweigh all others
-// (a large alpha, an isolated pair) or hardly determine the fit: then the host asks for double sums.
+// The elimination loses twice as many digits as the fit where a few control points outweigh all
+// others (a large alpha, an isolated pair) or hardly determine the fit: then the host sets USE_FP64.
+// Sums in double take twice as long as in float. So all points are fitted in float, and those where
+// float is too inexact again in double. A lane takes the result that its own estimate asks for.
 
 #include "basis.cl"
-#include "sums.cl"
 
 #define GRAM_SIZE (FUNCTIONS * (FUNCTIONS + 1) / 2)
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
@@ -23,38 +20,6 @@
 #define UNROLL
 #endif
 
-typedef struct { sum_t x, y, z; } sum_vec;
-
-typedef struct {
-  evaluation_point_t point;
-  pivot_t pivot;
-  sum_t share;              // r / W
-  sum_vec mean;             // weighted mean of u - u_k
-  real f_k[FUNCTIONS];      // basis functions at k
-  sum_t center[FUNCTIONS];  // weighted mean of the functions, less f_k
-  sum_t lower[GRAM_SIZE];   // L
-  sum_t inverse[FUNCTIONS]; // 1 / D, or 0
-  sum_t psi[FUNCTIONS];     // at v
-  sum_vec c[FUNCTIONS];     // <u, psi_j>
-} fit_t;
-
-typedef struct {
-  sum_t weight;
-  sum_vec u;
-  sum_t f[FUNCTIONS];
-  sum_t gram[GRAM_SIZE];
-  sum_vec uf[FUNCTIONS];
-} sums_t;
-
-inline sum_vec sum_madd(sum_t s, sum_vec a, sum_vec b) {
-  return (sum_vec){fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
-}
-inline sum_vec sum_scale(sum_t s, sum_vec a) { return (sum_vec){s * a.x, s * a.y, s * a.z}; }
-inline sum_vec sum_add(sum_vec a, sum_vec b) { return (sum_vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline vec rounded(sum_vec a) {
-  return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
-}
-
 // Number of functions that the control points determine; as a constant for three.
 inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->params.rank; }
 
@@ -63,190 +28,135 @@ inline __global const float *values_at(const map_t *map, int i) {
   return map->kind_table + (long)(FUNCTIONS + i) * FUNCTIONS;
 }
 
-inline void clear_sums(const map_t *map, sums_t *sums) {
-  const int functions = functions_of(map);
-  sums->weight = 0;
-  sums->u = (sum_vec){0, 0, 0};
-  UNROLL for (int j = 0; j < functions; ++j) {
-    sums->f[j] = 0;
-    sums->uf[j] = (sum_vec){0, 0, 0};
-  }
-  for (int i = 0; i < AT(functions, 0); ++i) sums->gram[i] = 0;
+#if SEGMENTS
+// The basis functions less those at k, at a point q of a segment relative to k.
+inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real f[FUNCTIONS]) {
+  real m[MONOMIALS];
+  monomial_differences(q, vec_add(q, pivot->q), pivot->q, m);
+  combine(map->kind_table, functions_of(map), m, f);
 }
 
-// p - q of control point i less that of k.
-inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
-  __global const control_point_t *at = control_point_of(map, i);
-  return (sum_vec){TO_SUM(at->u[0] - pivot->u.x), TO_SUM(at->u[1] - pivot->u.y),
-                   TO_SUM(at->u[2] - pivot->u.z)};
+// The basis functions at k where it is on a segment.
+inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real f_k[FUNCTIONS]) {
+  const integer on_segment = pivot->k >= map->params.count;
+  const vec none = {0, 0, 0};
+  real m[MONOMIALS], f[FUNCTIONS];
+  monomial_differences(pivot->q, pivot->q, none, m);
+  combine(map->kind_table, functions_of(map), m, f);
+  __global const float *means = values_at(map, map->params.count);
+  for (int j = 0; j < functions_of(map); ++j)
+    f_k[j] = select(f_k[j], f[j] - means[j], on_segment);
 }
-
-// Adds up to GROUP control points, from `first` to `stop`.
-inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const fit_t *fit) {
-  const int functions = functions_of(map);
-  sum_t w[GROUP], f[GROUP][FUNCTIONS];
-  sum_vec u[GROUP];
-  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
-    int i = min(first + b, stop - 1);
-    __global const float *values = values_at(map, i);
-    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
-                            : (sum_t)(0);
-    u[b] = displacement_at(map, i, &fit->pivot);
-    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
-    sums->weight += w[b];
-    sums->u = sum_madd(w[b], u[b], sums->u);
-  }
-  UNROLL for (int j = 0; j < functions; ++j) {
-    sum_t wf[GROUP], sum = sums->f[j];
-    sum_vec uf = sums->uf[j];
-    UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
-      wf[b] = w[b] * f[b][j];
-      sum += wf[b];
-      uf = sum_madd(wf[b], u[b], uf);
-    }
-    sums->f[j] = sum;
-    sums->uf[j] = uf;
-    UNROLL for (int l = 0; l <= j; ++l) {
-      sum_t product = sums->gram[AT(j, l)];
-      UNROLL_GROUP for (int b = 0; b < GROUP; ++b) product = fma(wf[b], f[b][l], product);
-      sums->gram[AT(j, l)] = product;
-    }
-  }
-}
-
-inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
-  const int functions = functions_of(map);
-  total->weight += part->weight;
-  total->u = sum_add(total->u, part->u);
-  UNROLL for (int j = 0; j < functions; ++j) {
-    total->f[j] += part->f[j];
-    total->uf[j] = sum_add(total->uf[j], part->uf[j]);
-  }
-  for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
-}
-
-inline void add_control_points(const map_t *map, sums_t *sums, int first, int stop,
-                               const fit_t *fit) {
-  for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
-}
-
-inline void sum_up(const map_t *map, const fit_t *fit, sums_t *sums) {
-  clear_sums(map, sums);
-#ifdef USE_FP64
-  add_control_points(map, sums, 0, map->params.count, fit);
-#else
-  int block = block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
-    sums_t part;
-    clear_sums(map, &part);
-    add_control_points(map, &part, start, min(start + block, map->params.count), fit);
-    add_sums(map, sums, &part);
-  }
 #endif
-}
 
-// L D L^T of the centered Gram matrix.
-inline void orthogonalize(const map_t *map, fit_t *fit, const sums_t *sums) {
-  const int functions = functions_of(map);
-  UNROLL for (int j = 0; j < functions; ++j) {
-    fit->center[j] = fit->share * sums->f[j];
-    UNROLL for (int l = 0; l <= j; ++l)
-      fit->lower[AT(j, l)] = fma(-fit->center[j], sums->f[l], sums->gram[AT(j, l)]);
-  }
-  sum_t *g = fit->lower;
-  UNROLL for (int j = 0; j < functions; ++j) {
-    sum_t before = g[AT(j, j)];
-    UNROLL for (int l = 0; l < j; ++l) {
-      sum_t scaled = g[AT(j, l)];  // L_jl D_l
-      for (int m = 0; m < l; ++m) scaled = fma(-g[AT(j, m)], g[AT(l, m)], scaled);
-      g[AT(j, l)] = scaled;
-    }
-    sum_t norm = before;
-    UNROLL for (int l = 0; l < j; ++l) {
-      sum_t scaled = g[AT(j, l)];
-      g[AT(j, l)] = scaled * fit->inverse[l];
-      norm = fma(-scaled, g[AT(j, l)], norm);
-    }
-    fit->inverse[j] = norm <= VANISHING * before ? (sum_t)(0) : 1 / norm;
-  }
+// The names of polynomial_sums.cl with a suffix: sum_t_float, sum_t_double.
+#define TYPED(name) GLUE(GLUE(name, _), SUM)
+#define sum_t TYPED(sum_t)
+#define sum_vec TYPED(sum_vec)
+#define sums_t TYPED(sums_t)
+#define weighted_fit_t TYPED(weighted_fit_t)
+#define sum_madd TYPED(sum_madd)
+#define sum_scale TYPED(sum_scale)
+#define sum_add TYPED(sum_add)
+#define rounded TYPED(rounded)
+#define clear_sums TYPED(clear_sums)
+#define displacement_at TYPED(displacement_at)
+#define add_values TYPED(add_values)
+#define add_group TYPED(add_group)
+#define add_segment_group TYPED(add_segment_group)
+#define add_sums TYPED(add_sums)
+#define add_control_points TYPED(add_control_points)
+#define sum_up TYPED(sum_up)
+#define orthogonalize TYPED(orthogonalize)
+#define fit_polynomials TYPED(fit_polynomials)
+#define fitted_displacement TYPED(fitted_displacement)
+#define fitted_jacobian TYPED(fitted_jacobian)
+
+// Degree 3, and degree 2 with curves, are fitted in double only, which most of their points need.
+#if defined(USE_FP64) && (FUNCTIONS == 3 || FUNCTIONS == 9 && !SEGMENTS)
+#define MIXED 1  // float, and double where it is needed
+#else
+#define MIXED 0
+#endif
+
+#ifdef USE_FP64
+#define SUM double
+#include "polynomial_sums.cl"
+#endif
+#if MIXED
+#undef SUM
+#endif
+#ifndef SUM
+#define SUM float
+#include "polynomial_sums.cl"
+#endif
+
+// From here on names without a suffix are those of the last type.
+typedef weighted_fit_t fit_t;
+
+#if MIXED
+#include "digit_loss.cl"
+
+// The fit at the same point in double.
+inline weighted_fit_t_double fitted_in_double(const map_t *map, const fit_t *fit) {
+  weighted_fit_t_double exact;
+  exact.point = fit->point;
+  exact.pivot = fit->pivot;
+  fit_polynomials_double(map, &exact);
+  return exact;
 }
+#endif
 
 // Fits the map at fit->point.
 inline void fit_map(const map_t *map, fit_t *fit) {
-  const int functions = functions_of(map);
   fit->pivot = find_pivot(map, &fit->point);
-  const pivot_t *pivot = &fit->pivot;
-  for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = values_at(map, LANE_INT(pivot->k, l));
-    UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
-  }
-  sums_t sums;
-  sum_up(map, fit, &sums);
-  sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
-  fit->share = r / fma(r, sums.weight - c, c);
-  fit->mean = sum_scale(fit->share, sums.u);
-  orthogonalize(map, fit, &sums);
-  real m[MONOMIALS], f[FUNCTIONS];
-  monomial_differences(pivot->x, fit->point.v, pivot->q, m);
-  combine(map->kind_table, functions, m, f);
-  UNROLL for (int j = 0; j < functions; ++j) {
-    fit->psi[j] = TO_SUM(f[j]) - fit->center[j];
-    fit->c[j] = sum_madd(-fit->center[j], sums.u, sums.uf[j]);
-    UNROLL for (int l = 0; l < j; ++l) {
-      fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
-      fit->c[j] = sum_madd(-fit->lower[AT(j, l)], fit->c[l], fit->c[j]);
-    }
-  }
+#if MIXED
+  fit->is_inexact = (real)(0) == 0;
+  if (map->params.alpha > MAX_FLOAT_ALPHA) return;
+#endif
+  fit_polynomials(map, fit);
+#if MIXED
+  fit->is_inexact = is_displacement_inexact(map, fit);
+#endif
 }
 
 // G(v) - v - mean displacement, Eq. 26.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
-  const int functions = functions_of(map);
-  sum_vec sum = fit->mean;
-  UNROLL for (int j = 0; j < functions; ++j)
-    sum = sum_madd(fit->psi[j] * fit->inverse[j], fit->c[j], sum);
-  return vec_add(fit->pivot.u, rounded(sum));
+#if MIXED
+  if (ANY(fit->is_inexact)) {
+    const weighted_fit_t_double exact = fitted_in_double(map, fit);
+    vec d = fitted_displacement_double(map, &exact);
+    if (ALL(fit->is_inexact)) return d;
+    return vec_select(fitted_displacement(map, fit), d, fit->is_inexact);
+  }
+#endif
+  return fitted_displacement(map, fit);
 }
 
-// d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
-// of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
+#if MIXED
+// The matrices of b where c is set, else those of a.
+inline weight_jacobian_t jacobian_select(weight_jacobian_t a, weight_jacobian_t b, integer c) {
+  for (int i = 0; i < 9; ++i) {
+    a.by_v.a[i] = select(a.by_v.a[i], b.by_v.a[i], c);
+#if AT_REST
+    a.by_x.a[i] = select(a.by_x.a[i], b.by_x.a[i], c);
+#endif
+  }
+  return a;
+}
+#endif
+
+// d(G - v)/dv, rows by the component of G.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
-  const int functions = functions_of(map);
-  const pivot_t *pivot = &fit->pivot;
-  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
-  // back from psi to the basis: coefficients of the fit, and of the influence
-  sum_t t[FUNCTIONS];
-  sum_vec c[FUNCTIONS];
-  UNROLL for (int j = functions - 1; j >= 0; --j) {
-    t[j] = fit->inverse[j] * fit->psi[j];
-    c[j] = sum_scale(fit->inverse[j], fit->c[j]);
-    UNROLL for (int l = j + 1; l < functions; ++l) {
-      t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
-      c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
-    }
+#if MIXED
+  integer is_inexact = fit->is_inexact;
+  if (!ALL(is_inexact)) is_inexact |= is_jacobian_inexact(map, fit);
+  if (ANY(is_inexact)) {
+    const weighted_fit_t_double exact = fitted_in_double(map, fit);
+    weight_jacobian_t jacobian = fitted_jacobian_double(map, &exact);
+    if (ALL(is_inexact)) return jacobian;
+    return jacobian_select(fitted_jacobian(map, fit), jacobian, is_inexact);
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    real m[MONOMIALS], f[FUNCTIONS];
-    monomial_slopes(fit->point.v, axis, m);
-    combine(map->kind_table, functions, m, f);
-    sum_vec sum = {0, 0, 0};
-    UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
-    vec slope = rounded(sum);
-    jacobian.by_v.a[axis] = slope.x;
-    jacobian.by_v.a[3 + axis] = slope.y;
-    jacobian.by_v.a[6 + axis] = slope.z;
-  }
-  for (int i = 0; i < map->params.count; ++i) {
-    __global const float *values = values_at(map, i);
-    real w = control_point_weight(map, i, pivot, &fit->point);
-    sum_t influence = fit->share;
-    sum_vec residual = sum_madd((sum_t)(-1), fit->mean, displacement_at(map, i, pivot));
-    UNROLL for (int j = 0; j < functions; ++j) {
-      sum_t f = TO_SUM(values[j] - fit->f_k[j]) - fit->center[j];
-      influence = fma(t[j], f, influence);
-      residual = sum_madd(-f, c[j], residual);
-    }
-    add_influence(&jacobian, map, &fit->point, i, w, rounded(sum_scale(influence, residual)));
-  }
-  return jacobian;
+#endif
+  return fitted_jacobian(map, fit);
 }

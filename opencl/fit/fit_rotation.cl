@@ -46,12 +46,26 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 #endif
 }
 
-HOT void add_control_point(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
-                       const evaluation_point_t *point) {
-  __global const control_point_t *at = control_point_of(map, i);
-  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  add_pair(sums, control_point_weight(map, i, pivot, point), q, u);
+HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
+                  const evaluation_point_t *point) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+    // all at the mean, and the square deviation: the same as two points
+    const moments_t along = segment_moments(map, i, pivot, point, 0);
+    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f));
+    const real width = fma(-mean, along.m[1], along.m[2]);
+    add_pair(sums, along.m[0], vec_madd(mean, along.along_q, along.q),
+             vec_madd(mean, along.along_u, along.u));
+    add_outer(&sums->c, vec_add(along.along_q, along.along_u), vec_scale(width, along.along_q));
+#if SIMILARITY
+    sums->spread = fma(width, dot3(along.along_q, along.along_q), sums->spread);
+#endif
+    return;
+  }
+#endif
+  pair_t pairs[PAIRS];
+  pairs_of(map, i, pivot, point, pairs);
+  add_pair(sums, pairs->w, pairs->q, pairs->u);
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {
@@ -75,17 +89,9 @@ inline vec on_axis(vec a, integer ill_conditioned) {
   return (vec){a.x, select(a.y, (real)(0), rounding), select(a.z, (real)(0), rounding)};
 }
 
-// p - p_k and q - q_k of a control point.
-inline void pair_of(const map_t *map, int i, const pivot_t *pivot, vec *p, vec *q) {
-  __global const control_point_t *at = control_point_of(map, i);
-  *q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  *p = (vec){q->x + (at->u[0] - pivot->u.x), q->y + (at->u[1] - pivot->u.y),
-             q->z + (at->u[2] - pivot->u.z)};
-}
-
-// The same, reflected in ill-conditioned lanes; rounding off the x axis becomes 0.
-inline void reflected_pair(const map_t *map, int i, const fit_t *fit, vec *p, vec *q) {
-  pair_of(map, i, &fit->pivot, p, q);
+// p - p_k and q - q_k of a point, reflected in ill-conditioned lanes; rounding off the x axis becomes 0.
+inline void reflected_pair(const fit_t *fit, vec *p, vec *q, vec u) {
+  *p = vec_add(*q, u);
   if (ANY(fit->ill_conditioned)) {
     *p = on_axis(mirrored(fit->p_mirror, *p), fit->ill_conditioned);
     *q = on_axis(mirrored(fit->q_mirror, *q), fit->ill_conditioned);
@@ -97,14 +103,16 @@ inline void reflect(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   real heaviest = 0;
   vec p_axis = {0, 0, 0}, q_axis = {0, 0, 0};
-  for (int i = 0; i < map->params.count; ++i) {
-    vec p, q;
-    pair_of(map, i, pivot, &p, &q);
-    real w = control_point_weight(map, i, pivot, &fit->point);
-    real size = w * w * dot3(p, p) * dot3(q, q);
-    p_axis = vec_select(p_axis, p, size > heaviest);
-    q_axis = vec_select(q_axis, q, size > heaviest);
-    heaviest = most(heaviest, size);
+  for (int i = 0; i < term_count(map); ++i) {
+    pair_t pairs[PAIRS];
+    const int count = pairs_of(map, i, pivot, &fit->point, pairs);
+    for (int j = 0; j < count; ++j) {
+      vec q = pairs[j].q, p = vec_add(q, pairs[j].u);
+      real w = pairs[j].w, size = w * w * dot3(p, p) * dot3(q, q);
+      p_axis = vec_select(p_axis, p, size > heaviest);
+      q_axis = vec_select(q_axis, q, size > heaviest);
+      heaviest = most(heaviest, size);
+    }
   }
   const vec none = {0, 0, 0};
   fit->ill_conditioned &= heaviest > 0;
@@ -112,13 +120,17 @@ inline void reflect(const map_t *map, fit_t *fit) {
   fit->q_mirror = vec_select(none, mirror_of(q_axis), fit->ill_conditioned);
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
+  for (int start = 0; start < term_count(map); start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->params.count);
+    int stop = min(start + block, term_count(map));
     for (int i = start; i < stop; ++i) {
-      vec p, q;
-      reflected_pair(map, i, fit, &p, &q);
-      add_pair(&part, control_point_weight(map, i, pivot, &fit->point), q, vec_sub(p, q));
+      pair_t pairs[PAIRS];
+      const int count = pairs_of(map, i, pivot, &fit->point, pairs);
+      for (int j = 0; j < count; ++j) {
+        vec p, q = pairs[j].q;
+        reflected_pair(fit, &p, &q, pairs[j].u);
+        add_pair(&part, pairs[j].w, q, vec_sub(p, q));
+      }
     }
     add_sums(&sums, &part);
   }
@@ -141,10 +153,10 @@ inline void fit_map(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
+  for (int start = 0; start < term_count(map); start += block) {
     sums_t part = {0};
-    int stop = min(start + block, map->params.count);
-    for (int i = start; i < stop; ++i) add_control_point(&part, map, i, pivot, &fit->point);
+    int stop = min(start + block, term_count(map));
+    for (int i = start; i < stop; ++i) add_term(&part, map, i, pivot, &fit->point);
     add_sums(&sums, &part);
   }
   // k itself, in the sum with weight c, has its own share
@@ -212,30 +224,33 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   real gain = 1 / most(1 + dot3(a, b), 1e-10f);
 
   weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
-  for (int i = 0; i < map->params.count; ++i) {
-    real w = control_point_weight(map, i, pivot, &fit->point);
-    vec p, q;
-    reflected_pair(map, i, fit, &p, &q);
-    p = vec_sub(p, fit->p);
-    q = vec_sub(q, fit->q);
-    vec rotated = mat_vec(&rotation, q);
-    vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
-    if (map->params.rank == 2) {
-      vec torque = cross3(q, transposed_mat_vec(&rotation, p));
-      vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
-      influence = vec_add(influence, cross3(omega, moved));
-    } else if (map->params.rank == 1) {
-      vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
-      vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
-      vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
-      influence = vec_madd(gain, cross3(omega, moved), influence);
-    }
+  for (int i = 0; i < term_count(map); ++i) {
+    change_t changes[CHANGES];
+    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+    for (int j = 0; j < count; ++j) {
+      vec p, q = changes[j].q;
+      reflected_pair(fit, &p, &q, changes[j].u);
+      p = vec_sub(p, fit->p);
+      q = vec_sub(q, fit->q);
+      vec rotated = mat_vec(&rotation, q);
+      vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
+      if (map->params.rank == 2) {
+        vec torque = cross3(q, transposed_mat_vec(&rotation, p));
+        vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
+        influence = vec_add(influence, cross3(omega, moved));
+      } else if (map->params.rank == 1) {
+        vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
+        vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
+        vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
+        influence = vec_madd(gain, cross3(omega, moved), influence);
+      }
 #if SIMILARITY
-    real stretch = dot3(p, rotated) - mu * dot3(q, q);
-    integer flat = fit->spread <= 1e-30f;
-    influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
+      real stretch = dot3(p, rotated) - mu * dot3(q, q);
+      integer flat = fit->spread <= 1e-30f;
+      influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
 #endif
-    add_influence(&jacobian, map, &fit->point, i, w, reflected(fit, fit->p_mirror, influence));
+      add_influence(&jacobian, changes + j, reflected(fit, fit->p_mirror, influence));
+    }
   }
   change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)

@@ -2,10 +2,11 @@
 #include "coarse_map.cl"
 
 #if CUTS
-// The point from which cuts see the material at v, for its displacement d.
-inline vec viewpoint_of(const cuts_t *cuts, vec v, vec d) {
+// The point from which cuts see the material at `index`, for its displacement d before limits.
+inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) {
+  const vec v = transformed(grid->frame, index);
 #if AT_REST
-  return origin_of(cuts, v, d);
+  return origin_of(&map->cuts, v, limited_on_grid(map, grid, index, d));
 #else
   return v;
 #endif
@@ -19,8 +20,7 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
   const cuts_t *cuts = &map->cuts;
   const long plane = node_count(coarse), along = coarse->nodes[0];
   const real share = COARSE_STEP / 2;
-  const vec middle = viewpoint_of(
-      cuts, transformed(grid->frame, vec_add(index, (vec){share, share, share})), d);
+  const vec middle = viewpoint_of(map, grid, vec_add(index, (vec){share, share, share}), d);
   integer separated = 0;
   if (cuts->params.regions_compete) separated |= distance < 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -28,7 +28,7 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
     __global const float *at =
         node_planes + node + i + along * (j + (long)coarse->nodes[1] * k);
     const vec step = {(real)(i * COARSE_STEP), (real)(j * COARSE_STEP), (real)(k * COARSE_STEP)};
-    const vec end = viewpoint_of(cuts, transformed(grid->frame, vec_add(index, step)),
+    const vec end = viewpoint_of(map, grid, vec_add(index, step),
                                  (vec){LOAD(at), LOAD(at + plane), LOAD(at + 2 * plane)});
     const vec apart = vec_sub(end, middle);
     separated |= (LOAD(at + 3 * plane) < 0) != (distance < 0);

@@ -39,7 +39,7 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
 #endif
         const vec between = {values[0][n], values[1][n], values[2][n]};
         const vec d = vec_madd(scale_to_world,
-                               unless_held(&map, &grid, indices_in(&row, n), between), mean);
+                               limited_on_grid(&map, &grid, indices_in(&row, n), between), mean);
         __global float *to = displacement + 3 * (row.position + n * LANES);
         if (ALL(mask)) {
           store_interleaved(to, d, LANES);

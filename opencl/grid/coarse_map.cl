@@ -194,11 +194,11 @@ HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int
   ORDERED_HALF(1)
 }
 
-// A displacement or derivative at a point of the grid, exactly 0 where limits hold the point.
-inline vec unless_held(const map_t *map, const grid_t *grid, vec index, vec d) {
+// The displacement d, interpolated between nodes, after the limits at a point of the grid: nodes have
+// it before them.
+inline vec limited_on_grid(const map_t *map, const grid_t *grid, vec index, vec d) {
 #if LIMITS
-  const vec none = {0, 0, 0};
-  d = vec_select(d, none, is_held(map, transformed(grid->frame, index)));
+  d = limited(map, transformed(grid->frame, index), d);
 #endif
   return d;
 }

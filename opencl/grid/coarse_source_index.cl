@@ -38,7 +38,7 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
       for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
       for (int n = 0; n < COARSE_STEP; ++n) {
         const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
-        vec from = source_index_of(&source, at, unless_held(&map, &grid, at, d));
+        vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
         integer mask = are_in_launch(&row, n);
 #if CUTS
         const real distance = values[3][n];
@@ -63,7 +63,6 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
 #endif
           vec by_v =
               transformed(coarse.to_slopes, (vec){slope[0][n], slope[1][n], slope[2][n]});
-          by_v = unless_held(&map, &grid, indices_in(&row, n), by_v);
           by_v.x += p == 0;
           by_v.y += p == 1;
           by_v.z += p == 2;

@@ -1,8 +1,8 @@
 #include "map.cl"
 #include "grid.cl"
 
-// G(v) - v less its mean, local units, in three planes of `count` points; with cuts the void distance in
-// a fourth.
+// G(v) - v less its mean, before limits, local units, in three planes of `count` points; with cuts the
+// void distance in a fourth.
 __kernel EXPLICIT_VECTORS void node_displacement(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
@@ -15,9 +15,9 @@ __kernel EXPLICIT_VECTORS void node_displacement(
   const long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
-  vec d = map_displacement(&map, &fit);
-  store_points(nodes, d, count, first);
+  store_points(nodes, unlimited_displacement(&map, &fit), count, first);
 #if CUTS
-  store_plane(nodes + 3 * count, void_distance_at(&map, &fit, d), count, first);
+  const real distance = void_distance_at(&map, &fit, map_displacement(&map, &fit));
+  store_plane(nodes + 3 * count, distance, count, first);
 #endif
 }

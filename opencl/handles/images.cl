@@ -1,30 +1,84 @@
-// Images of distances and masks: values at the points of a grid, linear between them.
+// Images of distances and masks: values at the points of a grid, linear between them. Images of distances
+// have the normal after each distance.
 
-// The value at `index`, which is limited to the grid, and its change per step.
-inline real image_value(__global const float *values, __global const int *size, vec index,
+// The cell of an index in a grid of `size` points, which contains it, and the place in the cell.
+typedef struct { integer first; vec share; } image_cell_t;
+
+inline image_cell_t image_cell(__global const int *size, vec index) {
+  const integer i = clamp(TO_INTEGER(index.x), (integer)(0), (integer)(size[0] - 2)),
+                j = clamp(TO_INTEGER(index.y), (integer)(0), (integer)(size[1] - 2)),
+                k = clamp(TO_INTEGER(index.z), (integer)(0), (integer)(size[2] - 2));
+  return (image_cell_t){i + size[0] * (j + size[1] * k),
+                        {index.x - TO_REAL(i), index.y - TO_REAL(j), index.z - TO_REAL(k)}};
+}
+
+// The value in a cell, and its change per step.
+inline real image_value(__global const float *values, __global const int *size, image_cell_t cell,
                         vec *slope) {
-  real value;
+  const int row = size[0], layer = size[0] * size[1];
+  real corner[8];
   for (int l = 0; l < LANES; ++l) {
-    const int i = clamp((int)LANE(index.x, l), 0, size[0] - 2),
-              j = clamp((int)LANE(index.y, l), 0, size[1] - 2),
-              k = clamp((int)LANE(index.z, l), 0, size[2] - 2);
-    const float a = clamp(LANE(index.x, l) - i, 0.0f, 1.0f),
-                b = clamp(LANE(index.y, l) - j, 0.0f, 1.0f),
-                c = clamp(LANE(index.z, l) - k, 0.0f, 1.0f);
-    __global const float *low = values + i + size[0] * (j + size[1] * k);
-    __global const float *high = low + size[0] * size[1];
-    const float x00 = low[1] - low[0], x10 = low[size[0] + 1] - low[size[0]],
-                x01 = high[1] - high[0], x11 = high[size[0] + 1] - high[size[0]];
-    const float v00 = fma(a, x00, low[0]), v10 = fma(a, x10, low[size[0]]),
-                v01 = fma(a, x01, high[0]), v11 = fma(a, x11, high[size[0]]);
-    const float y0 = v10 - v00, y1 = v11 - v01, w0 = fma(b, y0, v00), w1 = fma(b, y1, v01);
-    const float x0 = fma(b, x10 - x00, x00), x1 = fma(b, x11 - x01, x01);
-    LANE(value, l) = fma(c, w1 - w0, w0);
-    LANE(slope->x, l) = fma(c, x1 - x0, x0);
-    LANE(slope->y, l) = fma(c, y1 - y0, y0);
-    LANE(slope->z, l) = w1 - w0;
+    __global const float *low = values + LANE_INT(cell.first, l), *high = low + layer;
+    LANE(corner[0], l) = low[0];
+    LANE(corner[1], l) = low[1];
+    LANE(corner[2], l) = low[row];
+    LANE(corner[3], l) = low[row + 1];
+    LANE(corner[4], l) = high[0];
+    LANE(corner[5], l) = high[1];
+    LANE(corner[6], l) = high[row];
+    LANE(corner[7], l) = high[row + 1];
   }
-  return value;
+  const vec share = cell.share;
+  real x[4], at[4];
+  for (int i = 0; i < 4; ++i) {
+    x[i] = corner[2 * i + 1] - corner[2 * i];
+    at[i] = fma(share.x, x[i], corner[2 * i]);
+  }
+  const real y0 = at[1] - at[0], y1 = at[3] - at[2];
+  const real low = fma(share.y, y0, at[0]), high = fma(share.y, y1, at[2]);
+  const real x0 = fma(share.y, x[1] - x[0], x[0]), x1 = fma(share.y, x[3] - x[2], x[2]);
+  slope->x = fma(share.z, x1 - x0, x0);
+  slope->y = fma(share.z, y1 - y0, y0);
+  slope->z = high - low;
+  return fma(share.z, high - low, low);
+}
+
+// A distance and a normal, and their changes per step.
+typedef struct {
+  real value;
+  vec slope, normal;
+  mat turn;
+} distance_t;
+
+// The distance and the normal in a cell; their changes only `with_slopes`.
+HOT distance_t distance_at(__global const float *values, __global const int *size,
+                           image_cell_t cell, const int with_slopes) {
+  const int row = size[0], layer = size[0] * size[1];
+  distance_t at;
+  for (int l = 0; l < LANES; ++l) {
+    __global const float *low = values + 4 * LANE_INT(cell.first, l), *high = low + 4 * layer;
+    const float a = LANE(cell.share.x, l), b = LANE(cell.share.y, l), c = LANE(cell.share.z, l);
+    const float4 c00 = vload4(0, low), c10 = vload4(row, low), c01 = vload4(0, high),
+                 c11 = vload4(row, high);
+    const float4 x00 = vload4(1, low) - c00, x10 = vload4(row + 1, low) - c10,
+                 x01 = vload4(1, high) - c01, x11 = vload4(row + 1, high) - c11;
+    const float4 v00 = c00 + a * x00, v10 = c10 + a * x10, v01 = c01 + a * x01, v11 = c11 + a * x11;
+    const float4 y0 = v10 - v00, y1 = v11 - v01, w0 = v00 + b * y0, w1 = v01 + b * y1;
+    const float4 value = w0 + c * (w1 - w0);
+    LANE(at.value, l) = value.x;
+    LANE(at.normal.x, l) = value.y;
+    LANE(at.normal.y, l) = value.z;
+    LANE(at.normal.z, l) = value.w;
+    if (!with_slopes) continue;
+    const float4 x0 = x00 + b * (x10 - x00), x1 = x01 + b * (x11 - x01);
+    const float4 by_x = x0 + c * (x1 - x0), by_y = y0 + c * (y1 - y0), by_z = w1 - w0;
+    LANE(at.slope.x, l) = by_x.x;
+    LANE(at.slope.y, l) = by_y.x;
+    LANE(at.slope.z, l) = by_z.x;
+    const float turn[9] = {by_x.y, by_y.y, by_z.y, by_x.z, by_y.z, by_z.z, by_x.w, by_y.w, by_z.w};
+    for (int i = 0; i < 9; ++i) LANE(at.turn.a[i], l) = turn[i];
+  }
+  return at;
 }
 
 // The continuous index of a local v.

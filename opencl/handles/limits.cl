@@ -34,10 +34,11 @@ inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
 inline limit_at_t mask_of_image(__global const limit_t *limit, __global const float *images, vec v) {
   vec beyond, steps;
   const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
+  const image_cell_t cell = image_cell(limit->size, index);
   const integer outside = (fabs(beyond.x) > MASK_EDGE) | (fabs(beyond.y) > MASK_EDGE) |
                           (fabs(beyond.z) > MASK_EDGE);
   limit_at_t at;
-  at.factor = image_value(images + limit->first, limit->size, index, &steps);
+  at.factor = image_value(images + limit->first, limit->size, cell, &steps);
   at.factor = select(at.factor, (real)(0), outside);
   const vec none = {0, 0, 0};
   at.slope = vec_select(by_index(limit->to_index, steps), none, outside);
@@ -55,29 +56,27 @@ inline limit_at_t face_of_plane(__global const limit_t *limit, vec v) {
   return at;
 }
 
-// Four images: the distance from the face, and its normal.
 inline limit_at_t face_of_image(__global const limit_t *limit, __global const float *images, vec v) {
-  vec beyond, steps;
+  vec beyond;
   const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
   const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
-  const int count = limit->size[0] * limit->size[1] * limit->size[2];
-  __global const float *values = images + limit->first;
-  limit_at_t at;
-  real slope, distance = image_value(values, limit->size, index, &steps);
-  at.factor = fade(distance / limit->falloff, &slope);
-  at.factor = select(at.factor, (real)(1), outside);
+  const image_cell_t cell = image_cell(limit->size, index);
+  const distance_t distance = distance_at(images + limit->first, limit->size, cell, 1);
   const vec none = {0, 0, 0};
-  at.slope = vec_select(vec_scale(slope / limit->falloff, by_index(limit->to_index, steps)), none,
-                        outside);
-  real normal[3];
-  for (int i = 0; i < 3; ++i) {
-    normal[i] = image_value(values + (i + 1) * count, limit->size, index, &steps);
+  limit_at_t at;
+  real slope;
+  at.factor = fade(distance.value / limit->falloff, &slope);
+  at.factor = select(at.factor, (real)(1), outside);
+  at.slope = vec_scale(slope / limit->falloff, by_index(limit->to_index, distance.slope));
+  at.slope = vec_select(at.slope, none, outside);
+  at.normal = distance.normal;
+  for (int i = 0; i < 9; i += 3) {
+    const vec steps = {distance.turn.a[i], distance.turn.a[i + 1], distance.turn.a[i + 2]};
     const vec row = by_index(limit->to_index, steps);
-    at.turn.a[3 * i] = row.x;
-    at.turn.a[3 * i + 1] = row.y;
-    at.turn.a[3 * i + 2] = row.z;
+    at.turn.a[i] = row.x;
+    at.turn.a[i + 1] = row.y;
+    at.turn.a[i + 2] = row.z;
   }
-  at.normal = (vec){normal[0], normal[1], normal[2]};
   return at;
 }
 
@@ -99,16 +98,6 @@ inline vec limited(const map_t *map, vec v, vec d) {
       d = vec_scale(at.factor, d);
   }
   return d;
-}
-
-// Whether v is at rest, whatever the handles do.
-inline integer is_held(const map_t *map, vec v) {
-  integer held = 0;
-  for (int i = 0; i < map->params.limit_count; ++i) {
-    __global const limit_t *limit = map->limits + i;
-    if (!limit->slides) held |= limit_at(limit, map->images, v).factor == 0;
-  }
-  return held;
 }
 
 // Takes the part of the derivatives j along the normal away, times `share`.

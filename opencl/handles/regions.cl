@@ -18,41 +18,36 @@ inline region_distance_t distance_from_capsule(__global const region_t *region, 
 }
 
 // Beyond the image the distance is that from the place on the shape closest to the image's border: the
-// square of |beyond + value normal|, of a unit normal. The normals follow the distances.
-inline region_distance_t distance_in_image(__global const region_t *region,
-                                           __global const float *images, vec v) {
-  vec beyond, slope;
+// square of |beyond + value normal|, of a unit normal.
+HOT region_distance_t distance_in_image(__global const region_t *region,
+                                        __global const float *images, vec v, const int with_away) {
+  vec beyond;
   const vec index = limited_index(region->size, index_in_image(region->to_index, v), &beyond);
-  __global const float *values = images + region->first;
-  const real value = most(image_value(values, region->size, index, &slope), (real)(0));
-  real square = value * value;
-  vec toward = vec_scale(value, slope);
-  const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
-  if (ANY(outside)) {
-    const int count = region->size[0] * region->size[1] * region->size[2];
-    vec turn[3];
-    const vec normal = {image_value(values + count, region->size, index, turn),
-                        image_value(values + 2 * count, region->size, index, turn + 1),
-                        image_value(values + 3 * count, region->size, index, turn + 2)};
-    const real along = dot3(beyond, normal);
-    vec inner = vec_scale(value + along, slope), outer = vec_madd(value, normal, beyond);
-    inner = vec_madd(value * beyond.x, turn[0], inner);
-    inner = vec_madd(value * beyond.y, turn[1], inner);
-    inner = vec_madd(value * beyond.z, turn[2], inner);
-    outer = (vec){select(inner.x, outer.x, beyond.x != 0), select(inner.y, outer.y, beyond.y != 0),
-                  select(inner.z, outer.z, beyond.z != 0)};
-    square = select(square, fma(2 * value, along, square) + dot3(beyond, beyond), outside);
-    toward = vec_select(toward, outer, outside);
+  const image_cell_t cell = image_cell(region->size, index);
+  const distance_t at = distance_at(images + region->first, region->size, cell, with_away);
+  const real value = most(at.value, (real)(0)), along = dot3(beyond, at.normal);
+  const real step2 = region->step * region->step;
+  region_distance_t distance;
+  distance.square = step2 * fma(2 * value, along, fma(value, value, dot3(beyond, beyond)));
+  if (with_away) {
+    // half the gradient: along axes on which the index is limited, and along others
+    const vec outer = vec_madd(value, at.normal, beyond);
+    vec away = vec_scale(value + along, at.slope);
+    away = vec_madd(value, transposed_mat_vec(&at.turn, beyond), away);
+    away = (vec){select(away.x, outer.x, beyond.x != 0), select(away.y, outer.y, beyond.y != 0),
+                 select(away.z, outer.z, beyond.z != 0)};
+    distance.away = from_steps(region->to_index, region->step, away);
   }
-  return (region_distance_t){region->step * region->step * square,
-                             from_steps(region->to_index, region->step, toward)};
+  return distance;
 }
 
-inline region_distance_t distance_from_region(__global const region_t *region,
-                                              __global const float *images, vec v) {
+// The distance from a region; half its gradient only `with_away`.
+HOT region_distance_t distance_from_region(__global const region_t *region,
+                                           __global const float *images, vec v,
+                                           const int with_away) {
   region_distance_t distance;
   if (region->step > 0)
-    distance = distance_in_image(region, images, v);
+    distance = distance_in_image(region, images, v, with_away);
   else
     distance = distance_from_capsule(region, v);
   distance.square = most(distance.square, (real)(IN_REGION));

@@ -3,6 +3,7 @@
 // All x are local, less the mean displacement. The displacement d(v) = G(v) - v of the map is small
 // relative to v: the solver finds s with s + d(x + s) = 0, and v - x loses no digits.
 
+#define INVERSE  // for digit_loss.cl
 #include "map.cl"
 #include "lattice.cl"
 

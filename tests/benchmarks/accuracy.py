@@ -25,6 +25,7 @@ from control_point_sets import (
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device.devices import Device
 from vtk_mls.engine.engine import Engine
+from vtk_mls.model.options import ALPHA
 from vtk_mls.reference import engine as reference
 
 ALPHAS = (0.5, 1.0, 1.5, 2.0, 3.0)
@@ -44,9 +45,9 @@ def main(arguments):
     if engine is reference:
         sys.exit("there is no OpenCL device whose error could be measured")
     print(HEAD.format(device=engine.device.name))
-    print("## Each set, alpha 1\n")
-    _print_table("set", SETS, lambda name, kind: error(engine, name, kind, 1.0))
-    for title, one in (("Sums in float64", engine), ("Without float64", _without_double(engine))):
+    print(f"## Each set, alpha {ALPHA.default:g}\n")
+    _print_table("set", SETS, lambda name, kind: error(engine, name, kind, ALPHA.default))
+    for title, one in (("With float64", engine), ("Without float64", _without_double(engine))):
         print(f"\n## {title}: each alpha, 15 control points at random\n")
         _print_table("alpha", ALPHAS, lambda a, kind, one=one: error(one, "15 at random", kind, a))
 

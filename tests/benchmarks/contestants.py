@@ -237,7 +237,7 @@ def _ours(n):
     kinds, cuts = dict(_kinds(n)), dict(_cut(n))
     yield from {**kinds, **cuts}.items()
     for name in ("affine", "polynomial, degree 2"):
-        yield f"{name}, alpha 2", replace(kinds[name], alpha=2.0)
+        yield f"{name}, alpha 1", replace(kinds[name], alpha=1.0)
     for name in ("affine", "rigid", "polynomial, degree 2", "half-plane"):
         value = {**kinds, **cuts}[name]
         yield f"{name}, within {TOLERANCE}", replace(value, map_tolerance=TOLERANCE)

@@ -30,10 +30,12 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_deform(files, kind, capsys):
-    options = ["--kind", kind, "--alpha", "1.5", "--degree", "1", "--background", "-2"]
+    options = ["--kind", kind, "--alpha", "1.5", "--degree", "1", "--smoothing", "0.5"]
+    options += ["--background", "-2"]
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
-    value = Deformation(REST, DEFORMED, kind, alpha=1.5, degree=1, device=FAST)
+    map_options = {"alpha": 1.5, "degree": 1, "smoothing": 0.5}
+    value = Deformation(REST, DEFORMED, kind, **map_options, device=FAST)
     sampling = Sampling(ImageGeometry.of_image(image).grid, background=-2)
     (expected,) = value.resample([values_of(image, "values")], sampling)
     np.testing.assert_array_equal(values_of(output, "values"), expected)
@@ -162,6 +164,7 @@ def test_progress_bar(files, capsys):
         ({2: "out.png"}, "cannot write an image to `out.png`"),
         ({2: "none/out.vti"}, "there is no folder `none`"),
         ({3: "--alpha=0"}, "`alpha` must be a positive number, got 0.0"),
+        ({3: "--smoothing=-1"}, "`smoothing` must be a number from 0 on, got -1.0"),
         ({3: "--degree=7"}, "`degree` must be 1, 2 or 3, got 7"),
         ({3: "--label=bone"}, "`LabelArrays` names `bone`"),
         ({3: "--cut-plane=1,2,3"}, "`--cut-plane` must be 6 numbers with commas, got `1,2,3`"),

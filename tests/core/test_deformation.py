@@ -88,7 +88,7 @@ def test_is_immutable_and_keeps_no_link_to_its_input():
 
 
 def test_says_what_it_is():
-    assert repr(Deformation(**GOOD)) == "<Deformation rigid, alpha=1, 3 control points>"
+    assert repr(Deformation(**GOOD)) == "<Deformation rigid, alpha=2, 3 control points>"
     polynomial = Deformation(**GOOD, kind="polynomial", alpha=1.5)
     assert repr(polynomial) == "<Deformation polynomial, degree=2, alpha=1.5, 3 control points>"
 

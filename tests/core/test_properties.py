@@ -254,7 +254,7 @@ def test_rigid_is_the_best_rotation(rng):
     v = rng.uniform(0, EXTENT, (20, 3))
     d = deformation(rest, deformed, ("rigid", 1))
     for place, got in zip(v, d.backward(v)):
-        w = 1 / np.linalg.norm(deformed - place, axis=1) ** 2
+        w = np.linalg.norm(deformed - place, axis=1) ** (-2 * d.alpha)
         p_star, q_star = w @ rest / w.sum(), w @ deformed / w.sum()
         u, _, vt = np.linalg.svd((w[:, None] * (deformed - q_star)).T @ (rest - p_star))
         m = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt

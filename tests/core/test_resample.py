@@ -369,8 +369,11 @@ def test_fitted_grid_holds_the_whole_volume(device, kind, rng):
     )
     ones = np.ones(source.shape, np.uint8)
     held = d.resample([ones], Sampling(source, fitted, "nearest"))[0].sum()
-    assert held == d.resample([ones], Sampling(source, around, "nearest"))[0].sum()
-    if kind != "polynomial":  # which also brings copies from far away
+    whole = d.resample([ones], Sampling(source, around, "nearest"))[0].sum()
+    if kind == "polynomial":  # copies from far away can be thinner than the samples of the box
+        assert held >= 0.998 * whole
+    else:
+        assert held == whole
         assert fitted.size < 10 * source.size
 
 

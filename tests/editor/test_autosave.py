@@ -9,6 +9,7 @@ from hands import SIZE, Hands, ball_mesh
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.model.options import OPTIONS
 
 MIDDLE = (SIZE - 1) / 2
 
@@ -123,13 +124,15 @@ def test_all_attributes_of_a_state_are_kept(tmp_path, rng):
     ]
     state = State(
         rest, rest + 1, rng.uniform(1, 2, 5), list("abcde"), [True, False] * 2 + [True], cuts=cuts
-    ).changed(kind="affine", alpha=2.5, nu=3.0, blend=0.3, cut_frame="deformed", degree=3)
+    ).changed(
+        kind="affine", alpha=2.5, smoothing=0.1, nu=3.0, blend=0.3, cut_frame="deformed", degree=3
+    )
     state = state.changed(map_tolerance=0.0)
     Autosave("x.vti", tmp_path).keep(state)
     restored = Autosave("x.vti", tmp_path).offered
     for name in ("rest", "deformed", "weights", "anchored"):
         np.testing.assert_array_equal(getattr(restored, name), getattr(state, name))
-    for name in ("labels", "kind", "alpha", "nu", "blend", "cut_frame", "degree", "map_tolerance"):
+    for name in ("labels", *(option.name for option in OPTIONS)):
         assert getattr(restored, name) == getattr(state, name)
     for cut, other in zip(restored.cuts, cuts):
         assert type(cut) is type(other)

@@ -10,6 +10,7 @@ from vtk_mls import Deformation, Plane
 from vtk_mls.editor import State, keys
 from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.editor.view import Pace
+from vtk_mls.model.options import ALPHA
 
 MIDDLE = (SIZE - 1) / 2
 FRONT = 4  # the handle in the middle of the front of a 3 x 3 x 3 lattice
@@ -269,7 +270,13 @@ def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch)
         kinds.add(hands.state.deformation().kind)
     assert kinds == {"affine", "rigid", "similarity", "polynomial"}
     hands.press("plus")
-    assert hands.state.deformation().alpha == 1.25
+    assert hands.state.deformation().alpha == 1.25 * ALPHA.default
+    size = np.ptp(hands.editor.scene.bounds, axis=0).max()
+    hands.press("period")
+    assert hands.state.deformation().smoothing == pytest.approx(0.01 * size, rel=0.01)
+    assert "smoothing" in hands.editor.status
+    hands.press("comma")
+    assert hands.state.deformation().smoothing == 0
 
 
 def test_keys_change_values_outside_the_range_of_sliders():
@@ -282,6 +289,15 @@ def test_keys_change_values_outside_the_range_of_sliders():
         assert state.with_nu_times(0.9).nu <= nu <= state.with_nu_times(1.1).nu
     assert State(rest, rest + 1, alpha=3.9).with_alpha_times(1.1).alpha == 4
     assert State(rest, rest + 1, nu=7.9).with_nu_times(1.1).nu == 8
+
+
+def test_keys_change_smoothing_by_steps_down_to_none():
+    state = State(np.eye(3), np.eye(3) + 1)
+    lengths = []
+    for factor in (0.8, 1.25, 1.25, 1.25, 0.8, 0.8, 0.8, 0.8):
+        state = state.with_smoothing_times(factor, 2.0)
+        lengths.append(state.smoothing)
+    assert lengths == pytest.approx([0, 2, 2.5, 3.125, 2.5, 2, 0, 0], rel=0.01)
 
 
 def test_showing_undeformed_data_is_not_an_edit(mesh_hands, tmp_path):

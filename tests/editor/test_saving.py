@@ -24,7 +24,7 @@ POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDL
 _MOTION = np.array([(0.8, -0.6, 0, 4), (0.6, 0.8, 0, -2), (0, 0, 1, 1), (0, 0, 0, 1.0)])
 STATES = {
     "plain": {},
-    "map": {"kind": "polynomial", "alpha": 1.7, "degree": 3, "blend": 0.7},
+    "map": {"kind": "polynomial", "alpha": 1.7, "degree": 3, "blend": 0.7, "smoothing": 1.5},
     "plane": {"cuts": [Plane((MIDDLE,) * 3, (1, 0.2, 0.3))], "cut_frame": "deformed"},
     "shapes": {
         "handles": [

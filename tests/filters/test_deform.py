@@ -28,6 +28,7 @@ from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling
 from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.model.options import ALPHA
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -40,6 +41,7 @@ PLACES = {
 OPTIONS = [
     {"kind": "affine"},
     {"kind": "rigid", "alpha": 1.5},
+    {"kind": "affine", "smoothing": 1.5},
     {"kind": "similarity"},
     {"kind": "polynomial", "degree": 1},
 ]
@@ -109,8 +111,9 @@ def test_a_background_that_a_type_does_not_have_is_said(deform, messages, backgr
 def test_gives_the_numbers_of_the_value(deform, device, place, options):
     image = smooth_image(**PLACES[place])
     deform.SetKind(options["kind"])
-    deform.SetAlpha(options.get("alpha", 1.0))
+    deform.SetAlpha(options.get("alpha", ALPHA.default))
     deform.SetDegree(options.get("degree", 2))
+    deform.SetSmoothing(options.get("smoothing", 0))
     deform.SetBackground(-3.5)
     output = update(connect(deform, image, control_points()))
     value = Deformation(REST, DEFORMED, device=device, **options)
@@ -293,6 +296,7 @@ def test_nothing_is_done_twice(deform):
     properties = {
         "Kind": "affine",
         "Alpha": 1.5,
+        "Smoothing": 0.5,
         "Degree": 3,
         "Interpolation": "nearest",
         "Background": 2.0,
@@ -312,9 +316,9 @@ def test_nothing_is_done_twice(deform):
     deform.ClearLabelArrays()
     assert deform.GetMTime() == before
     handles.SetRestPoint(0, 1.0, 1.0, 1.5)
-    assert counts() == counts() == [1, 2, 11]
+    assert counts() == counts() == [1, 2, 12]
     source.SetStandardDeviation(0.4)
-    assert counts() == counts() == [2, 2, 12]
+    assert counts() == counts() == [2, 2, 13]
 
 
 def test_label_arrays_are_a_property(deform):

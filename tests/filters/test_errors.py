@@ -70,6 +70,11 @@ BOTH = {
     "alpha 0": (lambda s: s.deforming.SetAlpha(0), "`alpha` must be .*positive.* 0"),
     "alpha -1": (lambda s: s.deforming.SetAlpha(-1.0), "`alpha` must be .*positive.* -1"),
     "alpha NaN": (lambda s: s.deforming.SetAlpha(float("nan")), "`alpha` .*nan"),
+    "smoothing -1": (
+        lambda s: s.deforming.SetSmoothing(-1),
+        "`smoothing` must be .*from 0 on.* -1",
+    ),
+    "smoothing of text": (lambda s: s.deforming.SetSmoothing("much"), "`smoothing` .*much"),
     "alpha of text": (lambda s: s.deforming.SetAlpha("much"), "`alpha` .*much"),
     "degree 0": (lambda s: s.deforming.SetDegree(0), "`degree` must be 1, 2 or 3, got 0"),
     "degree 4": (lambda s: s.deforming.SetDegree(4), "`degree` must be 1, 2 or 3, got 4"),
@@ -173,6 +178,7 @@ def mend(scene, kind):
 GOOD = {
     "Kind": "rigid",
     "Alpha": 1.0,
+    "Smoothing": 0.0,
     "Degree": 2,
     "Device": "reference",
     "Interpolation": "linear",

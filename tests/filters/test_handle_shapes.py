@@ -44,6 +44,20 @@ def test_a_closed_surface_moves_as_a_whole(device):
     assert np.abs(positions(by_points) - expected).max() > 1e-3
 
 
+def test_a_curve_is_carried_along_its_whole_length(device):
+    """Between its nodes, too, where they turn by 90 degrees."""
+    nodes = np.array([(-3, 0, 0), (0, 0, 0), (3, 0, 0)], float)
+    bent = np.array([(-3, 0, 0), (0, 0, 0), (0, 3, 0)], float)
+    handles = joined(polyline(nodes, bent - nodes), polyline(CORNERS, kind="Verts"))
+    shares = np.linspace(0.1, 0.9, 9)[:, None]
+    along = np.concatenate([nodes[i] + shares * (nodes[i + 1] - nodes[i]) for i in (0, 1)])
+    expected = np.concatenate([bent[i] + shares * (bent[i + 1] - bent[i]) for i in (0, 1)])
+    value = deforming(handles, device=device).updated_deformation()
+    np.testing.assert_allclose(value.backward(expected), along, atol=1e-4)
+    by_points = deforming(handles, device=device, shapes="points").updated_deformation()
+    assert np.abs(by_points.backward(expected) - along).max() > 0.1
+
+
 def test_what_the_handles_are():
     curve = np.array([(3, 3, 3), (3, 4, 3), (4, 4, 4)], float)
     handles = joined(held_bone(), polyline(curve, (0, 0, 1)), moved(ball((0, 0, 4)), MOTION))

@@ -5,6 +5,7 @@ from paraview import simple
 from scene import DEFORMED, REST, array, control_points, data, grid, wavelet
 
 import vtk_mls
+from vtk_mls.model.options import ALPHA
 
 source = wavelet()
 handles = control_points()
@@ -45,11 +46,11 @@ for settings in (
     for proxy in (deform, field):
         proxy.Kind = settings["kind"]
         proxy.Degree = settings.get("degree", 2)
-        proxy.Alpha = settings.get("alpha", 1.0)
+        proxy.Alpha = settings.get("alpha", ALPHA.default)
     results.append(check(**settings))
 assert not np.array_equal(results[0], results[-1])
 for proxy in (deform, field):
-    proxy.Alpha = 1.0
+    proxy.Alpha = ALPHA.default
 
 # Interpolation, and labels, which are not interpolated.
 deform.Interpolation = "cubic"

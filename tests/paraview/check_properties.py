@@ -67,7 +67,7 @@ for proxy, table, panel, others in (
         assert (own or defaults[prop.name]) == defaults[prop.name], (prop.name, own)
         if isinstance(prop, properties.Choice):
             assert tuple(proxy.GetProperty(prop.name).Available) == prop.choices
-assert [deform.Kind, deform.Alpha, deform.Nu, deform.CutType] == ["rigid", 1, 2, "none"]
+assert [deform.Kind, deform.Alpha, deform.Nu, deform.CutType] == ["rigid", 2, 2, "none"]
 assert list(field.GetProperty("Kind").Available) == ["affine", "rigid", "similarity", "polynomial"]
 
 # Array lists show the arrays of the right input.

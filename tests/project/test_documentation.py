@@ -227,7 +227,7 @@ GIVEN = {
     ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
     ("shell", 0): HEAD,
     ("paraview_clicks", 0): BENT,
-    ("cookbook", 3): PYVISTA,
+    ("cookbook", 5): PYVISTA,
 }
 BLOCKS = [
     pytest.param(GIVEN.get((page.stem, number), ""), code, id=f"{page.stem}-{number}")

@@ -161,7 +161,7 @@ def test_what_has_no_inverse_is_where_the_filter_puts_it():
     scene = Scene(mesh)
     DeformedMesh(scene.actor).update(Deformation(rest, crossed, "polynomial", device=FAST))
     expected = update(deforming(mesh, control_points(rest, crossed), Kind="polynomial"))
-    assert array_of(expected, "NoInverse").sum() > 100
+    assert array_of(expected, "NoInverse").sum() > 50
     shown = scene.actor.GetMapper().GetInput()
     np.testing.assert_array_equal(places_of(shown), places_of(expected))
 

@@ -248,7 +248,7 @@ def test_every_kind(kind):
 
 @paired(
     cut=CUTS,
-    moved=[((-6, 0, 0), (6, 0, 0)), ((0, 0, 0), (10, 2, 0)), ((5, 0, 2), (7, 0, 2))],
+    moved=[((-5, 0, 0), (5, 0, 0)), ((0, 0, 0), (10, 2, 0)), ((5, 0, 2), (7, 0, 2))],
     kind=["rigid", "affine"],
 )
 def test_voids_of_every_cut(cut, moved, kind):

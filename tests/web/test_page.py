@@ -368,7 +368,7 @@ def test_a_phone(browser, address):
     page.swipe((0.5, 0.5), (50, -30))
     page.status("1 selected")
     assert not np.allclose(page.moved_row(0, before), before)
-    panel = page.tab.get_by_text("How locally handles act (alpha)")
+    panel = page.tab.get_by_text("Alpha", exact=True)
     assert panel.bounding_box()["x"] > 390, "the panel is in the picture's way"
     page.tab.get_by_role("button", name="Panel").tap()
     page.tab.wait_for_function(f"{_PANEL_AT} < 390")

@@ -99,6 +99,19 @@ def test_a_failed_update_of_the_panel_is_repeated():
     assert do(session, "say", "x")["count"] == 64
 
 
+def test_numbers_without_a_slider_are_typed():
+    session = opened(ball_mesh())
+    assert do(session, "smoothing", " 0.25 ")["smoothing"] == 0.25
+    assert session.editor.state.smoothing == 0.25
+    for value in ("-1", "much", "nan", "inf", None):
+        message = do(session, "smoothing", value)["message"]
+        assert message == "`smoothing` must be a number from 0 on."
+    assert session.editor.state.smoothing == 0.25
+    assert do(session, "undo")["smoothing"] == 0
+    do(session, "map_tolerance", 0.5)  # the page has no control for it
+    assert session.editor.state.map_tolerance == 0.02
+
+
 def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     session = opened(ball_mesh())
     do(session, "position", [0, 1, 2, 3])

@@ -57,6 +57,18 @@ def add(parser, is_interactive=False):
     )
     for option in MAP:
         property_options.add(parser, option)
+    _add_cuts(parser)
+    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
+        property_options.add(parser, option)
+    limit_options.add(parser, is_interactive)
+    if not is_interactive:
+        add("--progress", action="store_true", help="show a progress bar even without a terminal")
+        text = "continue if all control points rest and nothing moves, instead of an error"
+        add("--allow-identity", action="store_true", help=text)
+
+
+def _add_cuts(parser):
+    add = parser.add_argument
     add(
         "--cut-plane",
         metavar="OX,OY,OZ,NX,NY,NZ",
@@ -79,13 +91,6 @@ def add(parser, is_interactive=False):
         default=[],
         help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
     )
-    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
-        property_options.add(parser, option)
-    limit_options.add(parser, is_interactive)
-    if not is_interactive:
-        add("--progress", action="store_true", help="show a progress bar even without a terminal")
-        text = "continue if all control points rest and nothing moves, instead of an error"
-        add("--allow-identity", action="store_true", help=text)
 
 
 def apply(options, algorithm):

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots, unit
-from vtk_mls.base.validation import freeze
-from vtk_mls.base.validation import vector
+from vtk_mls.base.validation import freeze, vector
 from vtk_mls.cuts.cut import Obstacle, direction
 from vtk_mls.cuts.plane import Plane
 

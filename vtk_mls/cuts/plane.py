@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots
-from vtk_mls.base.validation import freeze
-from vtk_mls.base.validation import vector
+from vtk_mls.base.validation import freeze, vector
 from vtk_mls.cuts.cut import Cut, direction
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from vtk_mls.editor.view import View
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
+_SMALLEST_SMOOTHING = 0.01  # of the size of the data
 
 
 class Editor(ShapeEdits):
@@ -227,6 +228,11 @@ class Editor(ShapeEdits):
     def change_alpha(self, factor):
         """Multiply alpha: handles act more locally for factors above 1."""
         self.change(self.state.with_alpha_times(factor))
+
+    def change_smoothing(self, factor):
+        """Multiply the smoothing length: handles are met less exactly for factors above 1."""
+        smallest = _SMALLEST_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
+        self.change(self.state.with_smoothing_times(factor, smallest))
 
     def change_nu(self, factor):
         """Multiply nu - 1: influence fades faster around cuts for factors above 1."""

@@ -27,6 +27,8 @@ KEYS = (
     ("K", "kind of the map: rigid, affine, ...", ("k",), "change_kind", None),
     ("+   \N{MINUS SIGN}", "handles act more or less locally", ("+", "="), "change_alpha", 1.25),
     ("", "", ("-",), "change_alpha", 0.8),
+    (",   .", "handles are met more or less exactly", (",",), "change_smoothing", 0.8),
+    ("", "", (".",), "change_smoothing", 1.25),
     ("C", "cut by a plane, by half of it, not at all", ("c",), "change_cut", None),
     ("I", "another half of the plane", ("i",), "change_half", None),
     ("P", "cut along a line, open or closed: click, P again", ("p",), "incise", None),

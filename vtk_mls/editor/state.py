@@ -143,6 +143,13 @@ class State(_Options):
         """A copy whose alpha is multiplied, within the range of its slider."""
         return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
+    def with_smoothing_times(self, factor, smallest):
+        """A copy whose smoothing is multiplied: from 0 up to `smallest`, from there down to 0."""
+        value = self.smoothing * factor
+        if value < 0.99 * smallest:
+            value = smallest if factor > 1 else 0.0
+        return replace(self, smoothing=float(f"{value:.3g}"))
+
     def with_nu_times(self, factor):
         """A copy whose nu - 1 is multiplied, within the range of its slider."""
         return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor, self.nu))

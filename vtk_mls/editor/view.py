@@ -217,6 +217,8 @@ class View:
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
             parts.append(f"{int(state.anchored.sum())} fixed")
+        if state.smoothing:
+            parts.append(f"smoothing {state.smoothing:g}")
         if state.blend != 1:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:

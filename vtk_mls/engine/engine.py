@@ -18,8 +18,8 @@ from vtk_mls.engine.launch.launcher import Launcher, RegionMap
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.sample import differences, void_corners
 from vtk_mls.engine.sample.sampler import samplers
-from vtk_mls.limits import are_held
 from vtk_mls.queries import vector_fields
+from vtk_mls.queries.known_inverses import known_inverses
 
 
 @functools.cache
@@ -122,9 +122,10 @@ class Engine:
             for search in searches:
                 rows = _rows_in(search.map.region, deformation.planes, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
-            if deformation.limits:
-                held = part.start + np.flatnonzero(are_held(deformation.limits, points[part]))
-                displacement[held], found[held] = 0, True
+            rows, known = known_inverses(
+                functools.partial(self.backward, deformation), deformation, points[part]
+            )
+            displacement[part.start + rows], found[part.start + rows] = known, True
         return displacement, found
 
     @_exclusive

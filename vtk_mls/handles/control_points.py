@@ -111,7 +111,10 @@ class ControlPoints:
 
 def _merged(handles):
     """The weighted means of points with equal q, or of all if their displacement is common."""
-    displacement = np.subtract(*handles.positions)
+    segments = handles.segments
+    displacement = np.concatenate(
+        [handles.rest - handles.deformed, (segments.rest - segments.deformed).reshape(-1, 3)]
+    )
     if (displacement == displacement[0]).all():
         return _translation(handles, displacement[0])
     # proxies of a region stay together, and come first

@@ -9,6 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.validation import freeze, points
 
+# Values of alpha for which the weights of a segment have integrals in closed form.
+INTEGRATED_ALPHAS = (1, 2, 3)
+# Control points in place of a segment for other values of alpha: Gauss-Legendre nodes.
+_QUADRATURE = 16
+# Where positions of a segment are sampled: they determine polynomials up to degree 3 on it.
+_SAMPLES = np.array([0, 1 / 3, 2 / 3, 1])
+# Pieces of a segment that are searched for a crossing of a cut, and halvings of a piece.
+_PIECES, _HALVINGS = 32, 48
+
 
 @dataclass(frozen=True, eq=False, init=False)
 class CurveHandle:
@@ -93,6 +102,56 @@ class Segments:
             return np.stack([x[:, 0] + t[:, None] * along for t in (start, stop)], axis=1)
 
         return Segments(ends(self.rest), ends(self.deformed), self.weights * (stop - start))
+
+    @property
+    def samples(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Points (4 s, 3) along the segments, their ends among them, at rest and deformed."""
+        return self._at(_SAMPLES)
+
+    def every(self, step):
+        """Points (k, 3) of each segment where it is deformed, not farther apart than `step`."""
+        for start, stop in self.deformed:
+            count = int(np.ceil(np.linalg.norm(stop - start) / step)) + 1
+            yield np.linspace(start, stop, count)
+
+    @property
+    def middles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The middles (s, 3), at rest and deformed: cuts see the segments there."""
+        return self.rest.mean(axis=1), self.deformed.mean(axis=1)
+
+    def quadrature(self):
+        """Control points in place of the segments: rest, deformed (n, 3) and weights (n,)."""
+        at, share = np.polynomial.legendre.leggauss(_QUADRATURE)
+        weights = np.outer(self.weights, share / 2).ravel()
+        return *self._at((1 + at) / 2), weights
+
+    def _at(self, t):
+        """Points at the shares `t` (k,) of the segments' lengths (s k, 3), rest and deformed."""
+        rest, deformed = (
+            x[:, :1] + t[:, None] * (x[:, 1:] - x[:, :1]) for x in (self.rest, self.deformed)
+        )
+        return rest.reshape(-1, 3), deformed.reshape(-1, 3)
+
+    def split_by(self, cut, in_rest_frame) -> Segments:
+        """The segments, split where they cross a cut with an edge, so that no part does."""
+        ends = self.rest if in_rest_frame else self.deformed
+        start, along = ends[:, :1], ends[:, 1:] - ends[:, :1]
+        t = np.linspace(0, 1, _PIECES + 1)
+        nodes = start + t[:, None] * along
+        rows, pieces = np.nonzero(cut.blocks(nodes[:, :-1], nodes[:, 1:]))
+        low, high = t[pieces], t[pieces + 1]
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            a, b = (start[rows, 0] + x[:, None] * along[rows, 0] for x in (low, middle))
+            is_before = cut.blocks(a, b)
+            low, high = np.where(is_before, low, middle), np.where(is_before, middle, high)
+        every = np.arange(len(self))
+        row = np.concatenate([every, every, rows])
+        share = np.concatenate([np.zeros(len(self)), np.ones(len(self)), high])
+        order = np.lexsort([share, row])
+        row, share = row[order], share[order]
+        kept = (row[1:] == row[:-1]) & (share[1:] > share[:-1])
+        return self[row[:-1][kept]].between(share[:-1][kept], share[1:][kept])
 
     def on_side(self, height, side, in_rest_frame) -> Segments:
         """The parts on a `side`, 1 or -1, of a plane: as `HandleSet.on_side`."""

@@ -12,7 +12,8 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.base.linear_interpolation import linear
 
-_MAX_NODES = 1 << 18  # of a distance image
+# Points of an image of distances from triangles, which take microseconds each, and from voxels.
+_MAX_NODES, _MAX_VOXELS = 1 << 18, 1 << 20
 _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
 
 
@@ -38,7 +39,7 @@ class DistanceImage:
 
     @functools.cached_property
     def normals(self) -> np.ndarray:
-        """Unit vectors (3, nz, ny, nx) along the slopes of the distance, in the axes of the grid."""
+        """Unit vectors (3, nz, ny, nx) along the slopes of the distance, in axes of the grid."""
         slopes = np.stack(np.gradient(self.values)[::-1], axis=-1)
         return np.moveaxis(unit(slopes), -1, 0).astype(np.float32)
 
@@ -71,17 +72,17 @@ class DistanceImage:
         return self.step * np.sqrt(np.maximum(square, 0)), half
 
 
-def cubic_grid(low, high, margin, direction=None):
+def cubic_grid(low, high, margin, direction=None, max_nodes=_MAX_NODES):
     """A grid of cubic cells around the box from `low` to `high` (3,), in the frame `direction`."""
     low, high = low - margin, high + margin
-    step = float(np.cbrt((high - low).prod() / _MAX_NODES))
+    step = float(np.cbrt((high - low).prod() / max_nodes))
     dimensions = np.ceil((high - low) / step).astype(int) + 1
     frame = np.eye(3) if direction is None else direction
     return Grid(dimensions, frame @ low, [step] * 3, frame)
 
 
 def of_triangles(points, triangles) -> DistanceImage:
-    """The distance from a closed surface: `points` (n, 3), world coordinates, `triangles` (m, 3)."""
+    """The distance from a closed surface: `points` (n, 3), world, and `triangles` (m, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     grid = cubic_grid(low, high, _MARGIN * (high - low).max())
     return DistanceImage(grid, _from_triangles(points, triangles, grid))
@@ -93,13 +94,14 @@ def of_face(points, triangles, reach):
     Returns
     -------
     (4, nz, ny, nx) float32, world units
-        The distance less half a cell, at least 0; the normal of the closest point.
+        The distance less a diagonal of a cell, so that it is 0 on the surface; the normal of the
+        closest point.
     Grid
     """
     grid = cubic_grid(points.min(axis=0), points.max(axis=0), reach)
     distance = _from_triangles(points, triangles, grid)
     normals = DistanceImage(grid, distance).normals
-    distance = np.maximum(np.abs(distance) - abs(grid.spacing[0]) / 2, 0)
+    distance = np.maximum(np.abs(distance) - np.sqrt(3) * abs(grid.spacing[0]), 0)
     return np.concatenate([distance[None], normals]), grid
 
 
@@ -113,9 +115,8 @@ def _from_triangles(points, triangles, grid):
 
     surface, corners, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
     corners.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=True))
-    offsets = np.arange(0, 3 * len(triangles) + 1, 3)
-    rows = (offsets, np.ravel(triangles))
-    cells.SetData(*(numpy_to_vtkIdTypeArray(x.astype(np.int64), deep=True) for x in rows))
+    rows = np.ascontiguousarray(triangles, np.int64).ravel()
+    cells.SetData(3, numpy_to_vtkIdTypeArray(rows, deep=True))
     surface.SetPoints(corners)
     surface.SetPolys(cells)
     distance, values = vtkImplicitPolyDataDistance(), vtkDoubleArray()
@@ -127,7 +128,8 @@ def _from_triangles(points, triangles, grid):
 def of_mask(mask, grid) -> DistanceImage:
     """The distance from the voxels of a `mask` (nz, ny, nx) on `grid`, cubic cells of its axes.
 
-    The surface is half a voxel around the centers of the voxels.
+    The surface is half a voxel around the centers of the voxels. Voxels that are smaller than the
+    cells are joined; a joined voxel is inside if any of its voxels is, so that thin parts remain.
     """
     spacing = np.abs(grid.spacing)
     signs = np.sign(grid.spacing)
@@ -136,7 +138,10 @@ def of_mask(mask, grid) -> DistanceImage:
     low = np.linalg.solve(frame, grid.origin)
     half = spacing.min() / 2
     margin = _MARGIN * (size.max() + 2 * half)
-    target = cubic_grid(low - half, low + size + half, margin, frame)
+    target = cubic_grid(low - half, low + size + half, margin, frame, _MAX_VOXELS)
+    joined = np.maximum(abs(target.spacing[0]) // spacing, 1).astype(int)
+    if (joined > 1).any():
+        return of_mask(*_joined(mask, grid, joined))
     pad = np.ceil(margin / spacing).astype(int) + 2
     padded = np.pad(mask, [(n, n) for n in pad[::-1]])
     outside, inside = (_euclidean(part, spacing) for part in (padded, ~padded))
@@ -146,6 +151,16 @@ def of_mask(mask, grid) -> DistanceImage:
     index = source.index_of(target.points())
     result = interpolation.sample(values.astype(np.float32), index, "linear", 0.0, source)
     return DistanceImage(target, result.reshape(target.shape))
+
+
+def _joined(mask, grid, count):
+    """A mask with `count` (3,) voxels along each axis joined to one, and its grid."""
+    extra = -np.array(mask.shape) % count[::-1]
+    mask = np.pad(mask, [(0, n) for n in extra])
+    blocks = [m for n, c in zip(mask.shape, count[::-1]) for m in (n // c, c)]
+    mask = mask.reshape(blocks).any(axis=(1, 3, 5))
+    origin = grid.at([(count - 1) / 2])[0]
+    return mask, Grid(mask.shape[::-1], origin, grid.spacing * count, grid.direction)
 
 
 def _euclidean(mask, spacing):

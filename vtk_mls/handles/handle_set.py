@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vtk_mls.base.validation import short_repr
-from vtk_mls.handles.curve import CurveHandle, Segments
+from vtk_mls.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
 from vtk_mls.handles.region import RegionHandle
 
 Handle = CurveHandle | RegionHandle
@@ -38,21 +38,27 @@ class HandleSet:
     segments: Segments
 
     @classmethod
-    def of(cls, rest, deformed, weights, handles=(), order=1) -> HandleSet:
+    def of(cls, rest, deformed, weights, handles=(), order=1, alpha=1) -> HandleSet:
         """Points `rest` and `deformed` (n, 3) with `weights` (n,), and the `handles`.
 
-        Proxies determine polynomials of degree `order`.
+        Proxies determine polynomials of degree `order`. Segments whose weights have no integral in
+        closed form for `alpha` are replaced by points along them.
         """
         regions = tuple(handle for handle in handles if isinstance(handle, RegionHandle))
         curves = [handle for handle in handles if isinstance(handle, CurveHandle)]
         proxies = [region.proxies(order) for region in regions]
+        segments = Segments.of(curves)
+        if alpha not in INTEGRATED_ALPHAS:
+            more = segments.quadrature()
+            rest, deformed, weights = map(np.concatenate, zip((rest, deformed, weights), more))
+            segments = Segments.of([])
         return cls(
             np.concatenate([*(p for p, _ in proxies), rest]),
             np.concatenate([*(q for _, q in proxies), deformed]),
             np.concatenate([*(np.full(len(p), 1 / len(p)) for p, _ in proxies), weights]),
             np.repeat([*range(len(regions)), -1], [*(len(p) for p, _ in proxies), len(rest)]),
             regions,
-            Segments.of(curves),
+            segments,
         )
 
     def __len__(self) -> int:
@@ -60,24 +66,23 @@ class HandleSet:
 
     @property
     def positions(self) -> tuple[np.ndarray, np.ndarray]:
-        """All points, proxies and ends of segments (k, 3), at rest and deformed."""
-        segments = self.segments
-        return (
-            np.concatenate([self.rest, segments.rest.reshape(-1, 3)]),
-            np.concatenate([self.deformed, segments.deformed.reshape(-1, 3)]),
-        )
+        """All points and proxies, then samples of segments (k, 3), at rest and deformed."""
+        rest, deformed = self.segments.samples
+        return np.concatenate([self.rest, rest]), np.concatenate([self.deformed, deformed])
 
     @property
     def anchors(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where cuts see the control points (n, 3), at rest and deformed: regions at their center.
+        """Where cuts see control points, then segments (n + s, 3), at rest and deformed.
 
-        So the proxies of a region share the damping of Eq. 28.
+        They see regions at their center, and segments in their middle: so the proxies of a region
+        share the damping of Eq. 28, as do the points of a segment.
         """
         anchors = self.rest.copy(), self.deformed.copy()
         for row, region in enumerate(self.regions):
             for places, center in zip(anchors, region.center):
                 places[self.region == row] = center
-        return anchors
+        rest, deformed = self.segments.middles
+        return np.concatenate([anchors[0], rest]), np.concatenate([anchors[1], deformed])
 
     @property
     def swapped(self) -> HandleSet:
@@ -91,6 +96,13 @@ class HandleSet:
             self.segments.swapped,
         )
 
+    def split_by(self, cuts, in_rest_frame) -> HandleSet:
+        """The set with its segments split at `cuts`, which have an edge."""
+        segments = self.segments
+        for cut in cuts:
+            segments = segments.split_by(cut, in_rest_frame)
+        return replace(self, segments=segments)
+
     def on_side(self, height, side, in_rest_frame) -> HandleSet:
         """The points, regions and parts of segments on a `side`, 1 or -1, of a plane.
 
@@ -98,7 +110,7 @@ class HandleSet:
         its anchor is. The plane itself is of side 1.
         """
         frame = 0 if in_rest_frame else 1
-        rows = (height(self.anchors[frame]) < 0) == (side < 0)
+        rows = (height(self.anchors[frame][: len(self)]) < 0) == (side < 0)
         kept = np.unique(self.region[rows & (self.region >= 0)])
         number = np.full(len(self.regions) + 1, -1)  # the last, -1, for points
         number[kept] = np.arange(len(kept))

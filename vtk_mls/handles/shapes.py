@@ -23,7 +23,7 @@ class Shape:
         raise NotImplementedError
 
     def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Distances (m,) of points `x` (m, 3), 0 inside, and half the gradients of their squares."""
+        """Distances (m,) of `x` (m, 3), 0 inside, and half the gradients of their squares."""
         raise NotImplementedError
 
     def proxies(self, order: int) -> NDArray[np.float64]:
@@ -217,7 +217,7 @@ def _checked_surface(corners, triangles):
     open_edges = int((count % 2).sum())
     if open_edges:
         raise ValueError(
-            f"`triangles` must be a closed surface, got {open_edges} edges with an open side; close "
-            "its holes"
+            f"`triangles` must be a closed surface, got {open_edges} edges with an open side; "
+            "close its holes"
         )
     return corners, rows

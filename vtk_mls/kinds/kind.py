@@ -59,6 +59,11 @@ class Kind:
     has_degree = False
     proxy_order = 1
 
+    @property
+    def segment_points(self):
+        """Points by which a segment of a curve is summed: they have the moments that a fit needs."""
+        return self.proxy_order + 1
+
     def __init__(self, degree):
         pass
 
@@ -82,7 +87,7 @@ class Kind:
         return 0
 
     def needs_float64(self, alpha) -> bool:
-        """Whether the kernels sum in double on devices that support it."""
+        """Whether the kernels may sum in double on devices that support it."""
         return False
 
     def constants(self) -> dict:

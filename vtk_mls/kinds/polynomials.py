@@ -57,12 +57,16 @@ class Polynomial(Kind):
         return {"rank": len(control_points.determined)}
 
     def table(self, control_points):
-        """Rows of coefficients of the functions, then of their values at each control point."""
+        """Rows of coefficients of the functions, of their values at each control point, and means.
+
+        The means are subtracted from the values.
+        """
         basis, count = control_points.determined, MONOMIAL_COUNT[self.degree]
-        values = basis.values
-        table = np.zeros((count + len(values), count), np.float32)
+        mean, n = basis.values.mean(axis=0), len(control_points)
+        table = np.zeros((count + n + 1, count), np.float32)
         table[: len(basis)] = basis.coefficients
-        table[count:, : len(basis)] = values - values.mean(axis=0)
+        table[count:-1, : len(basis)] = basis.values[:n] - mean
+        table[-1, : len(basis)] = mean
         return table
 
 
@@ -169,7 +173,7 @@ def _polynomial_fit(weighted):
     """
     control_points, w = weighted.control_points, weighted.w
     basis, local = control_points.determined, control_points.local(weighted.v)
-    values, at_v = basis.values, basis(local)
+    (values, origins), at_v = weighted.values_of(basis), basis(local)
     p, q = (
         weighted.p + weighted.p_star[:, None],
         weighted.q + weighted.q_star[:, None],
@@ -183,8 +187,8 @@ def _polynomial_fit(weighted):
     orthogonal = [(psi_0, np.ones(len(at_v)), np.zeros((len(at_v), 3)), weighted.total)]
     slopes = basis.gradient(local) / control_points.scale
     for j in range(len(basis)):
-        origin = values[weighted.nearest, j]
-        f, f_v, df_v = values[None, :, j] - origin[:, None], at_v[:, j] - origin, slopes[:, j]
+        origin = origins[:, j]
+        f, f_v, df_v = values[:, :, j] - origin[:, None], at_v[:, j] - origin, slopes[:, j]
         before = inner(f, f)
         for psi, psi_v, dpsi_v, norm in orthogonal:
             c = inner(f, psi) / norm
@@ -195,20 +199,18 @@ def _polynomial_fit(weighted):
         f_v, df_v = np.where(is_zero, 0, f_v), np.where(is_zero[:, None], 0, df_v)
         orthogonal.append((f, f_v, df_v, np.where(is_zero, 1, norm)))
 
-    coefficients = [
-        np.einsum("mi,mia,mi->ma", w, u, psi) / norm[:, None] for psi, _, _, norm in orthogonal
-    ]
     displacement = weighted.p_k - weighted.q_k
     gradient = np.zeros((len(at_v), 3, 3))
-    for c, (_, psi_v, dpsi_v, _) in zip(coefficients, orthogonal):  # Eq. 26
+    # each coefficient from what is left of u: near a curve weights differ by up to 1e30
+    remaining = u
+    for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
+        c = np.einsum("mi,mia,mi->ma", w, remaining, psi) / norm[:, None]
+        remaining = remaining - psi[:, :, None] * c[:, None]
         displacement = displacement + c * psi_v[:, None]
         gradient = gradient + c[:, :, None] * dpsi_v[:, None]
 
     def influence():
-        residual, kernel = u, np.zeros_like(w)
-        for c, (psi, psi_v, _, norm) in zip(coefficients, orthogonal):
-            residual = residual - psi[:, :, None] * c[:, None]
-            kernel = kernel + psi * (psi_v / norm)[:, None]
-        return kernel[:, :, None] * residual
+        kernel = sum(psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in orthogonal)
+        return kernel[:, :, None] * remaining
 
     return Fit(displacement, np.eye(3) + gradient, influence)

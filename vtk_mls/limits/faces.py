@@ -29,8 +29,8 @@ class FixedFace(Limit):
     Parameters
     ----------
     face : Plane or Surface
-        In the deformed space. The distance from a surface is taken from an image of it: material
-        stays within half of its cells.
+        In the deformed space. The distance from a surface is taken from an image of about 64 cells
+        along each axis: material up to a diagonal of a cell away stays, too.
     falloff : float, > 0, world units
 
     Raises
@@ -92,8 +92,8 @@ class FixedFace(Limit):
                 "high": [height, 0, 0],
             }
         images, grid = self._images
-        images = np.concatenate([images[:1] / control_points.scale, images[1:]])
-        return {**record, "form": "IMAGE_FACE", "image": images, "grid": grid}
+        values = np.stack([images[0] / control_points.scale, *images[1:]], axis=-1)
+        return {**record, "form": "IMAGE_FACE", "image": values, "grid": grid}
 
 
 class SlidingFace(FixedFace):

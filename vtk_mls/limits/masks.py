@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 _EDGE = 1e-3  # MASK_EDGE of opencl/handles/limits.cl
+_ROUNDING = 2e-6  # of positions in the kernels, local units
 
 
 class Mask(Limit):
@@ -56,12 +57,14 @@ class BoxMask(Mask):
         return 1 - value, (-slope / scale)[:, None] * offset
 
     def record(self, control_points: ControlPoints) -> dict[str, Any]:
+        falloff = self.falloff / control_points.scale
         return {
             "form": "BOX_MASK",
             "low": control_points.local(self.low),
             "high": control_points.local(self.high),
             "radius": self._radius / control_points.scale,
-            "falloff": self.falloff / control_points.scale,
+            # ends early by the rounding of float32, so that outside is outside
+            "falloff": max(falloff - _ROUNDING, falloff / 2),
         }
 
 

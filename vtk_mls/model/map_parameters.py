@@ -98,8 +98,9 @@ class MapParameters:
         freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, **settings)
         fitted = kinds.named(self.kind, self.degree)
-        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order)
         in_rest_frame = self.cut_frame == "rest"
+        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order, self.alpha)
+        handle_set = handle_set.split_by(self.obstacles, in_rest_frame)
         freeze(
             self,
             handle_set=handle_set,

@@ -8,15 +8,18 @@ tested against the properties of the map. The weights are in `weights`, the fits
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
-from vtk_mls.limits import are_held, limited, limited_jacobians
+from vtk_mls.limits import limited, limited_jacobians
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
+from vtk_mls.queries.known_inverses import known_inverses
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.weights import EvaluationPoints, WeightedPoints
 
@@ -30,6 +33,7 @@ _SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
 _MAX_RESTARTS = 4  # in the samples of a level
 _EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
 _MAX_NUMBERS = 1 << 21  # in a temporary array
+_POINTS_OF_SEGMENT = 80  # of the quadrature
 
 
 def backward(deformation, points, progress=SILENT):
@@ -75,9 +79,10 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        if deformation.limits:
-            held = part.start + np.flatnonzero(are_held(deformation.limits, points[part]))
-            displacement[held], found[held] = 0, True
+        rows, known = known_inverses(
+            functools.partial(backward, deformation), deformation, points[part]
+        )
+        displacement[part.start + rows], found[part.start + rows] = known, True
     return displacement, found
 
 
@@ -368,7 +373,7 @@ def _in_region(deformation, region, v, start=None, with_jacobian=False):
 def _parts(count, deformation):
     """Slices of points whose temporary arrays have at most `_MAX_NUMBERS` numbers."""
     numbers_per_point = max(
-        len(c) * max(c.kind.functions(c) + 3, 6)
+        (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * max(c.kind.functions(c) + 3, 6)
         for c in (region.control_points for region in deformation.regions)
     )
     step = max(1, _MAX_NUMBERS // numbers_per_point)
@@ -388,6 +393,7 @@ class _Fit:
             v, at = np.repeat(v, 2, axis=0), at and at.rows([0, 0])
         self.weighted = WeightedPoints(deformation, control_points, v, at)
         self.fit = control_points.kind.fit(self.weighted)
+        self._at = deformation, control_points, v, at
 
     def jacobian(self):
         """dG/dv: the derivative of the fixed point x = G(v; damping at x)."""
@@ -406,8 +412,14 @@ class _Fit:
 
     def _jacobians(self):
         """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
-        by_v = self.fit.linear + self._through(self.weighted.dw) - np.eye(3)
-        by_x = self._through(self.weighted.dw_dx)
+        weighted, fit = self._with_slopes
+        influence = fit.influence()
+        by_v, by_x = (
+            # the derivative of l through the weights
+            np.einsum("mic,mia->mca", influence, slopes)
+            for slopes in (weighted.dw, weighted.dw_dx)
+        )
+        by_v = fit.linear + by_v - np.eye(3)
         by_v, by_x = (np.where(self._at_rest, 0, j)[: self.count] for j in (by_v, by_x))
         if self.limits:
             before = self._unlimited_displacement()
@@ -418,9 +430,13 @@ class _Fit:
     def _at_rest(self):
         return self.weighted.at_rest[:, None, None]
 
-    def _through(self, slopes):
-        """The derivative of l through weights with derivatives `slopes` (m, n, 3)."""
-        return np.einsum("mic,mia->mca", self.fit.influence(), slopes)
+    @property
+    def _with_slopes(self):
+        """The WeightedPoints with the slopes of segments, and the fit to them."""
+        if len(self._at[1].handles.segments) == 0:
+            return self.weighted, self.fit
+        weighted = WeightedPoints(*self._at, with_slopes=True)
+        return weighted, weighted.control_points.kind.fit(weighted)
 
     def displacement(self):
         """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial), limited."""

@@ -15,7 +15,7 @@ METHODS = (
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
     *("accept", "decline"),
 )
-_OPTIONS = {option.name: option for option in OPTIONS if option.slider or option.choices}
+_OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _CUTS = "none", "plane", "half-plane"
 
@@ -44,7 +44,7 @@ def apply(session, name, value=None):
 
 def _apply(session, editor, name, value):
     option = _OPTIONS.get(name)
-    if option and option.slider:
+    if option and not option.choices:
         _set_number(editor, option, value)
     elif option and value in option.choices:
         if value != getattr(editor.state, name):
@@ -65,10 +65,11 @@ def _apply(session, editor, name, value):
 
 
 def _set_number(editor, option, value):
-    low, high, _ = option.slider
     number = _number(value)
-    if number is None or not low <= number <= high:
-        editor.say(f"`{option.name}` must be a number from {low:g} to {high:g}.")
+    low, high, _ = option.slider or (-math.inf, math.inf, None)
+    if number is None or not (low <= number <= high and option.is_valid(number)):
+        expected = f"a number from {low:g} to {high:g}" if option.slider else option.expected
+        editor.say(f"`{option.name}` must be {expected}.")
     elif number != getattr(editor.state, option.name):
         editor.change(editor.state.changed(**{option.name: number}))
 

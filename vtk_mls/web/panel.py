@@ -51,8 +51,10 @@ def _options(edit, section):
         if option.section == section:
             if option.slider:
                 _slider(edit, option.name, option.label, option.slider)
-            else:
+            elif option.choices:
                 _select(edit, option)
+            else:
+                _number(edit, option)
 
 
 def _select(edit, option):
@@ -90,6 +92,16 @@ def _slider(edit, name, title, steps):
             hide_details=True,
             aria_label=title,
         )
+
+
+def _number(edit, option):
+    v.VTextField(
+        model_value=(option.name,),
+        label=option.label,
+        title=" ".join(option.help.split()),
+        change=(edit, f"['{option.name}', $event.target.value]"),
+        **_FIELDS,
+    )
 
 
 def _cut(edit):

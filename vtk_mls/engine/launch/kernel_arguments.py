@@ -27,7 +27,7 @@ REGION = _struct(
 SEGMENT = _struct(
     [
         *[("q", "f4", 3), ("along_q", "f4", 3), ("u", "f4", 3), ("along_u", "f4", 3)],
-        ("c", "f4"),
+        *[("c", "f4"), ("density", "f4")],
     ]
 )
 LIMIT = _struct(
@@ -163,10 +163,15 @@ def control_points(points):
     """The table of `ControlPoints`: (n,) CONTROL_POINT."""
     table = np.zeros(len(points), CONTROL_POINT)
     table["q"] = points.local(points.deformed)
-    table["c"] = points.weights / points.weights.mean()
+    table["c"] = points.weights / mean_weight(points)
     table["u"] = (points.rest - points.deformed - points.mean_displacement) / points.scale
     table["region"] = points.handles.region
     return table
+
+
+def mean_weight(points):
+    """The mean weight of control points and segments, which the kernels have as 1."""
+    return np.concatenate([points.weights, points.handles.segments.weights]).mean()
 
 
 def not_empty(table):

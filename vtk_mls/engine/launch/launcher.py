@@ -9,16 +9,16 @@ import numpy as np
 
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import array_types, kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import SEGMENT
 from vtk_mls.engine.launch.memory import Memory
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
-from vtk_mls.engine.map.handle_tables import Images, limit_table, region_table
+from vtk_mls.engine.map.handle_tables import Images, limit_table, region_table, segment_table
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
 _WORK_PER_LAUNCH = 3e8
+_POINTS_OF_SEGMENT = 4  # that take as long
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 19
 # Structs of kernels that do not use them.
@@ -53,7 +53,7 @@ class Launcher:
     def slabs(self, count, deformation, bytes_per_item, most=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
-            len(c) * (1 + c.kind.functions(c))
+            (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * (1 + c.kind.functions(c))
             for c in (region.control_points for region in deformation.regions)
         )
         limit = min(
@@ -111,6 +111,7 @@ class Launcher:
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
             ("REGIONS", int(bool(handles.regions))),
+            ("SEGMENTS", kind.segment_points if len(handles.segments) else 0),
             ("LIMITS", int(bool(deformation.limits))),
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
@@ -130,7 +131,7 @@ class Launcher:
             images = Images()
             tables = [
                 region_table(control_points, deformation.in_rest_frame, images),
-                np.zeros(0, SEGMENT),
+                segment_table(control_points),
                 limit_table(deformation.limits, control_points, images),
             ]
             tables.append(images.table())
@@ -236,7 +237,9 @@ class RegionMap:
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
-        if coarsely and not second_pass and self._coarse_map and self._coarse_map.pays_off(grid):
+        # Jacobians between nodes are those before limits
+        exactly = second_pass or (self.deformation.limits and name == "grid_source_frame")
+        if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(grid):
             return self._coarse_map.launch(name, grid, part, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start

@@ -52,7 +52,9 @@ class CoarseMap:
         return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
 
     def _has_few_near_cells(self, whole):
-        bound = 27 * len(self.map.control_points) / np.prod(cells_of(whole)[1])
+        handles = self.map.control_points.handles
+        count = len(handles) if len(handles.segments) == 0 else np.inf
+        bound = 27 * count / np.prod(cells_of(whole)[1])
         return bound < MAX_NEAR_FRACTION or self._near(whole).mean() < MAX_NEAR_FRACTION
 
     def launch(self, name, grid, part, *arguments):
@@ -160,13 +162,15 @@ class CoarseMap:
         return table
 
     def _near(self, grid):
-        """Which cells (nz, ny, nx) of a grid are beside one with a control point, or have one.
+        """Which cells (nz, ny, nx) of a grid are beside one with a control point or curve, or have one.
 
         Narrow peaks and kinks there may be between all nodes.
         """
         first, cells = cells_of(grid)
         near = np.zeros(cells[::-1] + 2, bool)
-        at = grid.whole.index_of(self.map.control_points.deformed) // STEP - (first - 1)
+        handles = self.map.control_points.handles
+        places = [handles.deformed, *handles.segments.every(STEP * min(grid.whole.spacing))]
+        at = grid.whole.index_of(np.concatenate(places)) // STEP - (first - 1)
         at = at[np.all((at >= 0) & (at < cells + 2), axis=1)].astype(int)
         near[tuple(at.T[::-1])] = True
         return _beside(near)

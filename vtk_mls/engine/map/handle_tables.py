@@ -1,11 +1,11 @@
-"""Rigid regions and limits in the layout of the kernels, in the local frame of control points."""
+"""Rigid regions, curves and limits in the layout of the kernels, in the local frame of control points."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, transform
+from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, SEGMENT, transform
 
 
 class Images:
@@ -45,8 +45,22 @@ def region_table(control_points, in_rest_frame, images):
             moved = image.grid.index_of((turn @ control_points.center + offset)[None])[0]
             row["to_index"] = transform(scale * to_index, moved)
             row["size"] = image.grid.dimensions
-            row["first"] = images.add(image.values / image.step)
-            images.add(image.normals)
+            row["first"] = images.add(
+                np.stack([image.values / image.step, *image.normals], axis=-1)
+            )
+    return table
+
+
+def segment_table(control_points):
+    """The segments of curves: (s,) SEGMENT."""
+    segments, scale = control_points.handles.segments, control_points.scale
+    table = np.zeros(len(segments), SEGMENT)
+    deformed = control_points.local(segments.deformed)
+    u = (segments.rest - segments.deformed - control_points.mean_displacement) / scale
+    for name, ends in (("q", deformed), ("u", u)):
+        table[name], table[f"along_{name}"] = ends[:, 0], ends[:, 1] - ends[:, 0]
+    table["c"] = segments.weights / kernel_arguments.mean_weight(control_points)
+    table["density"] = 1 / (table["along_q"].astype(float) ** 2).sum(axis=1)
     return table
 
 

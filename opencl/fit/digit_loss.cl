@@ -1,0 +1,71 @@
+// Whether a fit in float is exact enough.
+//
+// Rounding changes an entry of the Gram matrix G by about ROUNDING sqrt(G_jj G_ll). The elimination
+// magnifies that. With D_j, the square norm of psi_j, a value of the fit is off by about ROUNDING A B:
+//   A = sum_j |psi_j(v)| sqrt(G_jj) / D_j,  B = sum_j |<u, psi_j>| sqrt(G_jj) / D_j.
+// As a rule the true error is 0.3 to 3 times that; 40 times was the most.
+
+#define ROUNDING 6e-8f  // half a unit in the last place of float
+// Tolerated errors by that estimate, local units: of a displacement, relative to the size of v and to
+// that of the displacement of k; of a Jacobian.
+#define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 4.5e-6f)
+#define DISPLACEMENT_TOLERANCE 6e-7f
+#define SLOPE_TOLERANCE 2.5e-5f
+
+// With a larger alpha most points need double, and float only adds to the time. The searches for an
+// origin and for an inverse do not end before rounding is below their own tolerances.
+#if AT_REST || defined(INVERSE)
+#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 2.0f)
+#else
+#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 3.0f)
+#endif
+
+inline real absolute_sum(vec a) { return fabs(a.x) + fabs(a.y) + fabs(a.z); }
+
+// sqrt(G_jj) / D_j.
+inline real magnification(const fit_t *fit, int j) {
+  return fit->inverse[j] * sqrt(fit->lower[AT(j, j)]);
+}
+
+// A, for the values `psi`.
+inline real value_loss(const map_t *map, const fit_t *fit, const real psi[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  real sum = 0;
+  UNROLL for (int j = 0; j < functions; ++j) sum = fma(fabs(psi[j]), magnification(fit, j), sum);
+  return sum;
+}
+
+// B; infinite if rounding leaves nothing of a function.
+inline real coefficient_loss(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
+  real sum = 0;
+  UNROLL for (int j = 0; j < functions; ++j) {
+    const vec c = {fit->c[j].x, fit->c[j].y, fit->c[j].z};
+    integer vanishes = (fit->inverse[j] == 0) & (fit->lower[AT(j, j)] != 0);
+    sum += select(magnification(fit, j) * absolute_sum(c), (real)(INFINITY), vanishes);
+  }
+  return sum;
+}
+
+// Whether the displacement is too inexact. Comparisons are written so that NaN is.
+inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
+  real loss = coefficient_loss(map, fit) * value_loss(map, fit, fit->psi);
+  real tolerance = TOLERANCE * size_of(fit->point.v);
+  tolerance = fma((real)(DISPLACEMENT_TOLERANCE), absolute_sum(fit->pivot.u), tolerance);
+  return !(ROUNDING * loss <= tolerance);
+}
+
+// Whether the Jacobian is too inexact.
+inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
+  const int functions = functions_of(map);
+  real loss = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    real m[MONOMIALS], psi[FUNCTIONS];
+    monomial_slopes(fit->point.v, axis, m);
+    combine(map->kind_table, functions, m, psi);
+    UNROLL for (int j = 0; j < functions; ++j)
+      UNROLL for (int l = 0; l < j; ++l) psi[j] = fma(-fit->lower[AT(j, l)], psi[l], psi[j]);
+    loss = most(loss, value_loss(map, fit, psi));
+  }
+  return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
+}

@@ -1,0 +1,283 @@
+// The fit of weighted orthogonal polynomials with sums of the type SUM. fit_polynomial.cl includes this
+// file for float and for double: its macros give each name here a suffix for the type.
+//
+// The orthogonalization is done on coefficients: the Gram matrix of the basis functions (relative
+// to k and centered, divided by r) is L D L^T, psi = L^-1 f are orthogonal, D their square norms.
+// A function whose norm vanishes relative to its norm before the elimination adds nothing.
+
+#include "sums.cl"
+
+typedef struct { sum_t x, y, z; } sum_vec;
+
+typedef struct {
+  evaluation_point_t point;
+  pivot_t pivot;
+  integer is_inexact;       // whether the point needs a fit in double (digit_loss.cl)
+  sum_t share;              // r / W
+  sum_vec mean;             // weighted mean of u - u_k
+  real f_k[FUNCTIONS];      // basis functions at k
+  sum_t center[FUNCTIONS];  // weighted mean of the functions, less f_k
+  sum_t lower[GRAM_SIZE];   // L; on its diagonal square norms before the elimination
+  sum_t inverse[FUNCTIONS]; // 1 / D, or 0
+  sum_t psi[FUNCTIONS];     // at v
+  sum_vec c[FUNCTIONS];     // <u, psi_j>
+} weighted_fit_t;
+
+typedef struct {
+  sum_t weight;
+  sum_vec u;
+  sum_t f[FUNCTIONS];
+  sum_t gram[GRAM_SIZE];
+  sum_vec uf[FUNCTIONS];
+} sums_t;
+
+inline sum_vec sum_madd(sum_t s, sum_vec a, sum_vec b) {
+  return (sum_vec){fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+inline sum_vec sum_scale(sum_t s, sum_vec a) { return (sum_vec){s * a.x, s * a.y, s * a.z}; }
+inline sum_vec sum_add(sum_vec a, sum_vec b) { return (sum_vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline vec rounded(sum_vec a) {
+  return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
+}
+
+inline void clear_sums(const map_t *map, sums_t *sums) {
+  const int functions = functions_of(map);
+  sums->weight = 0;
+  sums->u = (sum_vec){0, 0, 0};
+  UNROLL for (int j = 0; j < functions; ++j) {
+    sums->f[j] = 0;
+    sums->uf[j] = (sum_vec){0, 0, 0};
+  }
+  for (int i = 0; i < AT(functions, 0); ++i) sums->gram[i] = 0;
+}
+
+// p - q of control point i less that of k.
+inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
+  __global const control_point_t *at = control_point_of(map, i);
+  return (sum_vec){TO_SUM(at->u[0] - pivot->u.x), TO_SUM(at->u[1] - pivot->u.y),
+                   TO_SUM(at->u[2] - pivot->u.z)};
+}
+
+// Adds GROUP points: weights, displacements and functions, relative to k.
+HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const sum_vec u[GROUP],
+                    sum_t f[GROUP][FUNCTIONS]) {
+  const int functions = functions_of(map);
+  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+    sums->weight += w[b];
+    sums->u = sum_madd(w[b], u[b], sums->u);
+  }
+  UNROLL for (int j = 0; j < functions; ++j) {
+    sum_t wf[GROUP], sum = sums->f[j];
+    sum_vec uf = sums->uf[j];
+    UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+      wf[b] = w[b] * f[b][j];
+      sum += wf[b];
+      uf = sum_madd(wf[b], u[b], uf);
+    }
+    sums->f[j] = sum;
+    sums->uf[j] = uf;
+    UNROLL for (int l = 0; l <= j; ++l) {
+      sum_t product = sums->gram[AT(j, l)];
+      UNROLL_GROUP for (int b = 0; b < GROUP; ++b) product = fma(wf[b], f[b][l], product);
+      sums->gram[AT(j, l)] = product;
+    }
+  }
+}
+
+// Adds up to GROUP control points, from `first` to `stop`.
+inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  sum_t w[GROUP], f[GROUP][FUNCTIONS];
+  sum_vec u[GROUP];
+  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+    int i = min(first + b, stop - 1);
+    __global const float *values = values_at(map, i);
+    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
+                            : (sum_t)(0);
+    u[b] = displacement_at(map, i, &fit->pivot);
+    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
+  }
+  add_values(map, sums, w, u, f);
+}
+
+#if SEGMENTS
+// Adds the points of segments, as many as a group holds; from `first` to `stop`.
+inline void add_segment_group(const map_t *map, sums_t *sums, int first, int stop,
+                              const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  sum_t w[GROUP], f[GROUP][FUNCTIONS];
+  sum_vec u[GROUP];
+  for (int b = 0; b < GROUP / PAIRS; ++b) {
+    pair_t pairs[PAIRS];
+    pairs_of(map, min(first + b, stop - 1), &fit->pivot, &fit->point, pairs);
+    for (int i = 0; i < PAIRS; ++i) {
+      const int row = b * PAIRS + i;
+      real along[FUNCTIONS];
+      functions_along(map, &fit->pivot, pairs[i].q, along);
+      w[row] = first + b < stop ? TO_SUM(pairs[i].w) : (sum_t)(0);
+      u[row] = (sum_vec){TO_SUM(pairs[i].u.x), TO_SUM(pairs[i].u.y), TO_SUM(pairs[i].u.z)};
+      UNROLL for (int j = 0; j < functions; ++j) f[row][j] = TO_SUM(along[j]);
+    }
+  }
+  for (int row = GROUP / PAIRS * PAIRS; row < GROUP; ++row) {
+    w[row] = 0;
+    u[row] = (sum_vec){0, 0, 0};
+    UNROLL for (int j = 0; j < functions; ++j) f[row][j] = 0;
+  }
+  add_values(map, sums, w, u, f);
+}
+#endif
+
+inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
+  const int functions = functions_of(map);
+  total->weight += part->weight;
+  total->u = sum_add(total->u, part->u);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    total->f[j] += part->f[j];
+    total->uf[j] = sum_add(total->uf[j], part->uf[j]);
+  }
+  for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
+}
+
+inline void add_control_points(const map_t *map, sums_t *sums, int first, int stop,
+                               const weighted_fit_t *fit) {
+  for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
+}
+
+inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
+  clear_sums(map, sums);
+  // sums in double need no blocks
+  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map);
+  for (int start = 0; start < map->params.count; start += block) {
+    sums_t part;
+    clear_sums(map, &part);
+    add_control_points(map, &part, start, min(start + block, map->params.count), fit);
+    add_sums(map, sums, &part);
+  }
+#if SEGMENTS
+  sums_t along;
+  clear_sums(map, &along);
+  for (int i = map->params.count; i < term_count(map); i += GROUP / PAIRS)
+    add_segment_group(map, &along, i, term_count(map), fit);
+  add_sums(map, sums, &along);
+#endif
+}
+
+// L D L^T of the centered Gram matrix.
+inline void orthogonalize(const map_t *map, weighted_fit_t *fit, const sums_t *sums) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    fit->center[j] = fit->share * sums->f[j];
+    UNROLL for (int l = 0; l <= j; ++l)
+      fit->lower[AT(j, l)] = fma(-fit->center[j], sums->f[l], sums->gram[AT(j, l)]);
+  }
+  sum_t *g = fit->lower;
+  UNROLL for (int j = 0; j < functions; ++j) {
+    sum_t before = g[AT(j, j)];
+    UNROLL for (int l = 0; l < j; ++l) {
+      sum_t scaled = g[AT(j, l)];  // L_jl D_l
+      for (int m = 0; m < l; ++m) scaled = fma(-g[AT(j, m)], g[AT(l, m)], scaled);
+      g[AT(j, l)] = scaled;
+    }
+    sum_t norm = before;
+    UNROLL for (int l = 0; l < j; ++l) {
+      sum_t scaled = g[AT(j, l)];
+      g[AT(j, l)] = scaled * fit->inverse[l];
+      norm = fma(-scaled, g[AT(j, l)], norm);
+    }
+    fit->inverse[j] = norm <= VANISHING * before ? (sum_t)(0) : 1 / norm;
+  }
+}
+
+// Fits the map at fit->point, relative to fit->pivot.
+inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  const pivot_t *pivot = &fit->pivot;
+  for (int l = 0; l < LANES; ++l) {
+    __global const float *nearest = values_at(map, min(LANE_INT(pivot->k, l), map->params.count));
+    UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
+  }
+#if SEGMENTS
+  if (ANY(pivot->k >= map->params.count)) functions_on_segments(map, pivot, fit->f_k);
+#endif
+  sums_t sums;
+  sum_up(map, fit, &sums);
+  sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
+  fit->share = r / fma(r, sums.weight - c, c);
+  fit->mean = sum_scale(fit->share, sums.u);
+  orthogonalize(map, fit, &sums);
+  real m[MONOMIALS], f[FUNCTIONS];
+  monomial_differences(pivot->x, fit->point.v, pivot->q, m);
+  combine(map->kind_table, functions, m, f);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    fit->psi[j] = TO_SUM(f[j]) - fit->center[j];
+    fit->c[j] = sum_madd(-fit->center[j], sums.u, sums.uf[j]);
+    UNROLL for (int l = 0; l < j; ++l) {
+      fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
+      fit->c[j] = sum_madd(-fit->lower[AT(j, l)], fit->c[l], fit->c[j]);
+    }
+  }
+}
+
+// G(v) - v - mean displacement, Eq. 26.
+inline vec fitted_displacement(const map_t *map, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  sum_vec sum = fit->mean;
+  UNROLL for (int j = 0; j < functions; ++j)
+    sum = sum_madd(fit->psi[j] * fit->inverse[j], fit->c[j], sum);
+  return vec_add(fit->pivot.u, rounded(sum));
+}
+
+// d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
+// of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
+inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  const pivot_t *pivot = &fit->pivot;
+  weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
+  // back from psi to the basis: coefficients of the fit, and of the influence
+  sum_t t[FUNCTIONS];
+  sum_vec c[FUNCTIONS];
+  UNROLL for (int j = functions - 1; j >= 0; --j) {
+    t[j] = fit->inverse[j] * fit->psi[j];
+    c[j] = sum_scale(fit->inverse[j], fit->c[j]);
+    UNROLL for (int l = j + 1; l < functions; ++l) {
+      t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
+      c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    real m[MONOMIALS], f[FUNCTIONS];
+    monomial_slopes(fit->point.v, axis, m);
+    combine(map->kind_table, functions, m, f);
+    sum_vec sum = {0, 0, 0};
+    UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
+    vec slope = rounded(sum);
+    jacobian.by_v.a[axis] = slope.x;
+    jacobian.by_v.a[3 + axis] = slope.y;
+    jacobian.by_v.a[6 + axis] = slope.z;
+  }
+  for (int i = 0; i < term_count(map); ++i) {
+    change_t changes[CHANGES];
+    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+    for (int b = 0; b < count; ++b) {
+      const vec u = changes[b].u;
+      real values[FUNCTIONS];
+#if SEGMENTS
+      if (i >= map->params.count)
+        functions_along(map, pivot, changes[b].q, values);
+      else
+#endif
+        UNROLL for (int j = 0; j < functions; ++j) values[j] = values_at(map, i)[j] - fit->f_k[j];
+      sum_t influence = fit->share;
+      sum_vec residual = sum_madd((sum_t)(-1), fit->mean,
+                                  (sum_vec){TO_SUM(u.x), TO_SUM(u.y), TO_SUM(u.z)});
+      UNROLL for (int j = 0; j < functions; ++j) {
+        sum_t f = TO_SUM(values[j]) - fit->center[j];
+        influence = fma(t[j], f, influence);
+        residual = sum_madd(-f, c[j], residual);
+      }
+      add_influence(&jacobian, changes + b, rounded(sum_scale(influence, residual)));
+    }
+  }
+  return jacobian;
+}

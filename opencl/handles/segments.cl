@@ -1,0 +1,400 @@
+// Segments of curves: integrals of weights along a segment, and the few points that have the same.
+//
+// Along the segment q(t) = q + t along, t from 0 to 1, the weight of a point is
+// (e2 / (|q(t) - v|^2 + s^2))^n = (e2 / length^2)^n / ((t - f)^2 + a^2)^n, with the foot f of v on the
+// line and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
+// point nearest to v, so that nothing cancels on the curve.
+
+// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. They have the moments up to TOP,
+// which the sums of the fit need.
+#if SEGMENTS == 2
+#define TOP 2
+#define MOMENTS 4
+#elif SEGMENTS == 3
+#define TOP 4
+#define MOMENTS 6
+#else
+#define TOP 7
+#define MOMENTS 8
+#endif
+// Distance of v from the middle, in lengths, from which on the integrals are Gauss-Legendre sums: their
+// relative error is below 1e-6. Closed forms lose 2 k digits of the moment k at 10 lengths.
+#if SEGMENTS == 2
+#define FAR_SEGMENT 12.0f
+#define LEGENDRE_COUNT(n) 3
+#elif SEGMENTS == 3
+#define FAR_SEGMENT 2.5f
+#define LEGENDRE_COUNT(n) ((n) + 3)
+#else
+#define FAR_SEGMENT 1.25f
+#define LEGENDRE_COUNT(n) ((n) + 6)
+#endif
+// a^2 and squared distances from a line are at least this, so that all powers are finite.
+#define LEAST_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
+#define INTEGER_ALPHA (TWICE_ALPHA / 2)
+#define UNROLL_MOMENTS _Pragma("unroll")
+
+// v as seen from a segment: the foot f, the share t of the nearest point, and the squared distances of
+// the line, and of that point.
+typedef struct {
+  real foot, t;
+  real off2, d2;
+} nearest_t;
+
+HOT nearest_t nearest_on_segment(__global const segment_t *at, vec v) {
+  const vec along = {at->along_q[0], at->along_q[1], at->along_q[2]};
+  const vec to = {v.x - at->q[0], v.y - at->q[1], v.z - at->q[2]};
+  nearest_t nearest;
+  nearest.foot = at->density * dot3(to, along);
+  nearest.t = least(most(nearest.foot, (real)(0)), (real)(1));
+  const vec off = vec_madd(-nearest.foot, along, to), away = vec_madd(-nearest.t, along, to);
+  nearest.off2 = dot3(off, off);
+  nearest.d2 = dot3(away, away);
+  return nearest;
+}
+
+// x^n.
+HOT real whole_power(real x, int n) {
+  return n == 1 ? x : n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
+}
+
+// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. Also the smaller of |x|
+// and y over the larger, and 1 / the larger.
+HOT real half_turn(real x, real y, real *ratio, real *per_larger) {
+  const real size = fabs(x);
+  const integer steep = size < y;
+  *per_larger = 1 / most(size, y);
+  *ratio = least(size, y) * *per_larger;
+  const real s = *ratio * *ratio;
+  real series = 0.00284989f;
+  series = fma(series, s, (real)(-0.01606862f));
+  series = fma(series, s, (real)(0.0426915f));
+  series = fma(series, s, (real)(-0.07504293f));
+  series = fma(series, s, (real)(0.10640933f));
+  series = fma(series, s, (real)(-0.14203644f));
+  series = fma(series, s, (real)(0.19992619f));
+  series = fma(series, s, (real)(-0.33333073f));
+  real angle = fma(series * s, *ratio, *ratio);
+  angle = select(angle, 1.57079633f - angle, steep);
+  return select(angle, 3.14159265f - angle, x < 0);
+}
+
+// The functions G of `widths`, which are smooth where the closed forms cancel: relative error 1e-7 for
+// 0 <= y <= 1/4.
+HOT real end_series(real y, int n) {
+  const float c2[7] = {0.20741026f,  -0.38642445f, 0.4427476f, -0.44345606f,
+                       0.42853117f, -0.39999938f, 0.33333333f};
+  const float c3[7] = {0.65130621f,  -1.11605469f, 1.10936832f, -0.90534719f,
+                       0.66651256f, -0.428569f,   0.2f};
+  const float c4[7] = {1.55386942f,  -2.48969745f, 2.20769056f, -1.52783631f,
+                       0.90864884f, -0.44443736f, 0.14285712f};
+  real sum = 0;
+  UNROLL_MOMENTS for (int i = 0; i < 7; ++i)
+    sum = fma(sum, y, (real)(n == 2 ? c2[i] : n == 3 ? c3[i] : c4[i]));
+  return sum;
+}
+
+// The integrals f[k] of (t - f)^k / ((t - f)^2 + a^2)^n over the segment, k up to `top`, by closed
+// forms. With low = -f, high = 1 - f and P = low high + a^2, that for n = 1, k = 0 is the angle at
+// which v sees the segment over a. By n, k = 0 follows from
+//   2 n a^2 K(n + 1) = high / (high^2 + a^2)^n - low / (low^2 + a^2)^n + (2 n - 1) K(n),
+// which cancels beyond the ends of the segment, where P > 0; there, with y = a^2 / P^2 and D = P^2 + a^2,
+//   K(2) = 1 / D + G(y) / P^3, K(3) = (1 + P) / D^2 + G(y) / P^5 and
+//   K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
+HOT void near_integrals(real foot, real a2, int n, int top, real f[MOMENTS]) {
+  const real low = -foot, high = 1 - foot, both = low + high;
+  const real low2 = fma(low, low, a2), high2 = fma(high, high, a2);
+  const real p = fma(low, high, a2), per_a = rsqrt(a2);
+  real ratio, per_larger;
+  const real angle = half_turn(p, a2 * per_a, &ratio, &per_larger);
+  real k[5], odd[5];  // f[0] and f[1] by n
+  k[0] = 1;
+  odd[0] = 0.5f * both;
+  k[1] = angle * per_a;
+  if (n == 1 || top > 2) odd[1] = 0.34657359f * fast_log2(high2 / low2);
+  if (n > 1) {
+    const real y = ratio * ratio;
+    const real per_d = per_larger * per_larger / (1 + y);  // 1 / (low2 high2)
+    const real half_a2 = 0.5f * per_a * per_a;
+    const integer beyond = (p > 0) & (y < 0.25f) & (p * p > a2);
+    const real cube = per_larger * per_larger * per_larger;
+    const real direct = half_a2 * fma(2 * a2 - p, per_d, k[1]);
+    k[2] = select(direct, fma(end_series(y, 2), cube, per_d), beyond);
+    odd[2] = 0.5f * both * per_d;
+    if (n > 2) {
+      const real change = per_d * per_d * fma(a2, 1 + 4 * p, -p * fma((real)(3), p, (real)(1)));
+      const real direct = 0.5f * half_a2 * fma((real)(3), k[2], change);
+      const real fifth = cube * per_larger * per_larger;
+      const real series = fma(end_series(y, 3), fifth, (1 + p) * per_d * per_d);
+      k[3] = select(direct, series, beyond);
+      odd[3] = 0.25f * both * (low2 + high2) * per_d * per_d;
+      if (n > 3) {
+        const real cubed = per_d * per_d * per_d;
+        const real change = cubed * (high * low2 * low2 * low2 - low * high2 * high2 * high2);
+        const real direct = 0.33333333f * half_a2 * fma((real)(5), k[3], change);
+        const real series = fma(end_series(y, 4), fifth * per_larger * per_larger,
+                                fma(1 + p, 1 + p, -0.33333333f * a2) * cubed);
+        k[4] = select(direct, series, beyond);
+        odd[4] = 0.16666667f * both * cubed *
+                 fma(high2, high2, fma(high2, low2, low2 * low2));
+      }
+    }
+  }
+  // f[k] of n is f[k - 2] of n - 1 less a^2 f[k - 2] of n
+  real g[5][MOMENTS];
+  UNROLL_MOMENTS for (int j = 0; j <= n; ++j) {
+    g[j][0] = k[j];
+    g[j][1] = odd[j];
+  }
+  real low_power = low * low, high_power = high * high;
+  UNROLL_MOMENTS for (int i = 2; i <= top; ++i) {
+    low_power *= low;
+    high_power *= high;
+    g[0][i] = (high_power - low_power) / (i + 1);
+    UNROLL_MOMENTS for (int j = 1; j <= n; ++j) g[j][i] = fma(-a2, g[j][i - 2], g[j - 1][i - 2]);
+  }
+  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) f[i] = g[n][i];
+}
+
+// The Gauss-Legendre rules of 2 to 10 nodes from 0 to 1.
+__constant float LEGENDRE_NODES[9][10] = {
+    {0.21132487f, 0.78867513f, 0, 0, 0, 0,
+     0, 0, 0, 0},
+    {0.11270167f, 0.50000000f, 0.88729833f, 0, 0, 0,
+     0, 0, 0, 0},
+    {0.06943184f, 0.33000948f, 0.66999052f, 0.93056816f, 0, 0,
+     0, 0, 0, 0},
+    {0.04691008f, 0.23076534f, 0.50000000f, 0.76923466f, 0.95308992f, 0,
+     0, 0, 0, 0},
+    {0.03376524f, 0.16939531f, 0.38069041f, 0.61930959f, 0.83060469f, 0.96623476f,
+     0, 0, 0, 0},
+    {0.02544604f, 0.12923441f, 0.29707742f, 0.50000000f, 0.70292258f, 0.87076559f,
+     0.97455396f, 0, 0, 0},
+    {0.01985507f, 0.10166676f, 0.23723380f, 0.40828268f, 0.59171732f, 0.76276620f,
+     0.89833324f, 0.98014493f, 0, 0},
+    {0.01591988f, 0.08198445f, 0.19331428f, 0.33787329f, 0.50000000f, 0.66212671f,
+     0.80668572f, 0.91801555f, 0.98408012f, 0},
+    {0.01304674f, 0.06746832f, 0.16029522f, 0.28330230f, 0.42556283f, 0.57443717f,
+     0.71669770f, 0.83970478f, 0.93253168f, 0.98695326f}};
+__constant float LEGENDRE_WEIGHTS[9][10] = {
+    {0.50000000f, 0.50000000f, 0, 0, 0, 0,
+     0, 0, 0, 0},
+    {0.27777778f, 0.44444444f, 0.27777778f, 0, 0, 0,
+     0, 0, 0, 0},
+    {0.17392742f, 0.32607258f, 0.32607258f, 0.17392742f, 0, 0,
+     0, 0, 0, 0},
+    {0.11846344f, 0.23931434f, 0.28444444f, 0.23931434f, 0.11846344f, 0,
+     0, 0, 0, 0},
+    {0.08566225f, 0.18038079f, 0.23395697f, 0.23395697f, 0.18038079f, 0.08566225f,
+     0, 0, 0, 0},
+    {0.06474248f, 0.13985270f, 0.19091503f, 0.20897959f, 0.19091503f, 0.13985270f,
+     0.06474248f, 0, 0, 0},
+    {0.05061427f, 0.11119052f, 0.15685332f, 0.18134189f, 0.18134189f, 0.15685332f,
+     0.11119052f, 0.05061427f, 0, 0},
+    {0.04063719f, 0.09032408f, 0.13030535f, 0.15617354f, 0.16511968f, 0.15617354f,
+     0.13030535f, 0.09032408f, 0.04063719f, 0},
+    {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
+     0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
+
+// The moments m[k] about the nearest point of a segment, k up to `top`, of the weights
+// (e2 / d^2)^alpha; with `slopes`, of the weights (e2 / d^2)^alpha / d^2.
+HOT void moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
+                    int slopes, int top, real m[MOMENTS]) {
+  const int n = INTEGER_ALPHA + slopes;
+  const real density = at->density, ratio = e2 * density;
+  const real width2 = density * (nearest->off2 + smoothing2), middle = nearest->foot - 0.5f;
+  const real start = nearest->t - nearest->foot;
+  const integer is_far = fma(middle, middle, width2) > FAR_SEGMENT * FAR_SEGMENT;
+  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
+  if (ANY(!is_far)) {
+    const real least2 = LEAST_WIDTH2(n) * most(density, (real)(1));
+    near_integrals(nearest->foot, most(width2, least2), n, top, m);
+    // about the nearest point instead of the foot
+    UNROLL_MOMENTS for (int i = 1; i <= top; ++i)
+      UNROLL_MOMENTS for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
+    real scale = whole_power(ratio, INTEGER_ALPHA);
+    if (slopes) scale *= density;
+    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= scale;
+  }
+  if (ANY(is_far)) {
+    real sums[MOMENTS];
+    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
+    UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
+      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot, per_d2 = 1 / fma(t, t, width2);
+      real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 2][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
+      if (slopes) w *= density * per_d2;
+      UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
+        sums[j] += w;
+        w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->t;
+      }
+    }
+    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
+  }
+}
+
+// Points t[i] with weights w[i] that have the moments m of a segment.
+typedef struct {
+  real t[SEGMENTS], w[SEGMENTS];
+} rule_t;
+
+// Mean and standard deviation of the measure with moments `m`.
+HOT real mean_of(const real m[MOMENTS], real *sigma) {
+  const real per_total = 1 / most(m[0], (real)(1e-30f)), mean = m[1] * per_total;
+  *sigma = sqrt(most(fma(-mean, mean, m[2] * per_total), (real)(1e-30f)));
+  return mean;
+}
+
+#if SEGMENTS == 2
+// Two points: the moments up to 2, which determine rotations and affine maps; with `skewed` up to 3,
+// for their slopes.
+HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
+  real sigma;
+  const real mean = mean_of(m, &sigma);
+  rule_t rule;
+  if (!skewed) {
+    rule.t[0] = mean - sigma;
+    rule.t[1] = mean + sigma;
+    rule.w[0] = rule.w[1] = 0.5f * m[0];
+    return rule;
+  }
+  const real per_sigma = 1 / sigma;
+  const real third = m[3] / most(m[0], (real)(1e-30f)) - mean * fma(3 * sigma, sigma, mean * mean);
+  const real g = third * per_sigma * per_sigma * per_sigma;
+  const real root = sqrt(fma(g, g, (real)(4)));
+  const real high = 0.5f * (fabs(g) + root), low = -1 / high;
+  const real a = select(low, -high, g < 0), b = select(high, -low, g < 0);
+  rule.t[0] = fma(sigma, a, mean);
+  rule.t[1] = fma(sigma, b, mean);
+  rule.w[0] = m[0] * b / (b - a);
+  rule.w[1] = m[0] - rule.w[0];
+  return rule;
+}
+#else
+// Three or four points. Chebyshev's algorithm finds the recurrence of the orthogonal polynomials of
+// x = (t - mean) / sigma from the moments; the points are the zeros of the last. They are found between
+// those of the one before: two by two, starting with 0.
+#define BISECTIONS 16
+#define ZERO_STEPS 3  // of Newton's method
+
+// Coefficients of p[k+1] = (x - a[k]) p[k] - b[k] p[k-1]; square norms of p[k].
+typedef struct {
+  real a[SEGMENTS], b[SEGMENTS], norm[SEGMENTS];
+} recurrence_t;
+
+HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
+  real c[2 * SEGMENTS];
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] / most(m[0], (real)(1e-30f));
+  UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
+    UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
+  const real per_sigma = 1 / sigma;
+  c[1] = 0;
+  c[2] = 1;
+  UNROLL_MOMENTS for (int i = 3; i < 2 * SEGMENTS; ++i)  // step by step: the powers may overflow
+    UNROLL_MOMENTS for (int j = 0; j < i; ++j) c[i] *= per_sigma;
+  recurrence_t result;
+  real before[2 * SEGMENTS];
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) before[i] = 0;
+  result.a[0] = result.b[0] = 0;
+  result.norm[0] = 1;
+  UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) {
+    real last = c[k] / c[k - 1];
+    UNROLL_MOMENTS for (int i = k; i < 2 * SEGMENTS - k; ++i) {
+      const real next = c[i + 1] - result.a[k - 1] * c[i] - result.b[k - 1] * before[i];
+      before[i] = c[i];
+      c[i] = next;
+    }
+    before[k - 1] = c[k - 1];
+    c[k] = most(c[k], 1e-3f * before[k - 1]);
+    result.a[k] = c[k + 1] / c[k] - last;
+    result.b[k] = c[k] / before[k - 1];
+    result.norm[k] = c[k];
+  }
+  return result;
+}
+
+// The polynomial of degree `degree` at x, its slope, and the sum of p[k]^2 / norm[k] below the degree.
+HOT real polynomial_at(const recurrence_t *r, int degree, real x, real *slope, real *squares) {
+  real before = 0, value = 1, slope_before = 0;
+  *slope = *squares = 0;
+  UNROLL_MOMENTS for (int k = 0; k < degree; ++k) {
+    *squares = fma(value, value / r->norm[k], *squares);
+    const real next = (x - r->a[k]) * value - r->b[k] * before;
+    const real next_slope = value + (x - r->a[k]) * *slope - r->b[k] * slope_before;
+    before = value;
+    slope_before = *slope;
+    value = next;
+    *slope = next_slope;
+  }
+  return value;
+}
+
+// The zero between `low` and `high`, where the polynomial changes its sign.
+inline real zero_between(const recurrence_t *r, int degree, real low, real high) {
+  real slope, squares;
+  const integer rises = polynomial_at(r, degree, high, &slope, &squares) > 0;
+  for (int i = 0; i < BISECTIONS; ++i) {
+    const real middle = 0.5f * (low + high);
+    const integer above = (polynomial_at(r, degree, middle, &slope, &squares) > 0) == rises;
+    high = select(high, middle, above);
+    low = select(middle, low, above);
+  }
+  real x = 0.5f * (low + high);
+  for (int i = 0; i < ZERO_STEPS; ++i) {
+    const real value = polynomial_at(r, degree, x, &slope, &squares);
+    x = least(most(x - value / slope, low), high);
+  }
+  return x;
+}
+
+#if SEGMENTS == 3
+// Three points with the moments up to 4.
+HOT rule_t rule_of_four(const real m[MOMENTS]) {
+  real sigma;
+  const real mean = mean_of(m, &sigma), per_total = 1 / most(m[0], (real)(1e-30f));
+  const real m2 = m[2] * per_total, m3 = m[3] * per_total, m4 = m[4] * per_total;
+  const real per_sigma = 1 / sigma, square = mean * mean;
+  const real g = fma(mean, fma(2 * mean, mean, -3 * m2), m3) * per_sigma * per_sigma * per_sigma;
+  real k = fma(mean, fma(3 * mean, fma((real)(2), m2, -square), -4 * m3), m4);
+  k = k * per_sigma * per_sigma * per_sigma * per_sigma;
+  k = most(k, fma(g, g, (real)(1.01f)));
+  const real root = sqrt(fma((real)(4), k, -3 * g * g)), high = 0.5f * (fabs(g) + root);
+  const real a = copysign(high, g), b = (g * g - k) / a, w = m[0] / (a - b);
+  rule_t rule;
+  rule.t[0] = mean;
+  rule.t[1] = fma(sigma, a, mean);
+  rule.t[2] = fma(sigma, b, mean);
+  rule.w[1] = w / a;
+  rule.w[2] = -w / b;
+  rule.w[0] = m[0] * (1 - 1 / (k - g * g));
+  return rule;
+}
+#endif
+
+HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
+#if SEGMENTS == 3
+  if (!skewed) return rule_of_four(m);
+#endif
+  real sigma, zeros[SEGMENTS];
+  const real mean = mean_of(m, &sigma);
+  const recurrence_t r = recurrence_of(m, mean, sigma);
+  real reach = 0;  // all zeros are within
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
+    reach = most(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
+  zeros[0] = 0;
+  UNROLL_MOMENTS for (int degree = 2; degree <= SEGMENTS; ++degree) {
+    real found[SEGMENTS];
+    UNROLL_MOMENTS for (int i = 0; i < degree; ++i)
+      found[i] = zero_between(&r, degree, i > 0 ? zeros[i - 1] : -reach,
+                              i + 1 < degree ? zeros[i] : reach);
+    UNROLL_MOMENTS for (int i = 0; i < degree; ++i) zeros[i] = found[i];
+  }
+  rule_t rule;
+  UNROLL_MOMENTS for (int i = 0; i < SEGMENTS; ++i) {
+    real slope, squares;
+    polynomial_at(&r, SEGMENTS, zeros[i], &slope, &squares);
+    rule.t[i] = fma(sigma, zeros[i], mean);
+    rule.w[i] = m[0] / squares;
+  }
+  return rule;
+}
+#endif

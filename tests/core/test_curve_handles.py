@@ -1,0 +1,215 @@
+"""Curve handles: every point of a polyline is carried, by integrals along its segments."""
+
+import numpy as np
+import pytest
+from control_point_sets import DEVICES
+
+from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
+
+ALPHAS = [1, 2, 3]
+KINDS = [("rigid", 2), ("similarity", 2), ("affine", 2), ("polynomial", 2), ("polynomial", 3)]
+EVERY_KIND = pytest.mark.parametrize(("kind", "degree"), KINDS)
+EVERY_ALPHA = pytest.mark.parametrize("alpha", ALPHAS)
+EXTENT = 2.0
+
+
+def _curve(count=6):
+    """A bent curve, and where it is moved, in a cube of `EXTENT`."""
+    t = np.linspace(-0.9, 0.9, count)
+    deformed = np.c_[t, 0.5 * np.sin(3 * t), 0.4 * np.cos(4 * t)]
+    rest = deformed + 0.1 * np.c_[np.cos(5 * t), np.sin(3 * t), np.sin(2 * t + 1)]
+    return rest, deformed
+
+
+def _points(rng):
+    deformed = rng.uniform(-1, 1, (6, 3))
+    return deformed + rng.normal(0, 0.05, (6, 3)), deformed
+
+
+def _along(nodes, t):
+    """Points of a polyline: shares `t` (k,) of each segment."""
+    return (nodes[:-1, None] + t[:, None] * np.diff(nodes, axis=0)[:, None]).reshape(-1, 3)
+
+
+def _deformation(rng, kind, degree, device, **options):
+    return Deformation(
+        *_points(rng),
+        handles=CurveHandle(*_curve()),
+        kind=kind,
+        degree=degree,
+        device=device,
+        **options,
+    )
+
+
+def _rotations(c):
+    u, _, vt = np.linalg.svd(c)
+    sign = np.ones(c.shape[:-1])
+    sign[..., 2] = np.linalg.det(u @ vt)
+    return (u * sign[..., None, :]) @ vt
+
+
+def _rigid(rest, deformed, weights, v, alpha):
+    """The rigid map of many weighted points: an oracle of its own."""
+    w = weights / ((deformed - v[:, None]) ** 2).sum(axis=2) ** alpha
+    w /= w.sum(axis=1, keepdims=True)
+    p_mean, q_mean = w @ rest, w @ deformed
+    p, q = rest - p_mean[:, None], deformed - q_mean[:, None]
+    c = np.einsum("mi,mia,mib->mab", w, p, q)
+    return np.einsum("mab,mb->ma", _rotations(c), v - q_mean) + p_mean
+
+
+def _legendre(count):
+    t, w = np.polynomial.legendre.leggauss(count)
+    return (1 + t) / 2, w / 2
+
+
+@EVERY_ALPHA
+def test_the_rigid_map_is_that_of_integrals(alpha, rng):
+    (p, q), (rest, deformed) = _points(rng), _curve()
+    t, w = _legendre(400)
+    v = rng.uniform(-1, 1, (60, 3))
+    expected = _rigid(
+        np.concatenate([p, _along(rest, t)]),
+        np.concatenate([q, _along(deformed, t)]),
+        np.concatenate([np.ones(len(p)), np.tile(w, len(rest) - 1)]),
+        v,
+        alpha,
+    )
+    value = Deformation(p, q, handles=CurveHandle(rest, deformed), alpha=alpha, device="reference")
+    np.testing.assert_allclose(value.backward(v), expected, atol=1e-9)
+
+
+@EVERY_KIND
+@EVERY_ALPHA
+def test_the_specification_is_the_map_of_many_points(kind, degree, alpha, rng):
+    (p, q), (rest, deformed) = _points(rng), _curve()
+    t, w = _legendre(300)
+    options = {"kind": kind, "degree": degree, "alpha": alpha, "device": "reference"}
+    many = Deformation(
+        np.concatenate([p, _along(rest, t)]),
+        np.concatenate([q, _along(deformed, t)]),
+        weights=np.concatenate([np.ones(len(p)), np.tile(w, len(rest) - 1)]),
+        **options,
+    )
+    value = Deformation(p, q, handles=CurveHandle(rest, deformed), **options)
+    v = rng.uniform(-1, 1, (20, 3))
+    np.testing.assert_allclose(value.backward(v), many.backward(v), atol=1e-8)
+
+
+@EVERY_KIND
+@EVERY_ALPHA
+@pytest.mark.parametrize("device", ["reference", *DEVICES])
+def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
+    value = _deformation(rng, kind, degree, device, alpha=alpha)
+    t = np.concatenate([[0, 1, 1e-4], rng.random(60)])
+    rest, deformed = (_along(nodes, t) for nodes in _curve())
+    np.testing.assert_allclose(value.backward(deformed), rest, atol=1e-5 * EXTENT)
+
+
+@EVERY_KIND
+@EVERY_ALPHA
+@pytest.mark.parametrize("device", DEVICES)
+def test_kernels_agree_with_the_specification(kind, degree, alpha, device, rng):
+    v = rng.uniform(-1.2, 1.2, (2000, 3))
+    kernels, numpy = (
+        _deformation(np.random.default_rng(1), kind, degree, name, alpha=alpha)
+        for name in (device, "reference")
+    )
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-4 * EXTENT)
+    jacobians = [value.jacobian(v[:300]) for value in (kernels, numpy)]
+    np.testing.assert_allclose(*jacobians, atol=2e-3 * max(1, np.abs(jacobians[1]).max()))
+
+
+@EVERY_KIND
+@EVERY_ALPHA
+def test_the_jacobian_is_that_of_the_map(kind, degree, alpha, rng):
+    value = _deformation(rng, kind, degree, "reference", alpha=alpha)
+    v, step = rng.uniform(-1, 1, (30, 3)), 1e-5
+    columns = [
+        (value.backward(v + step * axis) - value.backward(v - step * axis)) / (2 * step)
+        for axis in np.eye(3)
+    ]
+    jacobian = value.jacobian(v)
+    error = np.abs(jacobian - np.stack(columns, axis=2)).max(axis=(1, 2))
+    assert (error < 1e-6 * np.abs(jacobian).max(axis=(1, 2))).all()
+
+
+@pytest.mark.parametrize("kind", ["rigid", "affine"])
+@pytest.mark.parametrize("device", ["reference", *DEVICES])
+def test_the_inverse_takes_points_back(kind, device, rng):
+    value = _deformation(rng, kind, 2, device)
+    v = np.concatenate([rng.uniform(-1, 1, (200, 3)), _along(_curve()[1], rng.random(10))])
+    np.testing.assert_allclose(value.forward(value.backward(v)), v, atol=1e-4)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("frame", ["rest", "deformed"])
+@pytest.mark.parametrize("cut", [Plane, HalfPlane])
+def test_cuts_and_curves_together(device, frame, cut, rng):
+    axes = [(1, 0, 0.2)] if cut is Plane else [(1, 0, 0.2), (0, 1, 0.3)]
+    cuts = cut((0.1, 0, 0), *axes)
+    v = rng.uniform(-1, 1, (1000, 3))
+    kernels, numpy = (
+        _deformation(np.random.default_rng(1), "rigid", 2, name, cuts=cuts, cut_frame=frame)
+        for name in (device, "reference")
+    )
+    errors = np.abs(kernels.backward(v) - numpy.backward(v)).max(axis=1)
+    assert np.quantile(errors, 0.99) < 1e-5
+    error = np.abs(kernels.jacobian(v[:200]) - numpy.jacobian(v[:200])).max(axis=(1, 2))
+    assert np.quantile(error, 0.97) < 1e-3
+
+
+@pytest.mark.parametrize("frame", ["rest", "deformed"])
+def test_segments_end_at_cuts_with_an_edge(frame):
+    rest, deformed = np.array([(-1.0, 0, 0), (1, 0, 0)]), np.array([(-1.0, 0.5, 0), (1, 0.5, 0)])
+    cut = HalfPlane((0.3, -1, 0), (1, 0, 0), (0, 1, 0))
+    handles = [CurveHandle(rest, deformed), CurveHandle(deformed + 1, rest)]
+    value = Deformation(handles=handles, cuts=cut, cut_frame=frame, device="reference")
+    segments = value.regions[0].control_points.handles.segments
+    crossing = (segments.rest if frame == "rest" else segments.deformed)[:, :, 0] - 0.3
+    assert (crossing.min(axis=1) * crossing.max(axis=1) > -1e-9).all()
+    assert segments.weights.sum() == pytest.approx(2)
+    assert len(segments) == (4 if frame == "deformed" else 4)
+
+
+@pytest.mark.parametrize("device", ["reference", *DEVICES])
+def test_other_alphas_carry_the_curve_nearly(device, rng):
+    value = _deformation(rng, "rigid", 2, device, alpha=1.5)
+    rest, deformed = (_along(nodes, rng.random(50)) for nodes in _curve())
+    assert len(value.regions[0].control_points.handles.segments) == 0
+    error = np.abs(value.backward(deformed) - value.backward(deformed))
+    assert error.max() < 0.01
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_smooth_curves(device, rng):
+    v = rng.uniform(-1, 1, (500, 3))
+    kernels, numpy = (
+        _deformation(np.random.default_rng(1), "affine", 2, name, smoothing=0.1)
+        for name in (device, "reference")
+    )
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_a_tolerance_holds_beside_curves(device, rng):
+    grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)
+    exact, coarse = (
+        _deformation(np.random.default_rng(1), "rigid", 2, device, map_tolerance=tolerance)
+        for tolerance in (0, 0.02)
+    )
+    difference = exact.displacement_field(grid)[0] - coarse.displacement_field(grid)[0]
+    assert np.abs(difference).max() <= 0.02 * 2 / 47
+
+
+def test_a_translated_curve_moves_everything_alike(rng):
+    rest = _curve()[0]
+    value = Deformation(handles=CurveHandle(rest, rest + (1, 2, 3)), device="reference")
+    v = rng.uniform(-1, 1, (10, 3))
+    np.testing.assert_allclose(value.backward(v), v - (1, 2, 3), atol=1e-15)
+
+
+def test_a_curve_needs_two_nodes():
+    with pytest.raises(ValueError, match="at least 2 nodes of a curve, got 1"):
+        CurveHandle([(0, 0, 0)], [(1, 0, 0)])

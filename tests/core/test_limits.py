@@ -1,0 +1,208 @@
+"""Masks and faces: where a deformation acts."""
+
+import functools
+
+import numpy as np
+import pytest
+from control_point_sets import DEVICES, KINDS_AND_DEGREES
+from pairwise import paired
+
+from vtk_mls import (
+    BallMask,
+    BoxMask,
+    Deformation,
+    FixedFace,
+    Grid,
+    HalfPlane,
+    ImageMask,
+    Plane,
+    Sampling,
+    SlidingFace,
+    Surface,
+)
+
+EVERYWHERE = ["reference", *DEVICES]
+GRID = Grid((40, 36, 32), (-1, -1, -1), (2 / 39, 2 / 35, 2 / 31))
+SQUARE = Surface(
+    [(-1, -1, -0.6), (1, -1, -0.6), (1, 1, -0.6), (-1, 1, -0.6)], [(0, 1, 2), (0, 2, 3)]
+)
+
+
+def image_mask():
+    """A mask that is 1 in the middle and 0 at the border of its grid."""
+    grid = Grid((20, 20, 20), (-0.8, -0.8, -0.8), (1.6 / 19,) * 3)
+    distance = np.abs(grid.points()).max(axis=1).reshape(grid.shape)
+    return ImageMask(np.clip(2 - 3 * distance, 0, 1), grid)
+
+
+LIMITS = {
+    "ball": lambda: {"mask": BallMask((0.1, 0, 0), 0.3, 0.4)},
+    "box": lambda: {"mask": BoxMask((-0.5, -0.4, -0.3), (0.3, 0.4, 0.5), 0.4)},
+    "image": lambda: {"mask": image_mask()},
+    "fixed plane": lambda: {"constraints": FixedFace(Plane((0, 0, -0.6), (0, 0.2, 1)), 0.8)},
+    "sliding plane": lambda: {"constraints": SlidingFace(Plane((0, 0, -0.6), (0, 0.2, 1)), 0.8)},
+    "fixed surface": functools.cache(lambda: {"constraints": [FixedFace(SQUARE, 0.8)]}),
+    "sliding surface": functools.cache(lambda: {"constraints": [SlidingFace(SQUARE, 0.8)]}),
+    "several": lambda: {
+        "mask": BallMask((0.1, 0, 0), 0.8, 0.4),
+        "constraints": [
+            FixedFace(Plane((0, 0, -0.6), (0, 0, 1)), 0.5),
+            SlidingFace(Plane((0.8, 0, 0), (1, 0, 0)), 0.5),
+        ],
+    },
+}
+CUTS = {
+    "none": {},
+    "moving": {"cuts": HalfPlane((0, 0, 0.1), (0.2, 0.1, 1), (1, 0.3, 0)), "cut_frame": "rest"},
+    "staying": {
+        "cuts": HalfPlane((0, 0, 0.1), (0.2, 0.1, 1), (1, 0.3, 0)),
+        "cut_frame": "deformed",
+    },
+}
+
+
+def scene(rng, kind=("rigid", 1), device="reference", count=12, **options):
+    rest = rng.uniform(-0.9, 0.9, (count, 3))
+    deformed = rest + rng.normal(0, 0.08, rest.shape)
+    return Deformation(rest, deformed, kind[0], degree=kind[1], device=device, **options)
+
+
+@paired(limit=LIMITS, kind=KINDS_AND_DEGREES, cuts=CUTS, device=DEVICES)
+def test_kernels_agree_with_the_specification(limit, kind, cuts, device, rng):
+    options, seed = {**LIMITS[limit](), **CUTS[cuts]}, int(rng.integers(1 << 30))
+    kernels, specification = (
+        scene(np.random.default_rng(seed), kind, where, 25, **options)
+        for where in (device, "reference")
+    )
+    v = rng.uniform(-1, 1, (2000, 3))
+    error = np.abs(kernels.backward(v) - specification.backward(v)).max(axis=1)
+    # with cuts both sides may reach a point in the void, and rounding decides
+    assert np.quantile(error, 0.98) < 1e-5 * (10 if kind[1] == 3 else 1)
+    assert np.mean(error > 1e-4) < (0.02 if CUTS[cuts] else 1e-9)
+    error = np.abs(kernels.jacobian(v[:200]) - specification.jacobian(v[:200])).max(axis=(1, 2))
+    assert np.quantile(error, 0.95) < 2e-4
+
+
+@paired(limit=LIMITS, kind=KINDS_AND_DEGREES, cuts=CUTS)
+def test_jacobian_is_the_slope(limit, kind, cuts, rng):
+    d = scene(rng, kind, count=25, **LIMITS[limit](), **CUTS[cuts])
+    v = rng.uniform(-1, 1, (100, 3))
+    v = v[np.abs(d.void_distance(v)) > 1e-3] if d.cuts else v
+    step = 1e-6
+    slopes = [
+        (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
+        for axis in np.eye(3)
+    ]
+    error = np.abs(d.jacobian(v) - np.stack(slopes, axis=2)).max(axis=(1, 2))
+    # images have kinks between their cells
+    assert np.quantile(error, 0.97) < 1e-5
+
+
+@paired(limit=LIMITS, kind=KINDS_AND_DEGREES[:4], cuts=CUTS, device=EVERYWHERE)
+def test_forward_undoes_backward(limit, kind, cuts, device, rng):
+    d = scene(rng, kind, device, 25, **LIMITS[limit](), **CUTS[cuts])
+    v = rng.uniform(-1, 1, (150, 3))
+    x = d.backward(v)
+    upright = np.linalg.det(d.jacobian(v)) > 0.2
+    x = x[upright & (d.void_distance(v) > 1e-3)] if d.cuts else x[upright]
+    back = d.forward(x)
+    found = np.isfinite(back).all(axis=1)
+    assert found.mean() > 0.9
+    error = np.abs(d.backward(back[found]) - x[found]).max(axis=1)
+    assert np.quantile(error, 0.97) < 3e-5
+
+
+@paired(mask=["ball", "box", "image"], kind=KINDS_AND_DEGREES, device=EVERYWHERE)
+@pytest.mark.parametrize("interpolation", ["linear", "cubic", "nearest"])
+def test_outside_a_mask_is_the_input_to_the_bit(mask, kind, device, interpolation, rng):
+    options = LIMITS[mask]()
+    d = scene(rng, kind, device, 25, **options)
+    outside = (options["mask"].factor(GRID.points())[0] == 0).reshape(GRID.shape)
+    assert 0.1 < outside.mean() < 0.95
+    values = rng.random(GRID.shape).astype(np.float32)
+    values[0, 0, 0] = np.nan
+    (result,) = d.resample([values], Sampling(GRID, interpolation=interpolation))
+    np.testing.assert_array_equal(result[outside], values[outside])
+    if interpolation != "nearest":
+        assert (result[~outside] != values[~outside]).mean() > 0.5
+    assert (d.displacement_field(GRID).displacement[outside] == 0).all()
+    x = GRID.points()[outside.ravel()][:500]
+    np.testing.assert_array_equal(d.forward(x), x)
+    np.testing.assert_array_equal(d.backward(x), x)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_outside_a_mask_is_the_input_within_a_tolerance_too(device, rng):
+    grid = Grid((96, 96, 96), (-1, -1, -1), (2 / 95,) * 3)
+    mask = BallMask((0.1, 0, 0), 0.3, 0.4)
+    coarse, exact = (
+        scene(np.random.default_rng(4), device=device, mask=mask, map_tolerance=tolerance)
+        for tolerance in (0.02, 0)
+    )
+    outside = np.linalg.norm(grid.points() - mask.center, axis=1).reshape(grid.shape) >= 0.7
+    values = rng.random(grid.shape).astype(np.float32)
+    (result,) = coarse.resample([values], Sampling(grid))
+    np.testing.assert_array_equal(result[outside], values[outside])
+    fields = [d.displacement_field(grid).displacement for d in (coarse, exact)]
+    assert (fields[0][outside] == 0).all()
+    error = np.abs(fields[0] - fields[1]).max()
+    assert 0 < error < 0.02 * 2 / 95
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_a_ball_mask_is_its_formula(device, rng):
+    free = scene(np.random.default_rng(5), device=device)
+    masked = scene(np.random.default_rng(5), device=device, mask=BallMask((0.1, 0, 0), 0.3, 0.4))
+    v = rng.uniform(-1, 1, (2000, 3))
+    t = np.clip((np.linalg.norm(v - (0.1, 0, 0), axis=1) - 0.3) / 0.4, 0, 1)
+    share = 1 - (6 * t**5 - 15 * t**4 + 10 * t**3)
+    expected = v + share[:, None] * (free.backward(v) - v)
+    np.testing.assert_allclose(masked.backward(v), expected, atol=2e-6)
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+@pytest.mark.parametrize("face", [Plane((0, 0, -0.6), (0, 0, 1)), SQUARE], ids=["plane", "surface"])
+def test_faces_stay_or_slide(face, device, rng):
+    on_face = np.column_stack([rng.uniform(-0.9, 0.9, (200, 2)), np.full(200, -0.6)])
+    fixed = scene(np.random.default_rng(6), device=device, constraints=FixedFace(face, 0.5))
+    np.testing.assert_array_equal(fixed.backward(on_face), on_face)
+    sliding = scene(np.random.default_rng(6), device=device, constraints=SlidingFace(face, 0.5))
+    moved = sliding.backward(on_face) - on_face
+    np.testing.assert_allclose(moved[:, 2], 0, atol=1e-6)
+    assert np.abs(moved[:, :2]).max() > 0.01
+    beyond = rng.uniform(-0.9, 0.9, (200, 3)) * (1, 1, 0.4) + (0, 0, 0.4)
+    free = scene(np.random.default_rng(6), device=device)
+    np.testing.assert_allclose(fixed.backward(beyond), free.backward(beyond), atol=2e-6)
+
+
+def test_handles_in_a_fall_off_are_not_met(rng):
+    d = scene(rng, mask=BallMask((0.1, 0, 0), 0.3, 0.4))
+    distance = np.linalg.norm(d.deformed - (0.1, 0, 0), axis=1)
+    missed = np.linalg.norm(d.residuals(), axis=1) > 1e-9
+    np.testing.assert_array_equal(missed, distance > 0.3)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: BallMask((0, 0, 0), 0, 1), "`radius` must be a positive number, got 0"),
+        (lambda: BallMask((0, 0, 0), 1, 0), "`falloff` must be a positive number, got 0"),
+        (lambda: BoxMask((0, 0, 1), (1, 1, 0), 1), "`high` must not be below `low`"),
+        (
+            lambda: ImageMask(np.ones((2, 2, 2)), Grid((3, 2, 2))),
+            r"`values` must have the shape \(2, 2, 3\) of `grid`, got \(2, 2, 2\)",
+        ),
+        (lambda: ImageMask(np.full((2, 2, 2), 2), Grid((2, 2, 2))), "`values` must be from 0 to 1"),
+        (
+            lambda: ImageMask(np.full((2, 2, 2), np.nan), Grid((2, 2, 2))),
+            "`values` must be from 0 to 1",
+        ),
+        (lambda: FixedFace((0, 0, 1), 1), "`face` must be a Plane or a Surface"),
+        (lambda: SlidingFace(Plane((0, 0, 0), (0, 0, 1)), -1), "`falloff` must be a positive"),
+        (lambda: scene(np.random.default_rng(), mask=1), "`mask` must be a BallMask"),
+        (lambda: scene(np.random.default_rng(), constraints=1), "`constraints` must be FixedFace"),
+    ],
+)
+def test_bad_arguments_are_refused(make, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        make()

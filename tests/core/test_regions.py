@@ -1,0 +1,284 @@
+"""Rigid regions: inside the map is the motion, outside they act by their distance."""
+
+import functools
+
+import numpy as np
+import pytest
+from control_point_sets import DEVICES, KINDS_AND_DEGREES, random_rotation
+from pairwise import paired
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+from vtk_mls import (
+    Ball,
+    Capsule,
+    Deformation,
+    Grid,
+    HalfPlane,
+    Labels,
+    Plane,
+    RegionHandle,
+    Sampling,
+    Solid,
+)
+
+EVERYWHERE = ["reference", *DEVICES]
+CUTS = {
+    "none": {},
+    "moving": {"cuts": HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0)), "cut_frame": "rest"},
+    "staying": {
+        "cuts": HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0)),
+        "cut_frame": "deformed",
+    },
+    "plane": {"cuts": Plane((0, 0, -0.1), (0, 0, 1)), "cut_frame": "rest"},
+}
+
+
+def motion(rng, shift=0.1, angle=0.5):
+    """A rotation by up to `angle` about an axis through the origin, and a shift: (4, 4)."""
+    axis = random_rotation(rng)[0]
+    cross = np.cross(np.eye(3), axis)
+    turn = np.eye(3) - np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = turn, rng.normal(0, shift, 3)
+    return result
+
+
+def sphere(center, radius, resolution=40):
+    """Points (n, 3) and triangles (m, 3) of a sphere."""
+    source, triangles = vtkSphereSource(), vtkTriangleFilter()
+    source.SetCenter(center)
+    source.SetRadius(radius)
+    source.SetThetaResolution(resolution)
+    source.SetPhiResolution(resolution)
+    triangles.SetInputConnection(source.GetOutputPort())
+    triangles.Update()
+    data = triangles.GetOutput()
+    cells = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return vtk_to_numpy(data.GetPoints().GetData()).astype(float), cells
+
+
+def label(center, radius):
+    """A ball as a label on an oblique grid with oblong voxels."""
+    c, s = np.cos(0.4), np.sin(0.4)
+    grid = Grid(
+        (60, 70, 50), (-1, -1.2, -1.1), (0.04, 0.04, 0.05), [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+    )
+    inside = np.linalg.norm(grid.points() - center, axis=1) <= radius
+    return Labels(inside.reshape(grid.shape), grid)
+
+
+SHAPES = {
+    "ball": lambda: Ball((0.4, 0.3, 0.5), 0.2),
+    "capsule": lambda: Capsule((0.3, 0.3, 0.3), (0.5, 0.3, 0.8), 0.1),
+    # the images of distances of these take a second or two: they are made once
+    "solid": functools.cache(lambda: Solid(*sphere((0.4, 0.3, 0.5), 0.2))),
+    "labels": functools.cache(lambda: label((0.4, 0.3, 0.5), 0.2)),
+}
+
+
+def scene(rng, shape="capsule", kind=("rigid", 1), device="reference", alpha=2.0, **options):
+    """A moved shape, a capsule that stays, and points."""
+    rest = rng.uniform(-1, 1, (6, 3)) - (0.3, 0.3, 0.5)
+    still = RegionHandle(Capsule((-0.8, 0, -0.5), (-0.4, 0, -0.9), 0.1), np.eye(4))
+    handles = [RegionHandle(SHAPES[shape](), motion(rng)), still]
+    name, degree = kind
+    return Deformation(
+        rest,
+        rest + rng.normal(0, 0.03, rest.shape),
+        name,
+        degree=degree,
+        alpha=alpha,
+        handles=handles,
+        device=device,
+        **options,
+    )
+
+
+def inside_of(handle, count=300):
+    """Points (m, 3) inside of a region at rest, away from its surface."""
+    low, high = handle.shape.bounds
+    middle, size = (low + high) / 2, high - low
+    points = middle + np.random.default_rng(1).uniform(-0.25, 0.25, (count, 3)) * size
+    return points[handle.shape.distance(points)[0] == 0]
+
+
+@paired(shape=SHAPES, kind=KINDS_AND_DEGREES, alpha=[1, 1.7, 2, 3], device=EVERYWHERE)
+def test_inside_the_map_is_the_motion(shape, kind, alpha, device, rng):
+    d = scene(rng, shape, kind, device, alpha)
+    for handle in d.handles:
+        x = inside_of(handle)
+        assert len(x) > 10
+        np.testing.assert_allclose(d.backward(handle.moved(x)), x, atol=1e-5)
+        np.testing.assert_allclose(d.forward(x), handle.moved(x), atol=2e-5)
+        jacobian = d.jacobian(handle.moved(x[:20]))
+        np.testing.assert_allclose(jacobian, [handle.motion[:3, :3].T] * 20, atol=1e-4)
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_forward_finds_a_region_where_the_map_folds(device):
+    turned = np.eye(4)
+    turned[:2, :2], turned[:2, 3] = [(-1, 0), (0, -1)], (0, 0.6)
+    handles = [
+        RegionHandle(Ball((0, 0, 0), 0.2), turned),
+        RegionHandle(Ball((0.5, 0, 0), 0.2), np.eye(4)),
+    ]
+    d = Deformation(handles=handles, device=device)
+    x = inside_of(handles[0])
+    np.testing.assert_allclose(d.forward(x), handles[0].moved(x), atol=1e-5)
+    np.testing.assert_allclose(d.forward(x + (0.5, 0, 0)), x + (0.5, 0, 0), atol=1e-5)
+
+
+def plain_rigid_map(v, handles, alpha):
+    """The rigid map of balls alone, straight from Eq. 9 with weights 1 / distance^(2 alpha)."""
+    sums = []
+    for handle in handles:
+        p, q = handle.proxies(1)
+        distance = np.linalg.norm(v - handle.moved(handle.shape.center[None]), axis=1)
+        distance = np.maximum(distance - handle.shape.radius, 1e-12)
+        sums += [(distance ** (-2 * alpha) / len(p), *pair) for pair in zip(p, q)]
+    total = sum(w for w, _, _ in sums)[:, None]
+    p_star = sum(w[:, None] * p for w, p, _ in sums) / total
+    q_star = sum(w[:, None] * q for w, _, q in sums) / total
+    c = sum(w[:, None, None] * (p - p_star)[:, :, None] * (q - q_star)[:, None] for w, p, q in sums)
+    u, _, vt = np.linalg.svd(c)
+    turn = np.ones((len(v), 3))
+    turn[:, 2] = np.linalg.det(u @ vt)
+    rotation = (u * turn[:, None]) @ vt
+    return np.einsum("mij,mj->mi", rotation, v - q_star) + p_star
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+@pytest.mark.parametrize("alpha", [1, 2])
+def test_agrees_with_the_formula(alpha, device, rng):
+    handles = [RegionHandle(Ball(rng.uniform(-0.7, 0.7, 3), 0.1), motion(rng)) for _ in range(5)]
+    d = Deformation(handles=handles, alpha=alpha, device=device)
+    v = rng.uniform(-1.5, 1.5, (20_000, 3))
+    np.testing.assert_allclose(d.backward(v), plain_rigid_map(v, handles, alpha), atol=1e-5)
+
+
+@paired(shape=SHAPES, kind=KINDS_AND_DEGREES, alpha=[1, 1.7, 2, 3], cuts=CUTS, device=DEVICES)
+def test_kernels_agree_with_the_specification(shape, kind, alpha, cuts, device, rng):
+    options = CUTS[cuts]
+    seed = int(rng.integers(1 << 30))
+    kernels, specification = (
+        scene(np.random.default_rng(seed), shape, kind, where, alpha, **options)
+        for where in (device, "reference")
+    )
+    v = rng.uniform(-1.2, 1.2, (2000, 3))
+    error = np.abs(kernels.backward(v) - specification.backward(v)).max(axis=1)
+    # with cuts both sides may reach a point in the void, and rounding decides
+    assert np.quantile(error, 0.98) < 1e-5 * (10 if kind[1] == 3 else 1)
+    assert np.mean(error > 1e-4) < (0.02 if options else 1e-9)
+    error = np.abs(kernels.jacobian(v[:200]) - specification.jacobian(v[:200])).max(axis=(1, 2))
+    assert np.quantile(error, 0.95) < 1e-4
+
+
+@paired(shape=SHAPES, kind=KINDS_AND_DEGREES, alpha=[1, 1.7, 2, 3], cuts=CUTS)
+def test_jacobian_is_the_slope(shape, kind, alpha, cuts, rng):
+    d = scene(rng, shape, kind, alpha=alpha, **CUTS[cuts])
+    v = rng.uniform(-1.2, 1.2, (100, 3))
+    v = v[np.abs(d.void_distance(v)) > 1e-3] if d.cuts else v
+    step = 1e-6
+    slopes = [
+        (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
+        for axis in np.eye(3)
+    ]
+    error = np.abs(d.jacobian(v) - np.stack(slopes, axis=2)).max(axis=(1, 2))
+    # distances of images have kinks between their cells
+    assert np.quantile(error, 0.97) < 1e-5
+
+
+@paired(shape=SHAPES, kind=KINDS_AND_DEGREES, cuts=CUTS, device=EVERYWHERE)
+def test_forward_undoes_backward(shape, kind, cuts, device, rng):
+    d = scene(rng, shape, kind, device, **CUTS[cuts])
+    v = rng.uniform(-1, 1, (150, 3))
+    x = d.backward(v)
+    x = x[(d.void_distance(v) > 1e-3)] if d.cuts else x
+    back = d.forward(x)
+    found = np.isfinite(back).all(axis=1)
+    assert found.mean() > 0.9
+    error = np.abs(d.backward(back[found]) - x[found]).max(axis=1)
+    assert np.quantile(error, 0.97) < 3e-5
+
+
+def test_distance_from_a_solid(rng):
+    shape = Solid(*sphere((0.4, 0.3, 0.5), 0.2, 80))
+    x = rng.uniform(-0.5, 1.3, (5000, 3))
+    distance, half = shape.distance(x)
+    expected = np.maximum(np.linalg.norm(x - (0.4, 0.3, 0.5), axis=1) - 0.2, 0)
+    np.testing.assert_allclose(distance, expected, rtol=0.03, atol=0.002)
+    near = (expected > 0) & (expected < 0.1)  # in the image of distances
+    np.testing.assert_allclose(distance[near], expected[near], atol=0.001)
+    np.testing.assert_allclose(np.linalg.norm(half[near], axis=1), distance[near], atol=0.005)
+
+
+def test_image_of_a_bone_keeps_its_voxels(rng):
+    grid = Grid((40, 40, 40), (-1, -1, -1), (2 / 39,) * 3)
+    bone = np.linalg.norm(grid.points() - (0.2, 0, 0), axis=1).reshape(grid.shape) < 0.4
+    moved = np.eye(4)
+    moved[0, 3] = 3 * 2 / 39  # three voxels
+    still = RegionHandle(Ball((-0.9, -0.9, -0.9), 0.05), np.eye(4))
+    d = Deformation(handles=[RegionHandle(Labels(bone, grid), moved), still])
+    values = rng.random(grid.shape).astype(np.float32)
+    (result,) = d.resample([values], Sampling(grid))
+    expected = np.roll(np.where(bone, values, -1), 3, axis=2)
+    inner = expected >= 0
+    np.testing.assert_allclose(result[inner], expected[inner], atol=1e-4)
+
+
+def test_overlap_is_told():
+    shift = np.eye(4)
+    shift[0, 3] = -0.3
+    still, near = RegionHandle(Ball((0, 0, 0), 0.5), np.eye(4)), Ball((1.2, 0, 0), 0.5)
+    assert Deformation(handles=[still, RegionHandle(near, np.eye(4))]).overlapping_regions == []
+    pairs = Deformation(handles=[still, RegionHandle(near, shift)]).overlapping_regions
+    assert pairs == [(0, 1)]
+
+
+def test_a_point_in_a_region_is_met(rng):
+    handle = RegionHandle(Ball((0, 0, 0), 0.5), motion(rng))
+    rest = np.array([(0.1, 0, 0.0)])
+    deformed = handle.moved(rest) + 0.05
+    for device in EVERYWHERE:
+        d = Deformation(rest, deformed, handles=handle, device=device)
+        np.testing.assert_allclose(d.residuals(), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Ball((0, 0, 0), -1), "`radius` must be a positive number, got -1"),
+        (lambda: Capsule((0, 0), (0, 0, 1), 1), "`a` must be three finite numbers"),
+        (
+            lambda: Solid([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]),
+            "`triangles` must be a closed surface, got 3 edges with an open side",
+        ),
+        (
+            lambda: Solid([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 3)]),
+            "`triangles` must be rows of the 3 `points`, got 0 to 3",
+        ),
+        (
+            lambda: Labels(np.zeros((2, 2, 2)), Grid((2, 2, 2))),
+            "`mask` must have a voxel that is not 0",
+        ),
+        (
+            lambda: Labels(np.ones((2, 2, 2)), Grid((3, 2, 2))),
+            r"`mask` must have the shape \(2, 2, 3\) of `grid`, got \(2, 2, 2\)",
+        ),
+        (
+            lambda: RegionHandle(Ball((0, 0, 0), 1), 2 * np.eye(4)),
+            "`motion` must be a rotation and a translation",
+        ),
+        (
+            lambda: RegionHandle(Ball((0, 0, 0), 1), np.diag([1, 1, -1, 1])),
+            "`motion` must be a rotation and a translation",
+        ),
+        (lambda: RegionHandle("ball", np.eye(4)), "`shape` must be a Ball, Capsule"),
+        (lambda: Deformation(handles="ball"), "`handles` must be CurveHandle or RegionHandle"),
+    ],
+)
+def test_bad_arguments_are_refused(make, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        make()
