@@ -29,6 +29,8 @@
 #define FAR_SEGMENT 1.25f
 #define LEGENDRE_COUNT(n) ((n) + 6)
 #endif
+// Distance from a curve, local units, that counts as on it.
+#define ON_CURVE 1e-6f
 // a^2 and squared distances from a line are at least this, so that all powers are finite.
 #define LEAST_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
 #define INTEGER_ALPHA (TWICE_ALPHA / 2)
