@@ -303,7 +303,7 @@ typedef struct {
 #endif
 
 #if SEGMENTS
-// A segment as seen from v: the point nearest to v, relative to k, and moments about it.
+// A segment as seen from v: a point of it, relative to k, and moments about that point.
 typedef struct {
   vec q, u, along_q, along_u;
   real m[MOMENTS];
@@ -320,7 +320,8 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
+  const real center =
+      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
   real c = at->c;
 #if CUTS
   integer hides_any = 0;
@@ -341,6 +342,8 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
   const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
   result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
+  result.q = vec_madd(center, result.along_q, result.q);
+  result.u = vec_madd(center, result.along_u, result.u);
   return result;
 }
 
