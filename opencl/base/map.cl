@@ -6,6 +6,7 @@
 #include "cuts.cl"
 #endif
 #include "weights.cl"
+#include "terms.cl"
 #include FIT
 #if LIMITS
 #include "limits.cl"
