@@ -116,9 +116,9 @@ def test_kernels_agree_with_the_specification(kind, degree, alpha, device, rng):
         _deformation(np.random.default_rng(1), kind, degree, name, alpha=alpha)
         for name in (device, "reference")
     )
-    expected = numpy.backward(v)
-    size = max(EXTENT, np.abs(expected).max())  # cubic terms are large beyond the handles
-    np.testing.assert_allclose(kernels.backward(v), expected, atol=1e-4 * size)
+    # a few handles hardly determine cubic terms
+    close = (1e-3 if degree == 3 else 1e-4) * EXTENT
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
     jacobians = [value.jacobian(v[:300]) for value in (kernels, numpy)]
     np.testing.assert_allclose(*jacobians, atol=1e-3 * max(1, np.abs(jacobians[1]).max()))
 
