@@ -6,6 +6,7 @@
 #include "cuts.cl"
 #endif
 #include "weights.cl"
+#include "terms.cl"
 #include FIT
 #if LIMITS
 #include "limits.cl"
@@ -14,6 +15,11 @@
 // G(v) - v - mean displacement before limits; 0 displacement where no control point can be reached.
 inline vec unlimited_displacement(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
+#if SEGMENTS
+  // on a curve itself, where sums of a high degree lose what is off the curve
+  d = vec_select(d, fit->pivot.u,
+                 (fit->pivot.k >= map->params.count) & (fit->pivot.d2 <= ON_CURVE * ON_CURVE));
+#endif
 #if CUTS
   vec still = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
   d = vec_select(d, still, fit->pivot.d2 >= UNREACHABLE);

@@ -22,13 +22,12 @@
 #if SEGMENTS == 2
 #define FAR_SEGMENT 12.0f
 #define LEGENDRE_COUNT(n) 3
-#elif SEGMENTS == 3
-#define FAR_SEGMENT 2.5f
-#define LEGENDRE_COUNT(n) ((n) + 3)
 #else
 #define FAR_SEGMENT 1.25f
 #define LEGENDRE_COUNT(n) ((n) + 6)
 #endif
+// Distance from a curve, local units, that counts as on it.
+#define ON_CURVE 1e-6f
 // a^2 and squared distances from a line are at least this, so that all powers are finite.
 #define LEAST_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
 #define INTEGER_ALPHA (TWICE_ALPHA / 2)
@@ -196,9 +195,10 @@ __constant float LEGENDRE_WEIGHTS[9][10] = {
     {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
      0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
 
-// The moments m[k] about the nearest point of a segment, k up to `top`, of the weights
-// (e2 / d^2)^alpha; with `slopes`, of the weights (e2 / d^2)^alpha / d^2.
-HOT void moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
+// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of the
+// weights (e2 / d^2)^alpha / d^2. They are about a share of the length, which is returned relative to
+// the nearest point: that point, or far away the middle.
+HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
                     int slopes, int top, real m[MOMENTS]) {
   const int n = INTEGER_ALPHA + slopes;
   const real density = at->density, ratio = e2 * density;
@@ -225,11 +225,12 @@ HOT void moments_of(__global const segment_t *at, const nearest_t *nearest, floa
       if (slopes) w *= density * per_d2;
       UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
         sums[j] += w;
-        w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->t;
+        w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - 0.5f;
       }
     }
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
   }
+  return select((real)(0), 0.5f - nearest->t, is_far);
 }
 
 // Points t[i] with weights w[i] that have the moments m of a segment.

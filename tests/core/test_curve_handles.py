@@ -111,14 +111,16 @@ def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
 @EVERY_ALPHA
 @pytest.mark.parametrize("device", DEVICES)
 def test_kernels_agree_with_the_specification(kind, degree, alpha, device, rng):
-    v = rng.uniform(-1.2, 1.2, (2000, 3))
+    v = rng.uniform(-1, 1, (2000, 3))
     kernels, numpy = (
         _deformation(np.random.default_rng(1), kind, degree, name, alpha=alpha)
         for name in (device, "reference")
     )
-    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-4 * EXTENT)
+    # a few handles hardly determine cubic terms
+    close = (1e-3 if degree == 3 else 1e-4) * EXTENT
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
     jacobians = [value.jacobian(v[:300]) for value in (kernels, numpy)]
-    np.testing.assert_allclose(*jacobians, atol=2e-3 * max(1, np.abs(jacobians[1]).max()))
+    np.testing.assert_allclose(*jacobians, atol=1e-3 * max(1, np.abs(jacobians[1]).max()))
 
 
 @EVERY_KIND
@@ -170,16 +172,17 @@ def test_segments_end_at_cuts_with_an_edge(frame):
     crossing = (segments.rest if frame == "rest" else segments.deformed)[:, :, 0] - 0.3
     assert (crossing.min(axis=1) * crossing.max(axis=1) > -1e-9).all()
     assert segments.weights.sum() == pytest.approx(2)
-    assert len(segments) == (4 if frame == "deformed" else 4)
+    assert len(segments) == 4
 
 
 @pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_other_alphas_carry_the_curve_nearly(device, rng):
     value = _deformation(rng, "rigid", 2, device, alpha=1.5)
-    rest, deformed = (_along(nodes, rng.random(50)) for nodes in _curve())
+    t = rng.random(50)
+    rest, deformed = (_along(nodes, t) for nodes in _curve())
     assert len(value.regions[0].control_points.handles.segments) == 0
-    error = np.abs(value.backward(deformed) - value.backward(deformed))
-    assert error.max() < 0.01
+    error = np.abs(value.backward(deformed) - rest)
+    assert error.max() < 2e-3 * EXTENT
 
 
 @pytest.mark.parametrize("device", DEVICES)
@@ -199,7 +202,8 @@ def test_a_tolerance_holds_beside_curves(device, rng):
         _deformation(np.random.default_rng(1), "rigid", 2, device, map_tolerance=tolerance)
         for tolerance in (0, 0.02)
     )
-    difference = exact.displacement_field(grid)[0] - coarse.displacement_field(grid)[0]
+    fields = [value.displacement_field(grid).displacement for value in (exact, coarse)]
+    difference = np.subtract(*fields)
     assert np.abs(difference).max() <= 0.02 * 2 / 47
 
 

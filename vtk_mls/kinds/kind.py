@@ -61,7 +61,7 @@ class Kind:
 
     @property
     def segment_points(self):
-        """Points by which a segment of a curve is summed: they have the moments that a fit needs."""
+        """Points by which a segment of a curve is summed, with the moments that a fit needs."""
         return self.proxy_order + 1
 
     def __init__(self, degree):

@@ -6,6 +6,7 @@ integrals are computed by quadrature; the Gauss rule for the measure w(t) dt the
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     start = np.clip(foot, 0, 1) - foot  # of the nearest point, from the foot on
     ends = [np.arcsinh(s / width) for s in (-foot, start, 1 - foot)]
     t, weights = [], []
-    for low, high in zip(ends[:-1], ends[1:]):
+    for low, high in itertools.pairwise(ends):
         half = (high - low)[:, :, None] / 2
         u = (low + high)[:, :, None] / 2 + half * _AT
         t.append(width[:, :, None] * np.sinh(u) - start[:, :, None])

@@ -162,7 +162,7 @@ class CoarseMap:
         return table
 
     def _near(self, grid):
-        """Which cells (nz, ny, nx) of a grid are beside one with a control point or curve, or have one.
+        """Which cells (nz, ny, nx) of a grid have a handle, or are beside one that has.
 
         Narrow peaks and kinks there may be between all nodes.
         """

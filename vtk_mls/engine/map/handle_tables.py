@@ -1,4 +1,4 @@
-"""Rigid regions, curves and limits in the layout of the kernels, in the local frame of control points."""
+"""Regions, curves and limits in the layout of the kernels, in the frame of control points."""
 
 from __future__ import annotations
 

@@ -1,0 +1,143 @@
+// The terms of the sums of a fit as points: a control point is one, a segment of a curve a few that have
+// the moments of its weight along it (segments.cl).
+
+// A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
+typedef struct {
+  vec q, u;
+  real w;
+} pair_t;
+
+#if SEGMENTS
+#define PAIRS SEGMENTS
+#define CHANGES (2 * SEGMENTS)
+#else
+#define PAIRS 1
+#define CHANGES 1
+#endif
+
+#if SEGMENTS
+// A segment as seen from v: a point of it, relative to k, and moments about that point.
+typedef struct {
+  vec q, u, along_q, along_u;
+  real m[MOMENTS];
+} moments_t;
+
+// With `slopes`, for weights divided by the squared distance.
+HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
+                              const evaluation_point_t *point, int slopes) {
+  __global const segment_t *at = segment_of(map, i);
+  const nearest_t nearest = nearest_on_segment(at, point->v);
+  const int top = SEGMENTS < 4 ? TOP + slopes : TOP;
+  moments_t result;
+  real e2 = pivot->e2;
+#if CUTS
+  e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
+#endif
+  const real center =
+      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
+  real c = at->c;
+#if CUTS
+  integer hides_any = 0;
+#if CACHED
+  const real damping =
+      i < CACHED ? point->distance2[i] : segment_damping(map, i, point, &hides_any);
+#else
+  const real damping = segment_damping(map, i, point, &hides_any);
+#endif
+  c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
+#endif
+  UNROLL_MOMENTS for (int j = 0; j <= top; ++j) result.m[j] *= c;
+  result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
+  result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
+  const integer is_pivot = pivot->k == i;
+  const vec none = {0, 0, 0};
+  const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
+  result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
+  result.q = vec_madd(center, result.along_q, result.q);
+  result.u = vec_madd(center, result.along_u, result.u);
+  return result;
+}
+
+// The points of segment i; with `slopes`, for weights divided by the squared distance.
+HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                       int slopes, pair_t pairs[PAIRS]) {
+  const moments_t along = segment_moments(map, i, pivot, point, slopes);
+  const rule_t rule = rule_of(along.m, slopes);
+  UNROLL_MOMENTS for (int j = 0; j < PAIRS; ++j) {
+    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
+    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
+    pairs[j].w = rule.w[j];
+  }
+}
+#endif
+
+// The points of term i; returns how many.
+HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                 pair_t pairs[PAIRS]) {
+#if SEGMENTS
+  if (i >= map->params.count) {
+    segment_pairs(map, i, pivot, point, 0, pairs);
+    return PAIRS;
+  }
+#endif
+  __global const control_point_t *at = control_point_of(map, i);
+  pairs->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  pairs->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  pairs->w = control_point_weight(map, i, pivot, point);
+  return 1;
+}
+
+// A point of a term, relative to k, and the change of its weight: by v, and by the origin x.
+typedef struct {
+  vec q, u, by_v;
+#if AT_REST
+  vec by_x;
+#endif
+} change_t;
+
+// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
+// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
+HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
+  pair_t pairs[PAIRS];
+  const int count = pairs_of(map, i, pivot, point, pairs);
+  const vec slope = vec_sub(weight_slope(map, i, point), jacobian->near);
+#if AT_REST
+  const vec slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
+#endif
+  for (int j = 0; j < count; ++j) {
+    changes[j].q = pairs[j].q;
+    changes[j].u = pairs[j].u;
+    changes[j].by_v = vec_scale(pairs[j].w, slope);
+#if AT_REST
+    changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
+#endif
+  }
+#if SEGMENTS
+  if (i >= map->params.count) {
+    segment_pairs(map, i, pivot, point, 1, pairs);
+    for (int j = 0; j < PAIRS; ++j) {
+      change_t *change = changes + count + j;
+      change->q = pairs[j].q;
+      change->u = pairs[j].u;
+      change->by_v =
+          vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
+#if AT_REST
+      change->by_x = (vec){0, 0, 0};
+#endif
+    }
+    return CHANGES;
+  }
+#endif
+  return count;
+}
+
+// Adds the influence of a point times the change of its weight.
+inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, vec influence) {
+  add_outer(&jacobian->by_v, influence, change->by_v);
+#if AT_REST
+  add_outer(&jacobian->by_x, influence, change->by_x);
+#endif
+}
