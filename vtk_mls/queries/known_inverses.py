@@ -1,4 +1,4 @@
-"""Points whose deformed positions are known: in rigid regions, and where masks and faces hold them."""
+"""Known deformed positions: of points in rigid regions, and of those that masks and faces hold."""
 
 from __future__ import annotations
 
