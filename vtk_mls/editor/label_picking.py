@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkImagingMorphological import vtkImageThresholdConnectivity
 
 from vtk_mls import Labels
 from vtk_mls.base.interpolation import sample
@@ -67,6 +66,9 @@ def connected_label(image, grid, index):
     -------
     Labels
     """
+    # ParaView's VTK does not have this module, and does not need this function
+    from vtkmodules.vtkImagingMorphological import vtkImageThresholdConnectivity
+
     seed, fill = vtkPoints(), vtkImageThresholdConnectivity()
     position = np.array(image.GetOrigin()) + index * np.array(image.GetSpacing())
     seed.InsertNextPoint(image.GetExtent()[::2] * np.array(image.GetSpacing()) + position)
