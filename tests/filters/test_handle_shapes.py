@@ -171,10 +171,13 @@ def test_a_moved_dataset_gives_displacements_by_point_number(device):
     np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
     value = deform.updated_deformation()
     np.testing.assert_array_equal(value.deformed, CORNERS)
+    (shape,) = (handle.shape for handle in value.handles)
     further = transform(80)
     deform.SetInputDataObject(4, joined(carried(bone, further), corners))
     expected = [further.TransformPoint(point) for point in positions(mesh)]
     np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    (handle,) = deform.updated_deformation().handles
+    assert handle.shape is shape  # whose distance image takes seconds
     deform.DisconnectDeformedControlPoints()
     deform.SetInputData(1, held_bone())
     expected = [MOTION.TransformPoint(point) for point in positions(mesh)]

@@ -48,6 +48,7 @@ def build():
     line = simple.PolyLineSource(Points=CURVE)
     lifted = simple.Transform(Input=line)
     lifted.Transform.Translate = LIFT
+    solids = [solid(bone) for bone in bones]
     parts, moved_parts = [*bones, line], [*moved, lifted]
     rest, deformed = simple.AppendGeometry(Input=parts), simple.AppendGeometry(Input=moved_parts)
     inputs = {"ControlPoints": rest, "DeformedControlPoints": deformed}
@@ -60,8 +61,8 @@ def expected(scene, **limits):
     """The Deformation of the scene by Transforms alone."""
     nodes = np.reshape(CURVE, (-1, 3))
     handles = [vtk_mls.CurveHandle(nodes, nodes + LIFT)]
-    for bone, moved in zip(scene.bones, scene.moved):
-        handles.append(vtk_mls.RegionHandle(solid(bone), motion(moved)))
+    for shape, moved in zip(scene.solids, scene.moved):
+        handles.append(vtk_mls.RegionHandle(shape, motion(moved)))
     return vtk_mls.Deformation(handles=handles, **limits)
 
 

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, RegionHandle
 from vtk_mls.filters import (
     cut_inputs,
     gradients,
@@ -77,6 +77,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         super().__init__(
             nInputPorts=5, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
+        self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
         self._deformation_cache = CachedValue()
 
@@ -207,7 +208,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             return *self._own_control_points(), handles
         points = arrays.control_points(*control_points, *names, *moved)
         if shapes == "cells":
-            *points, shaped = handles_of_cells(*points, cells_of(*control_points))
+            *points, shaped = handles_of_cells(*points, cells_of(*control_points), self._solids)
+            self._solids = [item.shape for item in shaped if isinstance(item, RegionHandle)]
             handles += shaped
         return *points, handles
 
