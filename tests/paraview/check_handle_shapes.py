@@ -48,13 +48,23 @@ def build():
     line = simple.PolyLineSource(Points=CURVE)
     lifted = simple.Transform(Input=line)
     lifted.Transform.Translate = LIFT
-    solids = [solid(bone) for bone in bones]
     parts, moved_parts = [*bones, line], [*moved, lifted]
     rest, deformed = simple.AppendGeometry(Input=parts), simple.AppendGeometry(Input=moved_parts)
     inputs = {"ControlPoints": rest, "DeformedControlPoints": deformed}
     settings = {**inputs, "HandleShapes": "cells", "MapTolerance": 0.0}
     filters = [simple.MLSDeform(Input=each, **settings) for each in (source, tetrahedra)]
-    return SimpleNamespace(**vars(), deform=filters[0], mesh=filters[1])
+    return SimpleNamespace(
+        source=source,
+        tetrahedra=tetrahedra,
+        moved=moved,
+        solids=[solid(bone) for bone in bones],
+        parts=parts,
+        moved_parts=moved_parts,
+        rest=rest,
+        deformed=deformed,
+        deform=filters[0],
+        mesh=filters[1],
+    )
 
 
 def expected(scene, **limits):
