@@ -1,4 +1,4 @@
-"""Draw docs/paraview_bones.png: `pvpython docs/paraview_bones.py`.
+"""Draw docs/paraview_bones.png: `pvpython docs/paraview_bones.py`, with a display (or `xvfb-run`).
 
 You will see a slice of an image with the outlines of two closed surfaces, at rest and after one of
 them was turned by a Transform; the image inside turns with it.
