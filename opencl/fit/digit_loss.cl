@@ -27,8 +27,9 @@ inline real magnification(const fit_t *fit, int j) {
   return fit->inverse[j] * sqrt(fit->lower[AT(j, j)]);
 }
 
-// A, for the values `psi`.
-inline real value_loss(const map_t *map, const fit_t *fit, const real psi[FUNCTIONS]) {
+// A, for the FUNCTIONS values `psi`; a pointer, for it may be a member of `fit`: with generic address
+// spaces (PoCL 7) an array parameter takes private arrays only.
+inline real value_loss(const map_t *map, const fit_t *fit, const real *psi) {
   const int functions = functions_of(map);
   real sum = 0;
   UNROLL for (int j = 0; j < functions; ++j) sum = fma(fabs(psi[j]), magnification(fit, j), sum);

@@ -36,8 +36,8 @@ inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real 
   combine(map->kind_table, functions_of(map), m, f);
 }
 
-// The basis functions at k where it is on a segment.
-inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real f_k[FUNCTIONS]) {
+// The basis functions at k where it is on a segment; a pointer as in digit_loss.cl.
+inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *f_k) {
   const integer on_segment = pivot->k >= map->params.count;
   const vec none = {0, 0, 0};
   real m[MONOMIALS], f[FUNCTIONS];

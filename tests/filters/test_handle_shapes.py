@@ -5,8 +5,14 @@ import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
 from vtk_fixtures import FAST, add_array, update
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    VTK_TETRA,
+    vtkCellArray,
+    vtkMultiBlockDataSet,
+    vtkPolyData,
+)
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 
 from vtk_mls import Ball, CurveHandle, RegionHandle
 from vtk_mls.filters import MLSDeform
@@ -138,6 +144,68 @@ def test_handles_of_python():
     np.testing.assert_allclose(positions(update(deform)), expected, atol=1e-5)
     deform.ClearHandles()
     np.testing.assert_array_equal(positions(update(deform)), positions(ball((0, 0, 0), 1)))
+
+
+def paired(rest, *moved_parts):
+    """A filter with `rest` and the same moved, both without displacements."""
+    deform = deforming(rest)
+    deform.SetInputDataObject(4, joined(*moved_parts))
+    return deform
+
+
+def carried(surface, by):
+    """The surface where a vtkTransform moves it."""
+    mover = vtkTransformFilter()
+    mover.SetInputData(surface)
+    mover.SetTransform(by)
+    return update(mover)
+
+
+def test_a_moved_dataset_gives_displacements_by_point_number(device):
+    bone, corners = ball((1, 0, 0), 2, 6), polyline(CORNERS, kind="Verts")
+    deform = paired(joined(bone, corners), carried(bone, MOTION), corners)
+    deform.SetDevice(device)
+    mesh = ball((1, 0, 0), 1.2)  # inside of the bone
+    deform.SetInputData(0, mesh)
+    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
+    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    value = deform.updated_deformation()
+    np.testing.assert_array_equal(value.deformed, CORNERS)
+    (shape,) = (handle.shape for handle in value.handles)
+    further = transform(80)
+    deform.SetInputDataObject(4, joined(carried(bone, further), corners))
+    expected = [further.TransformPoint(point) for point in positions(mesh)]
+    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    (handle,) = deform.updated_deformation().handles
+    assert handle.shape is shape  # whose distance image takes seconds
+    deform.DisconnectDeformedControlPoints()
+    deform.SetInputData(1, held_bone())
+    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
+    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+
+
+def test_points_are_paired_with_those_moved():
+    deform = deforming(polyline(CORNERS, kind="Verts"), shapes="points")
+    deform.SetInputDataObject(4, polyline(CORNERS + [0, 0, 1], kind="Verts"))
+    np.testing.assert_array_equal(deform.updated_deformation().deformed, CORNERS + [0, 0, 1])
+
+
+def test_moved_data_that_do_not_pair(messages):
+    deform = paired(BONE, ball((1, 0, 0), 2, 6))
+    assert not deform.GetExecutive().Update()
+    messages.assert_one("`DeformedControlPoints` must have a point for each of the 226 points of")
+    assert deform.GetOutput().GetNumberOfPoints() == 0
+    deform.SetInputDataObject(4, carried(BONE, MOTION))
+    assert update(deform).GetNumberOfPoints() > 0
+    deform.DisconnectControlPoints()
+    assert not deform.GetExecutive().Update()
+    messages.assert_one("`DeformedControlPoints` is what `ControlPoints` is, moved: connect that")
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, BONE)
+    deform.SetInputDataObject(1, BONE)
+    deform.SetInputDataObject(4, blocks)
+    assert not deform.GetExecutive().Update()
+    messages.assert_one("`DeformedControlPoints` must be one point set, got a vtkMultiBlock")
 
 
 BONE = ball((1, 0, 0), 2)

@@ -29,7 +29,7 @@ FILTER_PANEL = {
     "WeightArray": ("POINTS", "Weight"),
 }
 FROM_BOUNDS = {"RestPoints", "DeformedPoints", "CutOrigin"}
-INPUTS = {"Input", "ControlPoints", "Cuts", "Mask"}
+INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
 INTERACTIVE = {prop.name: prop for prop in tables.INTERACTIVE_COMPUTING}
 
 

@@ -9,7 +9,7 @@ from vtk_mls.paraview import panels
 
 IN_EVERY_PANEL = {"Drag", "NumberHandles"}
 IN_FILTER_PANELS = IN_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
-INPUTS = {"Input", "ControlPoints", "Cuts", "Mask"}
+INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
 
 
 def interactive(table):

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, RegionHandle
 from vtk_mls.filters import (
     cut_inputs,
     gradients,
@@ -24,12 +24,13 @@ from vtk_mls.filters import (
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
+from vtk_mls.filters.shared_inputs import SharedInputs
 from vtk_mls.handles.handle_cells import handles_of_cells
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
@@ -37,7 +38,7 @@ _ON_CUT = 1e-6  # times the extent of the control points
 
 
 @with_properties(property_tables.DEFORMING)
-class DeformingFilter(OwnControlPoints, Algorithm):
+class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     """Base of the filters that have control points and cuts.
 
     Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
@@ -48,6 +49,10 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
     DeformedPoints and Weights; without any, nothing moves. With HandleShapes "cells" the cells of
     port 1 are handles, and the points of these count only there.
+
+    A vtkPointSet on input port 4 is that of port 1, moved: its points, by number, are q then, and
+    there is no displacement array. So a surface and the output of its vtkTransformFilter are a
+    rigid region.
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
     input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
@@ -70,9 +75,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def __init__(self, output_type="vtkImageData"):
         super().__init__(
-            nInputPorts=4, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
+            nInputPorts=5, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
-        self._collected = None  # state of ports 1 and 2 when processes shared them, and the data
+        self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
         self._deformation_cache = CachedValue()
 
@@ -84,6 +89,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             ("vtkPointSet", "vtkCompositeDataSet"),
             ("vtkPolyData",),
             ("vtkImageData",),
+            ("vtkPointSet", "vtkCompositeDataSet"),
         )
         for name in types[port]:
             info.Append(required, name)
@@ -109,6 +115,10 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """Remove the input from port 3."""
         self.RemoveAllInputConnections(3)
 
+    def DisconnectDeformedControlPoints(self):
+        """Remove the input from port 4: positions q are those of displacements again."""
+        self.RemoveAllInputConnections(4)
+
     def _has_cuts(self):
         """Whether there are cuts."""
         has_own = self.GetCutType() != "none" or self.GetCuts()
@@ -132,49 +142,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 return part
         return target
 
-    def _collect(self, info=None):
-        """Data on ports 1 and 2, from all processes.
-
-        All processes must call this at the same times, in RequestInformation and in
-        RequestUpdateExtent. They communicate only after a change upstream, which all see.
-        """
-        counts = {port: self.GetNumberOfInputConnections(port) for port in (1, 2)}
-        connections = [(port, number) for port in counts for number in range(counts[port])]
-        state = self._upstream(connections, info)
-        if not connections:
-            self._collected = None
-        if not connections or (self._collected is not None and self._collected[0] == state):
-            return
-
-        def update():
-            return [
-                as_polydata(data) if port == 1 else data
-                for port, index in connections
-                for data in [self._update_input(port, index, state[-1])]
-            ]
-
-        try:
-            data = dict(zip(connections, parallel.polydata_on_all(update)))
-        except ValueError as error:
-            data = error
-        self._collected = state, data
-
-    def _upstream(self, connections, info):
-        """Connections, the pipeline's modification time of each, and the requested time."""
-        changes = [self.GetInputExecutive(*pair).GetPipelineMTime() for pair in connections]
-        return connections, changes, pipeline.requested_time(info)
-
-    def _control_data(self, make_inputs):
-        """Lists of the data on ports 1, 2, of this process or of all, and 3."""
-        if not parallel.is_parallel() or self._collected is None:
-            return [make_inputs(port) for port in (1, 2, 3)]
-        data = self._collected[1]
-        if isinstance(data, ValueError):
-            raise data
-        pairs = data.items()
-        collected = [[item for (port, _), item in pairs if port == number] for number in (1, 2)]
-        return [*collected, make_inputs(3)]
-
     def updated_deformation(self, info=None):
         """The Deformation of the properties, and of control points and cuts, which are updated.
 
@@ -194,13 +161,17 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         """The deformation by the inputs of RequestData."""
         return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
 
-    def _deformation(self, control_points, surfaces, masks):
-        """The deformation by data of ports 1 to 3; the same object until something changes."""
+    def _deformation(self, control_points, surfaces, masks, moved):
+        """The deformation by data of ports 1 to 4; the same object until something changes."""
+        if moved and not control_points:
+            raise ValueError(
+                "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
+            )
         names = _control_point_arrays(self, *control_points) if control_points else ()
         shapes = property_tables.HANDLE_SHAPES_CHOICE.checked(self)
         cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
-        data = _stamps(control_points)
+        data = _stamps([*control_points, *moved])
         state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
         settings = {
             option.name: getattr(self, f"Get{option.property_name}")()
@@ -210,7 +181,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         state += (shapes, self.GetHandles(), limits, *settings.values())
 
         def make():
-            rest, deformed, weights, handles = self._all_handles(control_points, names, shapes)
+            rest, deformed, weights, handles = self._all_handles(
+                control_points, moved, names, shapes
+            )
             blend, (mask, faces) = options.BLEND.checked(self.GetBlend(), "Blend"), limits
             if blend != 1:
                 deformed = rest + blend * (deformed - rest)
@@ -228,14 +201,15 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
         return self._deformation_cache.of(state, make)
 
-    def _all_handles(self, control_points, names, shapes):
+    def _all_handles(self, control_points, moved, names, shapes):
         """p, q and weights of points, and the other handles."""
         handles = list(self.GetHandles())
         if not control_points:
             return *self._own_control_points(), handles
-        points = arrays.control_points(*control_points, *names)
+        points = arrays.control_points(*control_points, *names, *moved)
         if shapes == "cells":
-            *points, shaped = handles_of_cells(*points, cells_of(*control_points))
+            *points, shaped = handles_of_cells(*points, cells_of(*control_points), self._solids)
+            self._solids = [item.shape for item in shaped if isinstance(item, RegionHandle)]
             handles += shaped
         return *points, handles
 
@@ -366,12 +340,13 @@ def input_dataset(in_info):
             "levels would not fit each other any more; resample it to one image first "
             "(vtkResampleToImage, in ParaView Resample To Image)"
         )
-    for handles in inputs(in_info, 1):
-        if isinstance(handles, vtkCompositeDataSet):
-            raise ValueError(
-                f"`ControlPoints` must be one point set, got a {handles.GetClassName()}; merge its "
-                "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
-            )
+    for port, name in ((1, "ControlPoints"), (4, "DeformedControlPoints")):
+        for handles in inputs(in_info, port):
+            if isinstance(handles, vtkCompositeDataSet):
+                raise ValueError(
+                    f"`{name}` must be one point set, got a {handles.GetClassName()}; merge its "
+                    "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
+                )
     return data
 
 

@@ -63,6 +63,7 @@ def handles_of_cells(
     deformed: NDArray[np.float64],
     weights: NDArray[np.float64] | None,
     cells: HandleCells,
+    solids: Sequence[Solid] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None, list[Handle]]:
     """The handles that cells are.
 
@@ -74,6 +75,9 @@ def handles_of_cells(
     rest, deformed : (n, 3) float64, world coordinates
     weights : (n,) float64 or None
     cells : HandleCells
+    solids : sequence of Solid, optional
+        Shapes of an earlier call. Surfaces that are the same at rest take them: a distance image
+        takes seconds.
 
     Returns
     -------
@@ -91,7 +95,7 @@ def handles_of_cells(
         _curve(rest[line], deformed[line], number) for number, line in enumerate(cells.lines)
     ]
     parts = _connected(rest, cells.triangles)
-    handles += [_region(rest, deformed, part, n) for n, part in enumerate(parts)]
+    handles += [_region(rest, deformed, part, n, solids) for n, part in enumerate(parts)]
     rows = np.unique(cells.vertices)
     return rest[rows], deformed[rows], None if weights is None else weights[rows], handles
 
@@ -135,12 +139,12 @@ def _curve(rest, deformed, number):
         raise ValueError(f"`ControlPoints`, line {number}, is no curve handle: {error}") from error
 
 
-def _region(rest, deformed, triangles, number):
+def _region(rest, deformed, triangles, number, solids):
     """The region of one connected surface, `triangles` (t, 3) of points `rest` (n, 3)."""
     where = f"`ControlPoints`, surface {number}, is no rigid region"
     used, rows = np.unique(triangles, return_inverse=True)
     try:
-        shape = Solid(rest[used], rows.reshape(-1, 3))
+        shape = _solid(rest[used], rows.reshape(-1, 3), solids)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from error
     if not np.isfinite(deformed[used]).all():
@@ -154,6 +158,14 @@ def _region(rest, deformed, triangles, number):
             "as a whole"
         )
     return RegionHandle(shape, motion)
+
+
+def _solid(points, triangles, solids):
+    """The Solid of a surface, of `solids` if it is one of them."""
+    for solid in solids:
+        if np.array_equal(solid.points, points) and np.array_equal(solid.triangles, triangles):
+            return solid
+    return Solid(points, triangles)
 
 
 def _connected(points, triangles):

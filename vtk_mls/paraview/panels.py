@@ -154,6 +154,17 @@ _CONTROL_POINTS = data_input(
     clean_command="DisconnectControlPoints",
 )
 
+_DEFORMED_CONTROL_POINTS = data_input(
+    "DeformedControlPoints",
+    4,
+    "vtkPointSet",
+    """The dataset of the input ControlPoints, moved (optional), for example by a Transform: its
+    points, paired with those by their numbers, are q, instead of a displacement array. With
+    HandleShapes cells, a closed surface and its Transform are a rigid region.""",
+    xml("Hints", xml("Optional")),
+    clean_command="DisconnectDeformedControlPoints",
+)
+
 _CUTS = data_input(
     "Cuts",
     2,
@@ -229,6 +240,7 @@ def _filter_panel(description, input_property, middle, *properties):
         element(tables.CUT_TYPE),
         input_property,
         _CONTROL_POINTS,
+        _DEFORMED_CONTROL_POINTS,
         _CUTS,
         _MASK,
         element(tables.HANDLE_SHAPES_CHOICE),

@@ -11,10 +11,12 @@ from vtk_mls.paraview.server_manager import is_pending, pending_values
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _GRID = tables.OUTPUT_GRID, *tables.GIVEN_GRID
-_TABLE = [prop for prop in tables.DEFORM if prop is not tables.CUTS]
+_IN_PYTHON = properties.Value, properties.Values
+_TABLE = [prop for prop in tables.DEFORM if not isinstance(prop, _IN_PYTHON)]
+_MAP = *tables.MAP, *tables.CUTTING, *tables.HANDLE_OPTIONS, *tables.LIMITS
 # Properties that change the deformation or the grid.
 MAP_PROPERTIES = [
-    *(prop.name for prop in _TABLE if prop in (*tables.MAP, *tables.CUTTING)),
+    *(prop.name for prop in _TABLE if prop in _MAP),
     *(prop.name for prop in (*tables.OWN_CONTROL_POINTS, *_GRID)),
 ]
 _SOURCE = "MLSControlPoints"
@@ -97,9 +99,10 @@ class PendingFilter:
             for index in range(2):
                 info = client.GetInputArrayInformation(index)
                 self._filter.SetInputArrayToProcess(index, info)
-        self._filter.DisconnectCuts()
-        for index in range(client.GetNumberOfInputConnections(2)):
-            self._filter.AddInputConnection(2, client.GetInputConnection(2, index))
+        for port in (2, 3, 4):
+            self._filter.RemoveAllInputConnections(port)
+            for index in range(client.GetNumberOfInputConnections(port)):
+                self._filter.AddInputConnection(port, client.GetInputConnection(port, index))
 
 
 def has_pending_map(proxy):
@@ -120,8 +123,8 @@ def _has_pending_lists(source):
 def _setter_value(prop, proxy):
     """The pending value of a property, as the filter's setter takes it."""
     values = pending_values(proxy.GetProperty(prop.name))
-    if isinstance(prop, properties.Positions):
-        return np.reshape(values, (-1, 3)).tolist()
+    if isinstance(prop, (properties.Positions, properties.Planes)):
+        return np.reshape(values, (-1, len(prop.columns))).tolist()
     if isinstance(prop, (properties.Vector, properties.Rows, properties.ArrayNames)):
         return values
     if isinstance(prop, properties.ArrayName):

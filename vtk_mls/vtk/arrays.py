@@ -364,7 +364,7 @@ def is_numeric(array):
     return isinstance(array, vtkDataArray)
 
 
-def control_points(polydata, displacement, weight=None):
+def control_points(polydata, displacement, weight=None, moved=None):
     """Control points of a point set.
 
     Parameters
@@ -374,6 +374,8 @@ def control_points(polydata, displacement, weight=None):
         Point vector array with q - p.
     weight : str, optional
         Point array with a factor for each.
+    moved : vtkPointSet, optional
+        Its points are q, in the same order; the displacement array does not count then.
 
     Returns
     -------
@@ -384,7 +386,8 @@ def control_points(polydata, displacement, weight=None):
     Raises
     ------
     ValueError
-        If there is no point, or an array is missing or has the wrong shape.
+        If there is no point, an array is missing or has the wrong shape, or `moved` has another
+        number of points.
     """
     count = polydata.GetNumberOfPoints()
     if count == 0:
@@ -392,11 +395,20 @@ def control_points(polydata, displacement, weight=None):
             "`ControlPoints` has no points; a deformation needs at least one control point"
         )
     rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
-    moved = _control_point_values(polydata, displacement, 3).astype(np.float64)
+    if moved is None:
+        deformed = rest + _control_point_values(polydata, displacement, 3).astype(np.float64)
+    elif moved.GetNumberOfPoints() == count:
+        deformed = to_numpy(moved.GetPoints().GetData()).astype(np.float64)
+    else:
+        raise ValueError(
+            f"`DeformedControlPoints` must have a point for each of the {count} points of "
+            f"`ControlPoints`, got {moved.GetNumberOfPoints()}; connect the same data, moved, for "
+            "example by Transform"
+        )
     weights = (
         None if weight is None else _control_point_values(polydata, weight, 1).astype(np.float64)
     )
-    return rest, rest + moved, weights
+    return rest, deformed, weights
 
 
 def _control_point_values(polydata, name, components):
