@@ -32,7 +32,6 @@ class ShapeEdits:
 
     def make_rigid(self):
         """Make the mesh or the segment under the mouse a rigid region."""
-        self._cancel_tools()
         self._region_tool.make_rigid(self._mouse.pixel)
 
     def make_clicked_rigid(self):
