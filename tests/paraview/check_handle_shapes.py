@@ -52,7 +52,7 @@ def build():
     rest, deformed = simple.AppendGeometry(Input=parts), simple.AppendGeometry(Input=moved_parts)
     inputs = {"ControlPoints": rest, "DeformedControlPoints": deformed}
     settings = {**inputs, "HandleShapes": "cells", "MapTolerance": 0.0}
-    filters = [simple.MLSDeform(Input=each, **settings) for each in (source, tetrahedra)]
+    filters = [simple.MLSDeform(Input=data, **settings) for data in (source, tetrahedra)]
     return SimpleNamespace(
         source=source,
         tetrahedra=tetrahedra,

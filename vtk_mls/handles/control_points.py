@@ -135,12 +135,11 @@ def _merged(handles):
 
 def _translation(handles, displacement):
     """One point with a `displacement` (3,), exactly as given."""
-    _, deformed = handles.positions
-    at = deformed.mean(axis=0, keepdims=True) if len(handles) == 0 else None
-    if at is None:
-        weights = handles.weights
-        first = handles.deformed[0]
+    if len(handles) > 0:
+        weights, first = handles.weights, handles.deformed[0]
         at = first + (weights @ (handles.deformed - first) / weights.sum())[None]
+    else:
+        at = handles.positions[1].mean(axis=0, keepdims=True)
     total = np.array([handles.weights.sum() + handles.segments.weights.sum()])
     none = Segments.of([])
     return HandleSet(at + displacement, at, total, np.array([-1]), (), none)

@@ -15,7 +15,15 @@ from vtk_mls.handles.distance_image import DistanceImage
 
 
 class Shape:
-    """A solid of the undeformed space."""
+    """A solid of the undeformed space.
+
+    Attributes
+    ----------
+    image : DistanceImage or None
+        Distances, if the shape has no formula for them.
+    """
+
+    image: DistanceImage | None = None
 
     @property
     def bounds(self) -> NDArray[np.float64]:

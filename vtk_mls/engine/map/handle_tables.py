@@ -34,7 +34,7 @@ def region_table(control_points, in_rest_frame, images):
     for row, region in zip(table, regions):
         row["anchor"] = control_points.local(region.center[0 if in_rest_frame else 1])
         turn, offset = region.to_shape
-        image = getattr(region.shape, "image", None)
+        image = region.shape.image
         if image is None:
             a, b = ((x - offset) @ turn for x in (region.shape.a, region.shape.b))
             row["end"], row["along"] = control_points.local(a), (b - a) / scale
