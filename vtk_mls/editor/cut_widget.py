@@ -13,6 +13,7 @@ from vtkmodules.vtkInteractionWidgets import (
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
+from vtk_mls.editor.held_widget import HeldWidget
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
 _OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane
@@ -25,7 +26,7 @@ _MARGIN = 0.1  # of the plane around the data, relative to their size
 _OFFSET = 0.01  # of the initial plane from the middle, where handles may be, likewise
 
 
-class CutWidget:
+class CutWidget(HeldWidget):
     """Lets the mouse move and tilt a flat cut.
 
     Parameters
@@ -35,22 +36,15 @@ class CutWidget:
     """
 
     def __init__(self, interactor, scene):
-        self._bounds, self._renderer, self._interactor = scene.bounds, scene.renderer, interactor
-        self._cut, self._is_visible, self._is_held = None, True, False
-        self._moved = self._released = None
+        self._bounds, self._cut = scene.bounds, None
         margin = _MARGIN / 2 * np.ptp(self._bounds, axis=0)
         self._half = HalfSheet(scene, self._bounds + np.stack([-margin, margin]))
-        self._plane, self._widget = _representation(self._bounds), vtkImplicitPlaneWidget2()
-        self._widget.SetInteractor(interactor)
-        self._widget.SetRepresentation(self._plane)
-        self._widget.KeyPressActivationOff()
-        self._widget.AddObserver("StartInteractionEvent", self._on_start)
-        self._widget.AddObserver("InteractionEvent", self._on_move)
-        self._widget.AddObserver("EndInteractionEvent", self._on_end)
+        self._plane = _representation(self._bounds)
+        super().__init__(interactor, scene.renderer, vtkImplicitPlaneWidget2(), self._plane)
 
-    def set_callbacks(self, moved, released):
-        """Call `moved(cut)` at each movement of the mouse, and `released(cut)` at its end."""
-        self._moved, self._released = moved, released
+    @property
+    def _is_shown(self):
+        return self._cut is not None
 
     def show(self, cut):
         """Show a Plane or a HalfPlane, or nothing for None."""
@@ -60,17 +54,6 @@ class CutWidget:
             self._plane.SetOrigin(cut.point)
             self._plane.SetNormal(cut.normal)
             self._draw_sheet(cut)
-
-    def set_visible(self, is_visible):
-        """Hide or show the widget."""
-        self._is_visible = is_visible
-        self._update()
-
-    def finish(self):
-        """Release the cut if the mouse holds it."""
-        if self._is_held:
-            # the widget receives mouse events until the button is released, even if disabled
-            self._interactor.InvokeEvent("LeftButtonReleaseEvent")
 
     def initial_plane(self, camera):
         """A plane near the middle of the data, seen edge-on."""
@@ -87,31 +70,12 @@ class CutWidget:
         is_in_plane = abs(axis @ plane.normal) < 0.9
         return HalfPlane(plane.point, plane.normal, axis if is_in_plane else up)
 
-    def detach(self):
-        """Remove the widget from the view."""
-        self.finish()
-        self._widget.SetEnabled(False)
-        self._widget.SetInteractor(None)
-
-    def _on_start(self, widget, event):
-        self._is_held = True
-
-    def _on_move(self, widget, event):
-        self._moved(self._current_cut())
-
-    def _on_end(self, widget, event):
-        self._is_held = False
-        self._released(self._current_cut())
-
     def _update(self):
-        is_enabled = self._is_visible and self._cut is not None
-        if is_enabled != bool(self._widget.GetEnabled()):
-            # the widget forgets its renderer, and would take the one under the mouse
-            self._widget.SetCurrentRenderer(self._renderer)
-            self._widget.SetEnabled(is_enabled)
+        is_enabled = super()._update()
         self._half.set_visible(is_enabled and isinstance(self._cut, HalfPlane))
+        return is_enabled
 
-    def _current_cut(self):
+    def _value(self):
         """The cut at the position of the widget."""
         point, normal = np.array(self._plane.GetOrigin()), np.array(self._plane.GetNormal())
         if not isinstance(self._cut, HalfPlane):
