@@ -23,8 +23,8 @@ from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 
 REST = [(0, 0, 0), (8, 0, 0), (0, 8, 0), (0, 0, 8), (8, 8, 8), (8, 8, 0)]
-DEFORMED = [(0, 0, 0), (10, 0, 1), (0, 8, 0), (0, 0, 8), (9, 8, 8), (8, 9, 0)]
-CUT = vtk_mls.HalfPlane((4, 4, 2), (1, 0, 0), (0, 0, 1))
+DEFORMED = [(0, 0, 0), (12, 0, 1), (0, 8, 0), (0, 0, 8), (9, 8, 8), (8, 9, 0)]
+CUT = vtk_mls.HalfPlane((5, 5, 4), (1, 0, 0), (0, 0, 1))
 
 
 def volume():
