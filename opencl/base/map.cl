@@ -1,4 +1,5 @@
-// The backward map at a point.
+// The backward map at a point. It is a single step as a rule. Of several, the last one comes first: it
+// leads from the deformed space to the stage before.
 
 #include "types.cl"
 #include "powers.cl"
@@ -12,7 +13,8 @@
 #include "limits.cl"
 #endif
 
-// G(v) - v - mean displacement before limits; 0 displacement where no control point can be reached.
+// G(v) - v - mean displacement of a step, before limits; 0 displacement where no control point can be
+// reached.
 inline vec unlimited_displacement(const map_t *map, const fit_t *fit) {
   vec d = displacement_of(map, fit);
 #if SEGMENTS
@@ -27,8 +29,8 @@ inline vec unlimited_displacement(const map_t *map, const fit_t *fit) {
   return d;
 }
 
-// G(v) - v - mean displacement, which is 0 where there are limits.
-inline vec map_displacement(const map_t *map, const fit_t *fit) {
+// G(v) - v - mean displacement of a step, which is 0 where there are limits.
+inline vec step_displacement(const map_t *map, const fit_t *fit) {
 #if LIMITS
   return limited(map, fit->point.v, unlimited_displacement(map, fit));
 #else
@@ -41,8 +43,8 @@ inline mat still_if(mat j, integer still) {
   return j;
 }
 
-// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
-inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
+// d(G - v)/dv of a step at a fixed origin, and in the rest frame by the origin.
+inline weight_jacobian_t step_jacobian(const map_t *map, const fit_t *fit) {
   weight_jacobian_t jacobian = displacement_jacobian(map, fit);
 #if CUTS
   integer still = fit->pivot.d2 >= UNREACHABLE;
@@ -56,6 +58,24 @@ inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit)
 #endif
   return jacobian;
 }
+
+#if STEPS
+#include "steps.cl"
+#else
+inline void fit_map(const map_t *map, fit_t *fit) { fit_step(map, fit); }
+
+inline vec start_of(const fit_t *fit) { return fit->point.v; }
+
+// G(v) - v - mean displacement.
+inline vec map_displacement(const map_t *map, const fit_t *fit) {
+  return step_displacement(map, fit);
+}
+
+// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
+inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
+  return step_jacobian(map, fit);
+}
+#endif
 
 // d(G - v)/dv of the material at v, at a fixed origin.
 inline mat material_jacobian(const map_t *map, const fit_t *fit) {
@@ -80,9 +100,12 @@ inline mat map_jacobian(const map_t *map, const fit_t *fit) {
 #if CUTS
 // The void distance for the displacement d of the map, local units.
 inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
-  vec g = origin_of(&map->cuts, fit->point.v, d);
+  vec g = origin_of(&map->cuts, start_of(fit), d);
 #if AT_REST
   return void_distance_of(&map->cuts, g, g, fit->point.crossed_cuts);
+#elif STEPS
+  return least(fit->point.steps.void_distance,
+               void_distance_of(&map->cuts, fit->point.v, g, (integer)(0)));
 #else
   return void_distance_of(&map->cuts, fit->point.v, g, (integer)(0));
 #endif

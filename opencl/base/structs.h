@@ -64,14 +64,22 @@ typedef struct {
   int first;
 } limit_t;
 
-// The map of a region: numbers of control points, segments and limits; alpha, square of the smoothing
-// length, rank of the set of control points, and the axis of half turns (rigid and similarity kinds).
+// The map of a region: numbers of control points, segments and limits, and of steps; alpha, square of
+// the smoothing length, rank of the set of control points, and the axis of half turns (rigid and
+// similarity kinds).
 typedef struct {
-  int count, segment_count, limit_count;
+  int count, segment_count, limit_count, step_count;
   float alpha, smoothing2;
   int rank;
   float flip_axis[3];
 } map_params_t;
+
+// A step of the map: where its records begin in the tables; its rank and axis, as of map_params_t.
+typedef struct {
+  int control_point, kind_value, region, segment;
+  int rank;
+  float flip_axis[3];
+} step_t;
 
 // World displacement = scale * local displacement + mean_displacement.
 typedef struct {
@@ -182,9 +190,10 @@ typedef struct {
 // All cuts: exponents of the damping, relative distance that counts as on a plane, mean displacement
 // and affine map from v to x in the local frame, number of full cuts. Regions compete where full cuts
 // belong to the material (on_grid.cl); the second pass computes the points that are void so far.
+// `obstacle_stride` is the size of the tables of a step, 0 if all steps have the same.
 typedef struct {
   float damping, nu, on_plane;
   float mean_displacement[3];
   float affine[12];
-  int plane_count, regions_compete, second_pass;
+  int plane_count, regions_compete, second_pass, obstacle_stride;
 } cut_params_t;

@@ -62,6 +62,15 @@ inline integer lane_indices() {
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
 
+#if STEPS
+// The steps of a map before the last one evaluated: where they began, their displacements together, and
+// for cuts in the deformed frame the smallest void distance.
+typedef struct {
+  vec start, moved;
+  real void_distance;
+} steps_done_t;
+#endif
+
 // One instruction each, unlike fmin() and fmax() with their rules for NaN.
 inline real least(real a, real b) { return a < b ? a : b; }
 inline real most(real a, real b) { return a > b ? a : b; }

@@ -16,18 +16,27 @@ typedef struct {
   __global const segment_t *segments;
   __global const limit_t *limits;
   __global const float *images;
+#if STEPS
+  __global const step_t *steps;
+#endif
 #if CUTS
   cuts_t cuts;
 #endif
+#if CUTS && STEPS
+  __global const float *obstacles;
+  __global const control_point_t *rest_control_points;  // of the first step, which begins at rest
+  __global const segment_t *rest_segments;
+#endif
 } map_t;
 
-// The map of a launch, from the first ten arguments of each kernel of the map. Pointers to what a map
-// does not have are null.
+// The map of a launch, from the first eleven arguments of each kernel of the map. Pointers to what a map
+// does not have are null. Of several steps it is the first, from which `step_of` finds the others.
 inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
                     __global const float *kind_table, __global const region_t *regions,
                     __global const segment_t *segments, __global const limit_t *limits,
-                    __global const float *images, const cut_params_t cut_params,
-                    __global const plane_t *planes, __global const float *obstacles) {
+                    __global const float *images, __global const step_t *steps,
+                    const cut_params_t cut_params, __global const plane_t *planes,
+                    __global const float *obstacles) {
   map_t map;
   map.params = params;
   map.control_points = control_points;
@@ -36,11 +45,43 @@ inline map_t map_of(const map_params_t params, __global const control_point_t *c
   map.segments = segments;
   map.limits = limits;
   map.images = images;
+#if STEPS
+  map.steps = steps;
+#endif
 #if CUTS
   map.cuts = cuts_of(cut_params, planes, obstacles);
 #endif
+#if CUTS && STEPS
+  map.obstacles = obstacles;
+  map.rest_control_points = control_points;
+  map.rest_segments = segments;
+#endif
   return map;
 }
+
+#if STEPS
+// Step k of a map, as a map of one step.
+inline map_t step_of(const map_t *map, int k) {
+  __global const step_t *at = map->steps + k;
+  map_t step = *map;
+  step.params.step_count = 1;
+  step.params.rank = at->rank;
+  for (int axis = 0; axis < 3; ++axis) step.params.flip_axis[axis] = at->flip_axis[axis];
+  step.control_points += at->control_point;
+  step.kind_table += at->kind_value;
+#if REGIONS
+  step.regions += at->region;
+#endif
+#if SEGMENTS
+  step.segments += at->segment;
+#endif
+#if CUTS
+  step.cuts = cuts_of(map->cuts.params, map->cuts.planes,
+                      map->obstacles + k * map->cuts.params.obstacle_stride);
+#endif
+  return step;
+}
+#endif
 
 #if REGIONS || LIMITS
 #include "images.cl"
@@ -53,7 +94,12 @@ inline map_t map_of(const map_params_t params, __global const control_point_t *c
 #endif
 
 #if !CUTS
-typedef struct { vec v; } evaluation_point_t;
+typedef struct {
+  vec v;
+#if STEPS
+  steps_done_t steps;
+#endif
+} evaluation_point_t;
 #define CACHED 0
 #endif
 
@@ -115,7 +161,11 @@ inline __global const segment_t *segment_of(const map_t *map, int i) {
 inline vec cut_target(const map_t *map, int i) {
 #if SEGMENTS
   if (i >= map->params.count) {
+#if AT_REST && STEPS
+    __global const segment_t *along = map->rest_segments + i - map->params.count;
+#else
     __global const segment_t *along = segment_of(map, i);
+#endif
     float middle[3];
     for (int axis = 0; axis < 3; ++axis) {
       middle[axis] = along->q[axis] + 0.5f * along->along_q[axis];
@@ -135,6 +185,9 @@ inline vec cut_target(const map_t *map, int i) {
   }
 #endif
 #if AT_REST
+#if STEPS
+  at = map->rest_control_points + i;
+#endif
   return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
 #else
   return point_of(at);

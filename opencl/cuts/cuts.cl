@@ -128,6 +128,9 @@ inline integer crossed(const cuts_t *cuts, vec v, vec g) {
 #define SHAPE_CACHE(shape) shape##_cache_t shape;
 typedef struct {
   vec v;
+#if STEPS
+  steps_done_t steps;
+#endif
 #if CACHED
   real distance2[CACHED];  // damped squared distances of the first control points
 #endif

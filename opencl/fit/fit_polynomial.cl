@@ -108,7 +108,7 @@ inline weighted_fit_t_double fitted_in_double(const map_t *map, const fit_t *fit
 #endif
 
 // Fits the map at fit->point.
-inline void fit_map(const map_t *map, fit_t *fit) {
+inline void fit_step(const map_t *map, fit_t *fit) {
   fit->pivot = find_pivot(map, &fit->point);
 #if MIXED
   fit->is_inexact = (real)(0) == 0;

@@ -148,7 +148,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
 }
 
 // Fits the map at fit->point.
-inline void fit_map(const map_t *map, fit_t *fit) {
+inline void fit_step(const map_t *map, fit_t *fit) {
   fit->pivot = find_pivot(map, &fit->point);
   const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};

@@ -7,13 +7,14 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
     __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, const cut_params_t cut_params,
-    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    __global const float *restrict images, __global const step_t *restrict steps,
+    const cut_params_t cut_params, __global const plane_t *restrict planes,
+    __global const float *restrict obstacles,
     const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
     const float scale, const int with_jacobian) {
   const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           cut_params, planes, obstacles);
+                           steps, cut_params, planes, obstacles);
   strip_t strip;
   if (!find_strip(&coarse, &strip)) return;
 #if CUTS

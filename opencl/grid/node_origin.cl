@@ -7,11 +7,12 @@ __kernel EXPLICIT_VECTORS void node_origin(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
     __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, const cut_params_t cut_params,
-    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    __global const float *restrict images, __global const step_t *restrict steps,
+    const cut_params_t cut_params, __global const plane_t *restrict planes,
+    __global const float *restrict obstacles,
     const grid_t grid, __global node_t *restrict nodes) {
   const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           cut_params, planes, obstacles);
+                           steps, cut_params, planes, obstacles);
   // before all branches: Mesa's compiler crashes where arguments are read below
   const long stop = grid.stop;
   vec by_index[3];
@@ -20,7 +21,7 @@ __kernel EXPLICIT_VECTORS void node_origin(
   long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
-  const vec x = origin_of(&map.cuts, fit.point.v, map_displacement(&map, &fit));
+  const vec x = origin_of(&map.cuts, start_of(&fit), map_displacement(&map, &fit));
   const weight_jacobian_t jacobian = map_weight_jacobian(&map, &fit);
   const mat by_v = with_moving_origin(&jacobian);
   for (int axis = 0; axis < 3; ++axis)

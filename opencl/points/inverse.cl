@@ -16,10 +16,10 @@
 
 inline real length3(vec a) { return sqrt(dot3(a, a)); }
 
-// x - G(x + displacement), and the fit there. In the rest frame cuts see from x.
-inline vec residual(const map_t *map, vec x, vec displacement, fit_t *fit) {
+// x - G(x + displacement), and the fit there. In the rest frame cuts see from `rest`.
+inline vec residual(const map_t *map, vec x, vec rest, vec displacement, fit_t *fit) {
 #if AT_REST
-  vec origin = origin_of(&map->cuts, x, (vec){0, 0, 0});
+  vec origin = origin_of(&map->cuts, rest, (vec){0, 0, 0});
   set_point(&map->cuts, &fit->point, vec_add(x, displacement), origin);
   fit_map(map, fit);
 #else
@@ -52,13 +52,13 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 // A step that reduces the residual too little is halved, and the next one is at most twice as long, so
 // that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. A lane
 // that has ended keeps its result while others go on.
-inline real newton(const map_t *map, vec x, vec *displacement) {
+inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
   real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
   integer open = (real)(0) == 0;
   for (int i = 0; i < MAX_TRIALS; ++i) {
     fit_t fit;
-    vec r = residual(map, x, trial, &fit);
+    vec r = residual(map, x, rest, trial, &fit);
     real distance = length3(r);
     integer better = open & (distance < left * fma(-MIN_DECREASE, share, (real)(1)));
     *displacement = vec_select(*displacement, trial, better);
@@ -75,6 +75,24 @@ inline real newton(const map_t *map, vec x, vec *displacement) {
   return left / size_of(x);
 }
 
+#if STEPS
+// The steps one after the other, each from no displacement, then together for what rounding has left.
+inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
+  integer cut_off = 0;
+  *displacement = (vec){0, 0, 0};
+  for (int k = 0; k < map->params.step_count; ++k) {
+    const map_t step = step_of(map, k);
+    const vec stage = vec_add(x, *displacement);
+    vec d = {0, 0, 0};
+    newton(&step, stage, x, &d);
+    cut_off |= is_cut_off(&step, stage, d);
+    *displacement = vec_add(*displacement, d);
+  }
+  const real left = newton(map, x, x, displacement);
+  return select(left, (real)(FLT_MAX), cut_off);
+}
+#endif
+
 // Broyden's method from first guesses of `displacement` and of dv/dx in `response`: no Jacobians, no
 // step control. Returns the residual relative to the size of x, before the last step.
 inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
@@ -83,7 +101,7 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   for (int i = 0; i < MAX_CHORDS; ++i) {
     fit_t fit;
     integer open = left > close;
-    vec r = residual(map, x, *displacement, &fit);
+    vec r = residual(map, x, x, *displacement, &fit);
     left = select(left, length3(r), open);
     // the response to the last step was step - t instead of the predicted `step`
     vec t = mat_vec(response, r);

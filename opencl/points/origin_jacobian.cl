@@ -6,13 +6,14 @@ __kernel EXPLICIT_VECTORS void origin_jacobian(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
     __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, const cut_params_t cut_params,
-    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    __global const float *restrict images, __global const step_t *restrict steps,
+    const cut_params_t cut_params, __global const plane_t *restrict planes,
+    __global const float *restrict obstacles,
     const long points_count, __global const float *restrict points,
     __global const float *restrict origins,
     __global float *restrict jacobian) {
   const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           cut_params, planes, obstacles);
+                           steps, cut_params, planes, obstacles);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit;

@@ -9,12 +9,13 @@ __kernel EXPLICIT_VECTORS void point_displacement(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
     __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, const cut_params_t cut_params,
-    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    __global const float *restrict images, __global const step_t *restrict steps,
+    const cut_params_t cut_params, __global const plane_t *restrict planes,
+    __global const float *restrict obstacles,
     const long points_count, __global const float *restrict points,
     __global float *restrict displacement) {
   const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           cut_params, planes, obstacles);
+                           steps, cut_params, planes, obstacles);
 #if AT_REST
   search_points(&map, points_count, points, 0, displacement);
 #else
@@ -24,7 +25,7 @@ __kernel EXPLICIT_VECTORS void point_displacement(
   vec d = map_displacement(&map, &fit);
   store_points(displacement, d, points_count, first);
 #if CUTS
-  if (map.cuts.params.regions_compete)
+  if (map.cuts.params.regions_compete || STEPS)
     store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count,
                 first);
 #endif

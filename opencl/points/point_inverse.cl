@@ -6,22 +6,27 @@ __kernel EXPLICIT_VECTORS void point_inverse(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
     __global const float *restrict kind_table, __global const region_t *restrict regions,
     __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, const cut_params_t cut_params,
-    __global const plane_t *restrict planes, __global const float *restrict obstacles,
+    __global const float *restrict images, __global const step_t *restrict steps,
+    const cut_params_t cut_params, __global const plane_t *restrict planes,
+    __global const float *restrict obstacles,
     const long points_count, __global const float *restrict points,
     __global float *restrict displacements, __global float *restrict left) {
   const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           cut_params, planes, obstacles);
+                           steps, cut_params, planes, obstacles);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);
   vec displacement = load_points(displacements, points_count, first);
+#if STEPS
+  real rest = newton_by_steps(&map, x, &displacement);
+#else
 #if CUTS
   vec to_x = mean_displacement_of(&map.cuts);
   displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
 #endif
-  real rest = newton(&map, x, &displacement);
+  real rest = newton(&map, x, x, &displacement);
   rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
+#endif
   store_points(displacements, displacement, points_count, first);
   store_plane(left, rest, points_count, first);
 }

@@ -112,6 +112,16 @@ class Engine:
         return result
 
     @_exclusive
+    def least_determinant(self, deformation, points, progress=SILENT):
+        result = np.empty(len(points))
+        maps = self._maps(deformation)
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
+            for map_ in maps:
+                rows = _rows_in(map_.region, deformation.moved_planes, points, part)
+                result[rows] = map_.at_points("step_determinant", 1, points[rows])[0]
+        return result
+
+    @_exclusive
     def forward(self, deformation, points, progress=SILENT):
         displacement = np.empty((len(points), 3), np.float32)
         found = np.zeros(len(points), bool)
@@ -253,7 +263,7 @@ class Engine:
     def _origins(self, deformation, points, progress):
         """Origins of `points` (m, 3), void distances (m,), and indices of their regions (m,).
 
-        Void distances are infinite unless cuts are in the rest frame.
+        Void distances are infinite where G(v) suffices for them.
         """
         origins, region_indices = np.empty_like(points), np.empty(len(points), np.int8)
         void_distance = np.full(len(points), np.inf)

@@ -38,8 +38,16 @@ class Engine(Protocol):
     ) -> np.ndarray:
         """Void distances (m,) float64, world units, at `points` v (m, 3); below 0 in the void.
 
-        The deformation has cuts in the rest frame. In the deformed frame `Cut.void_distance`
-        computes them from v and G(v).
+        Of a deformation with `void_needs_map`. For others `Cut.void_distance` computes them from v
+        and G(v).
+        """
+
+    def least_determinant(
+        self, deformation: Deformation, points: np.ndarray, progress: Progress
+    ) -> np.ndarray:
+        """The smallest determinant (m,) float64 of the Jacobians of several steps at `points` v.
+
+        Of the material there, at fixed origins.
         """
 
     def jacobian(

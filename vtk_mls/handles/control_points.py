@@ -8,12 +8,13 @@ cubic terms), and the local frame in which coordinates are small.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.base.validation import freeze
+from vtk_mls.handles import paths
 from vtk_mls.handles.curve import Segments
 from vtk_mls.handles.handle_set import HandleSet
 from vtk_mls.kinds.kind import Kind
@@ -35,8 +36,9 @@ class ControlPoints:
         Of the fitted maps.
     extent : float, world units
         Size of the deformed region: the scale if all control points coincide.
-    is_limited : bool
-        Whether the displacement is exactly 0 at some places: the mean displacement is 0 then.
+    keeps_mean : bool
+        Whether the mean displacement stays 0: where the displacement is exactly 0 at some places,
+        and in steps.
 
     Attributes
     ----------
@@ -54,24 +56,25 @@ class ControlPoints:
 
     handles: HandleSet
     kind: Kind
-    is_limited: bool
+    keeps_mean: bool
     center: np.ndarray
     scale: float
     mean_displacement: np.ndarray
     determined: object
+    _steps: tuple[ControlPoints, ...] = field(default=(), init=False)
 
-    def __init__(self, handles, kind, extent, is_limited=False):
+    def __init__(self, handles, kind, extent, keeps_mean=False):
         handles = _merged(handles)
         rest, deformed = handles.positions
         center = deformed.mean(axis=0)
         size = np.abs(deformed - center).max()
         scale = float(size if size > _COINCIDENT * extent else extent)
-        mean = np.zeros(3) if is_limited else (rest - deformed).mean(axis=0)
+        mean = np.zeros(3) if keeps_mean else (rest - deformed).mean(axis=0)
         freeze(
             self,
             handles=handles,
             kind=kind,
-            is_limited=is_limited,
+            keeps_mean=keeps_mean,
             center=center,
             scale=scale,
             mean_displacement=mean,
@@ -96,7 +99,30 @@ class ControlPoints:
     @property
     def swapped(self) -> ControlPoints:
         """The control points with p and q swapped."""
-        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.is_limited)
+        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.keeps_mean)
+
+    def steps(self, count: int) -> tuple[ControlPoints, ...]:
+        """The steps along the path, in the local frame of the whole; only with `keeps_mean`."""
+        if count == 1:
+            return (self,)
+        if len(self._steps) != count:
+            freeze(self, _steps=tuple(map(self._step, paths.steps(self.handles, count))))
+        return self._steps
+
+    def _step(self, handles):
+        rest, deformed = handles.positions
+        step = object.__new__(ControlPoints)
+        freeze(
+            step,
+            handles=handles,
+            kind=self.kind,
+            keeps_mean=True,
+            center=self.center,
+            scale=self.scale,
+            mean_displacement=self.mean_displacement,
+            determined=self.kind.determined(rest, deformed, self.local(deformed)),
+        )
+        return step
 
     @functools.cached_property
     def affine(self) -> tuple[np.ndarray, np.ndarray]:
@@ -115,7 +141,7 @@ def _merged(handles):
     displacement = np.concatenate(
         [handles.rest - handles.deformed, (segments.rest - segments.deformed).reshape(-1, 3)]
     )
-    if (displacement == displacement[0]).all():
+    if handles.path.shape[1] == 0 and (displacement == displacement[0]).all():
         return _translation(handles, displacement[0])
     # proxies of a region stay together, and come first
     key = np.where(handles.region < 0, len(handles.regions), handles.region)
@@ -130,7 +156,10 @@ def _merged(handles):
     rest = handles.rest[0] + sums / total[:, None]
     key = rows[:, 0].astype(int)
     region = np.where(key == len(handles.regions), -1, key)
-    return HandleSet(rest, rows[:, 1:], total, region, handles.regions, handles.segments)
+    path = np.zeros((len(rows), *handles.path.shape[1:]))
+    np.add.at(path, group, weights[:, None, None] * handles.path)
+    path /= total[:, None, None]
+    return HandleSet(rest, rows[:, 1:], total, region, handles.regions, handles.segments, path)
 
 
 def _translation(handles, displacement):
@@ -142,4 +171,5 @@ def _translation(handles, displacement):
         at = handles.positions[1].mean(axis=0, keepdims=True)
     total = np.array([handles.weights.sum() + handles.segments.weights.sum()])
     none = Segments.of([])
-    return HandleSet(at + displacement, at, total, np.array([-1]), (), none)
+    path = np.zeros((1, 0, 3))
+    return HandleSet(at + displacement, at, total, np.array([-1]), (), none, path)

@@ -28,6 +28,10 @@ class HandleSet:
         Row of the region in `regions` that a proxy is of; -1 for a point.
     regions : tuple of RegionHandle
     segments : Segments
+    path : (n, k, 3) float64, world coordinates
+        Intermediate places of the points; those of proxies have no meaning.
+    rest_anchors : (n + s, 3) float64, optional
+        Of `anchors`, if cuts see the handles from elsewhere than `rest`: of steps.
     """
 
     rest: np.ndarray
@@ -36,10 +40,14 @@ class HandleSet:
     region: np.ndarray
     regions: tuple[RegionHandle, ...]
     segments: Segments
+    path: np.ndarray
+    rest_anchors: np.ndarray | None = None
 
     @classmethod
-    def of(cls, rest, deformed, weights, handles=(), order=1, alpha=1) -> HandleSet:
+    def of(cls, rest, deformed, weights, handles=(), order=1, alpha=1, path=None) -> HandleSet:
         """Points `rest` and `deformed` (n, 3) with `weights` (n,), and the `handles`.
+
+        `path` (k, n, 3) are intermediate places of the points.
 
         Proxies determine polynomials of degree `order`. Segments whose weights have no integral in
         closed form for `alpha` are replaced by points along them.
@@ -48,9 +56,12 @@ class HandleSet:
         curves = [handle for handle in handles if isinstance(handle, CurveHandle)]
         proxies = [region.proxies(order) for region in regions]
         segments = Segments.of(curves)
+        path = np.zeros((0, len(rest), 3)) if path is None else path
         if alpha not in INTEGRATED_ALPHAS:
-            more = segments.quadrature()
+            more = p, q, _ = segments.quadrature()
             rest, deformed, weights = map(np.concatenate, zip((rest, deformed, weights), more))
+            shares = np.arange(1, len(path) + 1)[:, None, None] / (len(path) + 1)
+            path = np.concatenate([path, p + shares * (q - p)], axis=1)
             segments = Segments.of([])
         return cls(
             np.concatenate([*(p for p, _ in proxies), rest]),
@@ -59,6 +70,9 @@ class HandleSet:
             np.repeat([*range(len(regions)), -1], [*(len(p) for p, _ in proxies), len(rest)]),
             regions,
             segments,
+            np.concatenate([*(np.tile(p, (len(path), 1, 1)) for p, _ in proxies), path], axis=1)
+            .swapaxes(0, 1)
+            .copy(),
         )
 
     def __len__(self) -> int:
@@ -81,8 +95,8 @@ class HandleSet:
         for row, region in enumerate(self.regions):
             for places, center in zip(anchors, region.center):
                 places[self.region == row] = center
-        rest, deformed = self.segments.middles
-        return np.concatenate([anchors[0], rest]), np.concatenate([anchors[1], deformed])
+        rest, deformed = (np.concatenate(pair) for pair in zip(anchors, self.segments.middles))
+        return rest if self.rest_anchors is None else self.rest_anchors, deformed
 
     @property
     def swapped(self) -> HandleSet:
@@ -94,6 +108,7 @@ class HandleSet:
             self.region,
             tuple(region.swapped for region in self.regions),
             self.segments.swapped,
+            self.path[:, ::-1],
         )
 
     def split_by(self, cuts, in_rest_frame) -> HandleSet:
@@ -121,6 +136,7 @@ class HandleSet:
             number[self.region[rows]],
             tuple(self.regions[i] for i in kept),
             self.segments.on_side(height, side, in_rest_frame),
+            self.path[rows],
         )
 
 

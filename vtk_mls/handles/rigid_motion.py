@@ -43,16 +43,45 @@ def blended(handle: Handle, share: float) -> Handle:
         return CurveHandle(handle.rest, handle.rest + share * (handle.deformed - handle.rest))
     center, moved = handle.center
     motion = np.eye(4)
-    motion[:3, :3] = _turned_by_share(handle.motion[:3, :3], share)
+    axis, angle = _axis_and_angle(handle.motion[:3, :3])
+    motion[:3, :3] = _rotation(axis, share * angle)
     motion[:3, 3] = center + share * (moved - center) - motion[:3, :3] @ center
     return RegionHandle(handle.shape, motion)
 
 
-def _turned_by_share(turn, share):
-    """The rotation (3, 3) about the axis of another, by a share of its angle."""
+def screw(region: RegionHandle, share: float) -> NDArray[np.float64]:
+    """A `share` of the motion of a region as a screw: about one axis, and along it.
+
+    Returns
+    -------
+    (4, 4) float64
+    """
+    center, moved = region.center
+    axis, angle = _axis_and_angle(region.motion[:3, :3])
+    along = axis * (axis @ (moved - center))
+    around = moved - center - along
+    # (I - R(share angle)) (I - R(angle))^-1, a turn with a factor in the plane across the axis
+    factor = np.sin(share * angle / 2) / np.sin(angle / 2) if angle else share
+    motion = np.eye(4)
+    motion[:3, :3] = turn = _rotation(axis, share * angle)
+    offset = factor * np.einsum("ij,j->i", _rotation(axis, (share - 1) * angle / 2), around)
+    motion[:3, 3] = center + share * along + offset - np.einsum("ij,j->i", turn, center)
+    return motion
+
+
+def _axis_and_angle(turn):
+    """The axis (3,) and angle of a rotation (3, 3)."""
     values, vectors = np.linalg.eig(turn)
     axis = np.real(vectors[:, np.argmin(np.abs(values - 1))])
-    across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     # the sign of the angle is that about this axis
-    angle = np.arctan2(-np.einsum("ij,ij->", across, turn.T), np.trace(turn) - 1) * share
+    return axis, np.arctan2(-np.einsum("ij,ij->", _cross(axis), turn.T), np.trace(turn) - 1)
+
+
+def _rotation(axis, angle):
+    """The rotation (3, 3) by an angle."""
+    across = _cross(axis)
     return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+
+
+def _cross(axis):
+    return np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])

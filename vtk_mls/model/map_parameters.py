@@ -32,6 +32,8 @@ class MapParameters:
         Points and handles together.
     regions : tuple of Region
         Between the planes.
+    path : (k, n, 3) float64, world coordinates
+        Intermediate places of the control points; empty without.
     """
 
     rest: NDArray[np.float64]
@@ -41,6 +43,8 @@ class MapParameters:
     alpha: float = named("alpha").default
     smoothing: float = named("smoothing").default
     degree: int = named("degree").default
+    steps: int = named("steps").default
+    path: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
     handles: tuple[Handle, ...] = ()
     cuts: tuple[Cut, ...] = ()
     mask: limits.Mask | None = None
@@ -62,6 +66,8 @@ class MapParameters:
         alpha: float = named("alpha").default,
         smoothing: float = named("smoothing").default,
         degree: int = named("degree").default,
+        steps: int | str = named("steps").default,
+        path: ArrayLike | None = None,
         weights: ArrayLike | None = None,
         handles: Handle | Iterable[Handle] | None = (),
         cuts: Cut | Iterable[Cut] | None = (),
@@ -87,25 +93,29 @@ class MapParameters:
             degree=degree,
             alpha=alpha,
             smoothing=smoothing,
+            steps=steps,
             cut_frame=cut_frame,
             nu=nu,
             map_tolerance=map_tolerance,
             device=device,
         )
         factors = arguments.positive_weights(weights, len(p))
+        places = arguments.path(path, len(p))
         shapes = arguments.cut_shapes(cuts)
         faces = limits.checked_constraints(constraints)
         freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
-        freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, **settings)
+        freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, path=places)
+        freeze(self, **settings)
         fitted = kinds.named(self.kind, self.degree)
         in_rest_frame = self.cut_frame == "rest"
-        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order, self.alpha)
+        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order, self.alpha, places)
         handle_set = handle_set.split_by(self.obstacles, in_rest_frame)
         freeze(
             self,
             handle_set=handle_set,
             regions=split_by_planes(
-                self.planes, handle_set, in_rest_frame, fitted, bool(self.limits)
+                *(self.planes, handle_set, in_rest_frame, fitted),
+                keeps_mean=bool(self.limits) or self.is_stepwise,
             ),
         )
         arguments.check_cut_distances(shapes, self.regions)
@@ -121,6 +131,17 @@ class MapParameters:
             f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
             f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
         )
+
+    @property
+    def is_stepwise(self) -> bool:
+        """Whether there may be more than one step."""
+        return self.steps != 1 or len(self.path) > 0
+
+    @property
+    def steps_used(self) -> int:
+        """Number of steps; a multiple of the lines of the path."""
+        legs = len(self.path) + 1
+        return legs * -(-self.steps // legs)
 
     @property
     def planes(self) -> list[Plane]:
@@ -141,6 +162,11 @@ class MapParameters:
     def with_deformed_cuts(self) -> MapParameters:
         """The same parameters with the cuts in the deformed frame."""
         return replace(self, cut_frame="deformed") if self.in_rest_frame else self
+
+    @property
+    def void_needs_map(self) -> bool:
+        """Whether void distances depend on more than v and G(v)."""
+        return bool(self.cuts) and (self.in_rest_frame or self.steps_used > 1)
 
     @property
     def has_competing_regions(self) -> bool:

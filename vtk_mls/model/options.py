@@ -7,8 +7,8 @@ not options.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from vtk_mls import kinds
 from vtk_mls.base.validation import as_float, short_repr
 
 CUT_FRAMES = ("rest", "deformed")
+MAX_STEPS = 256
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Option:
         For all users.
     more : str
         Help for programmers.
+    spellings : dict
+        Other spellings of values, by text.
     choices : tuple
         Possible values; empty for a number in a range, or a text.
     choice_labels : tuple of str
@@ -59,6 +62,7 @@ class Option:
     help: str
     _: KW_ONLY
     more: str = ""
+    spellings: Mapping[str, int] = field(default_factory=dict)
     choices: tuple = ()
     choice_labels: tuple = ()
     is_valid: Callable[[float], bool] | None = None
@@ -98,12 +102,14 @@ class Option:
             return int(value) if isinstance(self.default, int) else value
         if self.is_valid is None:
             return value
+        if isinstance(value, str):
+            value = self.spellings.get(value, value)
         number = as_float(name, value, "a number")
         if number.ndim:
             raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
         if not (np.isfinite(number) and self.is_valid(number)):
             raise ValueError(f"`{name}` must be {self.expected}, got {short_repr(value)}")
-        return float(number)
+        return type(self.default)(number)
 
     def limited(self, value: float, present: float) -> float:
         """`value`, limited to the range of the slider, which includes the `present` value."""
@@ -151,6 +157,18 @@ OPTIONS = (
         points exactly; above 0 the deformation passes close to them, for noisy landmarks.""",
         is_valid=lambda length: length >= 0,
         expected="a number from 0 on",
+    ),
+    Option(
+        "steps",
+        1,
+        "Steps",
+        """Steps in which the control points go from p to q, each with its own map: many small
+        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as needed, up
+        to 256. Polynomials of degree 2 and 3 may fold in any steps.""",
+        more="""`Deformation.steps_used` and `smallest_determinant` tell what was found.""",
+        spellings={"auto": 0},
+        is_valid=lambda steps: steps in range(MAX_STEPS + 1),
+        expected='an integer from 1 to 256, or "auto"',
     ),
     Option(
         "blend",

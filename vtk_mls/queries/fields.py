@@ -69,7 +69,7 @@ def forward_field(engine, deformation, points, progress) -> ForwardField:
 
 def void_distance(engine, deformation, points, progress) -> NDArray[np.float64]:
     """`Deformation.void_distance` at `points` (m, 3)."""
-    if deformation.in_rest_frame:
+    if deformation.void_needs_map:
         return engine.void_distance(deformation, points, progress)
     mapping, measuring = progress.divided(3, 1)
     origins = engine.backward(deformation, points, mapping)

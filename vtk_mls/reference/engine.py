@@ -9,19 +9,20 @@ tested against the properties of the map. The weights are in `weights`, the fits
 from __future__ import annotations
 
 import functools
+import itertools
 
 import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
-from vtk_mls.limits import limited, limited_jacobians
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.known_inverses import known_inverses
 from vtk_mls.reference import rest_frame
-from vtk_mls.reference.weights import EvaluationPoints, WeightedPoints
+from vtk_mls.reference.fit import StepFit, fit_of
+from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
 
@@ -63,7 +64,18 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
         for region in deformation.regions:
             rows = part.start + np.flatnonzero(region.holds(deformation.planes, origins[part]))
             at = _evaluation_points(deformation, origins[rows])
-            result[rows] = _Fit(deformation, region.control_points, points[rows], at).jacobian()
+            result[rows] = fit_of(deformation, region.control_points, points[rows], at).jacobian()
+    return result
+
+
+def least_determinant(deformation, points, progress=SILENT):
+    result = np.empty(len(points))
+    for part in progress.over(_parts(len(points), deformation)):
+        v = points[part]
+        for region in deformation.regions:
+            rows = part.start + np.flatnonzero(region.holds(deformation.moved_planes, v))
+            _, _, fit = _fit_in_region(deformation, region, points[rows])
+            result[rows] = fit.least_determinant()
     return result
 
 
@@ -87,7 +99,19 @@ def forward(deformation, points, progress=SILENT):
 
 
 def _inverse(deformation, region, x):
-    """v (m, 3) with G(v) = x for x (m, 3), and the residuals |G(v) - x| (m,), world units.
+    """v (m, 3) with G(v) = x for x (m, 3), and the residuals |G(v) - x| (m,), world units."""
+    steps = region.control_points.steps(deformation.steps_used)
+    if len(steps) == 1:
+        return _inverse_of_map(deformation, region, x)
+    v, residual = x, np.zeros(len(x))
+    for step in steps:
+        v, step_residual = _newton(deformation, region.sides, step, v, v, x)
+        residual += step_residual
+    return v, residual
+
+
+def _inverse_of_map(deformation, region, x):
+    """`_inverse` of a map in one step.
 
     Newton's method starts from the map with p and q swapped. Where it fails, it restarts with cuts
     in the rest frame from other `motions`, then from the samples of the map with the nearest
@@ -95,14 +119,18 @@ def _inverse(deformation, region, x):
     """
     control_points = region.control_points
     tolerance = _FOUND * _size_of(control_points, x)
-    swapped = _Fit(deformation.with_deformed_cuts, region.swapped.control_points, x)
-    v, residual = _newton(deformation, region, x, x + swapped.displacement())
+    swapped = StepFit(deformation.with_deformed_cuts, region.swapped.control_points, x)
+
+    def search(x, candidate):
+        return _newton(deformation, region.sides, control_points, x, candidate, x)
+
+    v, residual = search(x, x + swapped.displacement())
 
     def unresolved():
         return np.flatnonzero(residual > tolerance)
 
     def restart(rows, start):
-        solution, remaining = _newton(deformation, region, x[rows], start)
+        solution, remaining = search(x[rows], start)
         better = remaining < residual[rows]
         v[rows[better]], residual[rows[better]] = solution[better], remaining[better]
         return remaining <= tolerance[rows]
@@ -126,20 +154,21 @@ def _inverse(deformation, region, x):
     return v, residual
 
 
-def _newton(deformation, region, x, candidate):
+def _newton(deformation, sides, control_points, x, candidate, origins):
     """v with G(v) = x, from `candidate`, all (m, 3); the residuals |G(v) - x| (m,), world units.
 
-    Backtracking halves a step that does not reduce the residual. Steps may cross cuts; only the end
-    of the search is checked against them.
+    G is the map of one step; cuts in the rest frame see from the `origins` (m, 3). Backtracking
+    halves a step that does not reduce the residual. Steps may cross cuts; only the end of the
+    search is checked against them.
     """
-    at = _evaluation_points(deformation, x)
+    at = _evaluation_points(deformation, origins)
     candidate = np.where(_is_blocked(deformation, x, candidate)[:, None], x, candidate)
     v = candidate.copy()
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-    tolerance = _CONVERGED * _size_of(region.control_points, x)
+    tolerance = _CONVERGED * _size_of(control_points, x)
     active = np.arange(len(x))
     for _ in range(_MAX_EVALUATIONS):
-        fit = _Fit(deformation, region.control_points, candidate[active], at and at.rows(active))
+        fit = StepFit(deformation, control_points, candidate[active], at and at.rows(active))
         error = x[active] - candidate[active] - fit.displacement()
         distance = np.linalg.norm(error, axis=1)
         closer = distance < residual[active]
@@ -155,8 +184,8 @@ def _newton(deformation, region, x, candidate):
         candidate[active] = v[active] + share[active, None] * step[active]
     cut_off = _is_blocked(deformation, x, v)
     planes = [] if deformation.in_rest_frame else deformation.planes
-    for plane, side in zip(planes, region.sides):
-        cut_off |= side * plane.height(v) < -ON_PLANE * _size_of(region.control_points, x)
+    for plane, side in zip(planes, sides):
+        cut_off |= side * plane.height(v) < -ON_PLANE * _size_of(control_points, x)
     return v, np.where(cut_off, np.inf, residual)
 
 
@@ -340,10 +369,16 @@ def _merge_region(deformation, region, points, rows, results):
 
 def _in_region(deformation, region, v, start=None, with_jacobian=False):
     """`_evaluate` for the material of one region; only on the side of `start` (m, 3), if given."""
+    displacement, void_distance, fit = _fit_in_region(deformation, region, v, start)
+    return displacement, void_distance, fit.jacobian() if with_jacobian else None
+
+
+def _fit_in_region(deformation, region, v, start=None):
+    """Displacements (m, 3) and void distances (m,) of `_in_region`, and the fit."""
     control_points, cuts = region.control_points, deformation.obstacles
 
     def fit_at(rows, at):
-        return _Fit(deformation, control_points, v[rows], at)
+        return fit_of(deformation, control_points, v[rows], at)
 
     if deformation.in_rest_frame and cuts:
         searches = 1
@@ -362,12 +397,16 @@ def _in_region(deformation, region, v, start=None, with_jacobian=False):
     else:
         fit, void_distance = fit_at(slice(None), None), np.full(len(v), np.inf)
     displacement = fit.displacement()
-    origin = v + displacement
-    for cut in () if deformation.in_rest_frame else cuts:
-        void_distance = np.minimum(void_distance, cut.void_distance(v, origin))
+    if deformation.in_rest_frame:
+        ways = [(v, v + displacement)]
+    else:
+        ways = fit.ways
+        for cut, (after, before) in itertools.product(cuts, ways):
+            void_distance = np.minimum(void_distance, cut.void_distance(after, before))
     for plane, side in zip(deformation.planes, region.sides):
-        void_distance = np.minimum(void_distance, side * plane.height(origin))
-    return displacement, void_distance, fit.jacobian() if with_jacobian else None
+        for _, before in ways:
+            void_distance = np.minimum(void_distance, side * plane.height(before))
+    return displacement, void_distance, fit
 
 
 def _parts(count, deformation):
@@ -378,70 +417,3 @@ def _parts(count, deformation):
     )
     step = max(1, _MAX_NUMBERS // numbers_per_point)
     return [slice(start, min(count, start + step)) for start in range(0, count, step)]
-
-
-class _Fit:
-    """The weighted fit of Eq. 2 at each of the points v (m, 3).
-
-    A single point is evaluated twice: for one point numpy.einsum sums in another order, and rounds
-    differently.
-    """
-
-    def __init__(self, deformation, control_points, v, at=None):
-        self.count, self.v, self.limits = len(v), v, deformation.limits
-        if self.count == 1:
-            v, at = np.repeat(v, 2, axis=0), at and at.rows([0, 0])
-        self.weighted = WeightedPoints(deformation, control_points, v, at)
-        self.fit = control_points.kind.fit(self.weighted)
-        self._at = deformation, control_points, v, at
-
-    def jacobian(self):
-        """dG/dv: the derivative of the fixed point x = G(v; damping at x)."""
-        by_v, by_x = self._jacobians()
-        if not by_x.any():
-            return by_v
-        return np.linalg.pinv(finite(np.eye(3) - by_x)) @ by_v
-
-    def material_jacobian(self):
-        """The derivative of l by v with x fixed.
-
-        The weights enter the optimal fit only through each control point's residual, so their part
-        of the derivative is the sum of dw_i times the influence of control point i.
-        """
-        return self._jacobians()[0]
-
-    def _jacobians(self):
-        """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
-        weighted, fit = self._with_slopes
-        influence = fit.influence()
-        by_v, by_x = (
-            # the derivative of l through the weights
-            np.einsum("mic,mia->mca", influence, slopes)
-            for slopes in (weighted.dw, weighted.dw_dx)
-        )
-        by_v = fit.linear + by_v - np.eye(3)
-        by_v, by_x = (np.where(self._at_rest, 0, j)[: self.count] for j in (by_v, by_x))
-        if self.limits:
-            before = self._unlimited_displacement()
-            by_v, by_x = limited_jacobians(self.limits, self.v, before, by_v, by_x)
-        return np.eye(3) + by_v, by_x
-
-    @property
-    def _at_rest(self):
-        return self.weighted.at_rest[:, None, None]
-
-    @property
-    def _with_slopes(self):
-        """The WeightedPoints with the slopes of segments, and the fit to them."""
-        if len(self._at[1].handles.segments) == 0:
-            return self.weighted, self.fit
-        weighted = WeightedPoints(*self._at, with_slopes=True)
-        return weighted, weighted.control_points.kind.fit(weighted)
-
-    def displacement(self):
-        """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial), limited."""
-        return limited(self.limits, self.v, self._unlimited_displacement())
-
-    def _unlimited_displacement(self):
-        at_rest = self.weighted.at_rest[:, None]
-        return np.where(at_rest, 0, self.fit.displacement)[: self.count]

@@ -43,11 +43,18 @@ MAP_PARAMS = _struct(
             ("count", "i4"),
             ("segment_count", "i4"),
             ("limit_count", "i4"),
+            ("step_count", "i4"),
             ("alpha", "f4"),
             ("smoothing2", "f4"),
             ("rank", "i4"),
         ],
         ("flip_axis", "f4", 3),
+    ]
+)
+STEP = _struct(
+    [
+        *[("control_point", "i4"), ("kind_value", "i4"), ("region", "i4"), ("segment", "i4")],
+        *[("rank", "i4"), ("flip_axis", "f4", 3)],
     ]
 )
 WORLD = _struct([("scale", "f4"), ("mean_displacement", "f4", 3)])
@@ -90,7 +97,7 @@ CUT_PARAMS = _struct(
     [
         *[("damping", "f4"), ("nu", "f4"), ("on_plane", "f4"), ("mean_displacement", "f4", 3)],
         *[("affine", *_TRANSFORM), ("plane_count", "i4"), ("regions_compete", "i4")],
-        ("second_pass", "i4"),
+        *[("second_pass", "i4"), ("obstacle_stride", "i4")],
     ]
 )
 # The structs of structs.h, where their members are described.
@@ -100,6 +107,7 @@ STRUCTS = {
     "segment_t": SEGMENT,
     "limit_t": LIMIT,
     "map_params_t": MAP_PARAMS,
+    "step_t": STEP,
     "world_t": WORLD,
     "local_frame_t": LOCAL_FRAME,
     "grid_t": GRID,

@@ -12,7 +12,7 @@ from vtk_mls.engine.launch import array_types, kernel_arguments
 from vtk_mls.engine.launch.memory import Memory
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
-from vtk_mls.engine.map.handle_tables import Images, limit_table, region_table, segment_table
+from vtk_mls.engine.map.handle_tables import handle_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
@@ -56,6 +56,7 @@ class Launcher:
             (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * (1 + c.kind.functions(c))
             for c in (region.control_points for region in deformation.regions)
         )
+        cost *= deformation.steps_used
         limit = min(
             _WORK_PER_LAUNCH / cost,
             self.memory.limit / 4 / bytes_per_item,
@@ -96,16 +97,17 @@ class Launcher:
     def map(self, deformation, region, grid, second_pass):
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
-        kind = control_points.kind
+        kind, steps = control_points.kind, control_points.steps(deformation.steps_used)
         handles, tables = control_points.handles, self._handle_tables(deformation, control_points)
         params = kernel_arguments.filled(
             kernel_arguments.MAP_PARAMS,
             count=len(control_points),
             segment_count=len(handles.segments),
             limit_count=len(deformation.limits),
+            step_count=len(steps),
             alpha=alpha,
             smoothing2=(deformation.smoothing / control_points.scale) ** 2,
-            **kind.params(control_points),
+            **kind.params(steps[0]),
         )
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
@@ -113,6 +115,7 @@ class Launcher:
             ("REGIONS", int(bool(handles.regions))),
             ("SEGMENTS", kind.segment_points if len(handles.segments) else 0),
             ("LIMITS", int(bool(deformation.limits))),
+            ("STEPS", int(len(steps) > 1)),
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
@@ -126,24 +129,13 @@ class Launcher:
         return tuple(constants), arguments
 
     def _handle_tables(self, deformation, control_points):
-        """Buffers of the tables that maps share, uploaded once: control points to images."""
+        """Buffers of the tables that maps share, uploaded once: control points to steps."""
         if control_points not in self._uploaded:
-            images = Images()
-            tables = [
-                region_table(control_points, deformation.in_rest_frame, images),
-                segment_table(control_points),
-                limit_table(deformation.limits, control_points, images),
+            always, others = handle_tables(deformation, control_points)
+            self._uploaded[control_points] = [
+                *(self.constant(kernel_arguments.not_empty(table)) for table in always),
+                *(self.constant(table) if table.size else None for table in others),
             ]
-            tables.append(images.table())
-            buffers = [
-                self.constant(kernel_arguments.not_empty(table))
-                for table in (
-                    kernel_arguments.control_points(control_points),
-                    control_points.kind.table(control_points),
-                )
-            ]
-            buffers += [self.constant(table) if table.size else None for table in tables]
-            self._uploaded[control_points] = buffers
         return self._uploaded[control_points]
 
 
@@ -161,8 +153,8 @@ class RegionMap:
         self.launcher, self.memory = launcher, launcher.memory
         self.deformation, self.region = deformation, region
         self.control_points = region.control_points
-        # planes of "point_displacement": in the rest frame of cuts also the void distance
-        self.displacements = 4 if deformation.in_rest_frame else 3
+        # planes of "point_displacement": the void distance, too, if it needs more than G(v)
+        self.displacements = 4 if deformation.void_needs_map else 3
         # by grid, None at points, and whether it is the second pass
         self._shared_arguments = {}
         searches = deformation.in_rest_frame and deformation.obstacles
@@ -197,7 +189,7 @@ class RegionMap:
         return result
 
     def origins(self, points, starts=None):
-        """G(v) of `points` (m, 3); with cuts in the rest frame the void distances (m,), else None.
+        """G(v) of `points` (m, 3); void distances (m,), or None if G(v) suffices for them.
 
         Searches for the origins begin at `starts` (m, 3), if they are given.
         """
@@ -208,7 +200,7 @@ class RegionMap:
             planes = self._at_pairs("point_search", self.displacements, points, starts)
         displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
         distance = None
-        if self.deformation.in_rest_frame:
+        if self.displacements == 4:
             distance = control_points.scale * planes[3].astype(np.float64)
         return points + displacement, distance
 
@@ -237,8 +229,9 @@ class RegionMap:
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
-        # Jacobians between nodes are those before limits
-        exactly = second_pass or (self.deformation.limits and name == "grid_source_frame")
+        # Jacobians between nodes are those before limits; so are displacements, of one step
+        is_after = self.deformation.steps_used > 1 or name == "grid_source_frame"
+        exactly = second_pass or (self.deformation.limits and is_after)
         if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(grid):
             return self._coarse_map.launch(name, grid, part, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)

@@ -38,10 +38,20 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
     ]
     for shape, cuts in shapes.items():
         constants += shape.constants(len(cuts)).items()
-    positions = control_points.handles.anchors[0 if deformation.in_rest_frame else 1]
-    tables = [_shape_table(cuts, control_points, positions) for cuts in shapes.values()]
+    joined = [
+        _joined([_shape_table(cuts, control_points, anchors) for cuts in shapes.values()])
+        for anchors in cut_anchors(deformation, control_points)
+    ]
+    params["obstacle_stride"] = len(joined[0]) if len(joined) > 1 else 0
     planes = _plane_table(deformation, region, grid)
-    return constants, params, [not_empty(table) for table in (planes, _joined(tables))]
+    return constants, params, [not_empty(table) for table in (planes, np.concatenate(joined))]
+
+
+def cut_anchors(deformation, control_points):
+    """Where cuts see the handles, (n, 3) each: once, or in each step if they stay."""
+    if deformation.in_rest_frame:
+        return [control_points.handles.anchors[0]]
+    return [step.handles.anchors[1] for step in control_points.steps(deformation.steps_used)]
 
 
 def _local_affine(control_points):

@@ -5,14 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, SEGMENT, transform
+from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, SEGMENT, STEP, transform
 
 
 class Images:
     """Values of images, one after the other, in the buffer that kernels read."""
 
     def __init__(self):
-        self._values, self._count = [], 0
+        self._values, self._count, self._first = [], 0, {}
+
+    def add_once(self, image):
+        """Add the distances and normals of a DistanceImage; the position of its first value."""
+        if image not in self._first:
+            values = np.stack([image.values / image.step, *image.normals], axis=-1)
+            self._first[image] = self.add(values)
+        return self._first[image]
 
     def add(self, values):
         """Add an array; the position of its first value."""
@@ -31,8 +38,9 @@ def region_table(control_points, in_rest_frame, images):
     regions = control_points.handles.regions
     table = np.zeros(len(regions), REGION)
     scale = control_points.scale
-    for row, region in zip(table, regions):
-        row["anchor"] = control_points.local(region.center[0 if in_rest_frame else 1])
+    anchors = control_points.local(control_points.handles.anchors[0 if in_rest_frame else 1])
+    for i, (row, region) in enumerate(zip(table, regions)):
+        row["anchor"] = anchors[np.flatnonzero(control_points.handles.region == i)[0]]
         turn, offset = region.to_shape
         image = region.shape.image
         if image is None:
@@ -45,9 +53,7 @@ def region_table(control_points, in_rest_frame, images):
             moved = image.grid.index_of((turn @ control_points.center + offset)[None])[0]
             row["to_index"] = transform(scale * to_index, moved)
             row["size"] = image.grid.dimensions
-            row["first"] = images.add(
-                np.stack([image.values / image.step, *image.normals], axis=-1)
-            )
+            row["first"] = images.add_once(image)
     return table
 
 
@@ -79,5 +85,35 @@ def limit_table(limits, control_points, images):
                 grid.index_of(control_points.center[None])[0],
             )
         for name, value in record.items():
+            row[name] = value
+    return table
+
+
+def handle_tables(deformation, control_points):
+    """The tables of all steps: control points and kind; regions, segments, limits, images, steps."""
+    images = Images()
+    steps = control_points.steps(deformation.steps_used)
+    of_steps = [
+        (
+            kernel_arguments.control_points(step),
+            step.kind.table(step).ravel(),
+            region_table(step, deformation.in_rest_frame, images),
+            segment_table(step),
+        )
+        for step in steps
+    ]
+    limits = limit_table(deformation.limits, control_points, images)
+    points, kinds, regions, segments = map(np.concatenate, zip(*of_steps))
+    table = step_table(steps, [len(part) for part in of_steps[0]])
+    return (points, kinds), (regions, segments, limits, images.table(), table)
+
+
+def step_table(steps, sizes):
+    """Several steps, whose tables have these `sizes`: (n,) STEP; empty for one."""
+    table = np.zeros(len(steps) if len(steps) > 1 else 0, STEP)
+    for k, (row, step) in enumerate(zip(table, steps)):
+        for name, size in zip(("control_point", "kind_value", "region", "segment"), sizes):
+            row[name] = k * size
+        for name, value in step.kind.params(step).items():
             row[name] = value
     return table

@@ -25,6 +25,8 @@ class InverseSearch:
     and q swapped. Where that fails, it restarts with cuts in the rest frame from other `motions`,
     then from the samples of the map with the images nearest to x.
 
+    Several steps are inverted one after the other by Newton's method.
+
     The result for a point does not depend on the other points: points with equal coordinates get
     the same v to the bit, in every call.
     """
@@ -32,6 +34,8 @@ class InverseSearch:
     def __init__(self, launcher, deformation, region):
         self.launcher, self.deformation = launcher, deformation
         self.map = RegionMap(launcher, deformation, region)
+        if deformation.steps_used > 1:
+            return
         self.swapped_map = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
         if region not in launcher.lattices:
             launcher.lattices[region] = Lattice(guesses.usual_box(region.control_points))
@@ -41,6 +45,9 @@ class InverseSearch:
         """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
         control_points = self.map.control_points
         local = self.map.local_points(points, control_points.mean_displacement)
+        if self.deformation.steps_used > 1:
+            displacement, residual = self._newton(local, np.zeros_like(local))
+            return self._in_world(displacement), residual <= _TOLERANCE
         displacement, residual = self._broyden(local)
         rows = np.flatnonzero(~(residual <= _BROYDEN_TOLERANCE))  # NaN, too
         unresolved = local.take(rows, axis=1)

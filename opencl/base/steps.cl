@@ -1,0 +1,93 @@
+// A map of several steps: G = G_1 o ... o G_N. Step k leads from stage k to stage k - 1. All steps have
+// the local frame of the whole, without a mean displacement.
+
+// The point of step `map` that the steps after it have led to.
+inline void set_step_point(const map_t *map, evaluation_point_t *point, vec v) {
+#if AT_REST
+  point->v = v;  // cuts see from the origin in all steps
+#else
+  set_point_at(map, point, v);
+#endif
+}
+
+// Fits the steps at fit->point, last to first; the fit is that of the first step then.
+inline void fit_map(const map_t *map, fit_t *fit) {
+  evaluation_point_t *point = &fit->point;
+  steps_done_t done = {point->v, {0, 0, 0}, FLT_MAX};
+  for (int k = map->params.step_count - 1; k >= 0; --k) {
+    const map_t step = k > 0 ? step_of(map, k) : *map;
+    set_step_point(&step, point, vec_add(done.start, done.moved));
+    fit_step(&step, fit);
+    if (k == 0) break;
+    const vec d = step_displacement(&step, fit);
+    done.moved = vec_add(done.moved, d);
+#if CUTS && !AT_REST
+    const real distance =
+        void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
+    done.void_distance = least(done.void_distance, distance);
+#endif
+  }
+  point->steps = done;
+}
+
+inline vec start_of(const fit_t *fit) { return fit->point.steps.start; }
+
+// G(v) - v.
+inline vec map_displacement(const map_t *map, const fit_t *fit) {
+  return vec_add(fit->point.steps.moved, step_displacement(map, fit));
+}
+
+// (I + a) (I + b) - I.
+inline mat mat_composed(const mat *a, const mat *b) {
+  mat c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const real product = fma(a->a[3 * i], b->a[j],
+                               fma(a->a[3 * i + 1], b->a[3 + j], a->a[3 * i + 2] * b->a[6 + j]));
+      c.a[3 * i + j] = a->a[3 * i + j] + b->a[3 * i + j] + product;
+    }
+  return c;
+}
+
+// det(I + a).
+inline real determinant_of(const mat *a) {
+  const vec x = {1 + a->a[0], a->a[1], a->a[2]}, y = {a->a[3], 1 + a->a[4], a->a[5]},
+            z = {a->a[6], a->a[7], 1 + a->a[8]};
+  return dot3(x, cross3(y, z));
+}
+
+// The Jacobians of all steps by the chain rule. The steps are fitted again, for a work item cannot keep
+// their fits. `least_determinant` becomes the smallest determinant of a step.
+inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
+                                           real *least_determinant) {
+  fit_t at;
+  at.point = fit->point;
+  vec v = start_of(fit);
+  weight_jacobian_t total;
+  total.by_v = (mat){{0}};
+#if AT_REST
+  total.by_x = (mat){{0}};
+#endif
+  *least_determinant = FLT_MAX;
+  for (int k = map->params.step_count - 1; k >= 0; --k) {
+    const map_t step = k > 0 ? step_of(map, k) : *map;
+    set_step_point(&step, &at.point, v);
+    fit_step(&step, &at);
+    v = vec_add(v, step_displacement(&step, &at));
+    const weight_jacobian_t jacobian = step_jacobian(&step, &at);
+    *least_determinant = least(*least_determinant, determinant_of(&jacobian.by_v));
+    total.by_v = mat_composed(&jacobian.by_v, &total.by_v);
+#if AT_REST
+    // (I + A) B + C = (I + A) (I + B) - I - A + C
+    total.by_x = mat_composed(&jacobian.by_v, &total.by_x);
+    for (int i = 0; i < 9; ++i) total.by_x.a[i] += jacobian.by_x.a[i] - jacobian.by_v.a[i];
+#endif
+  }
+  return total;
+}
+
+// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
+inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
+  real least_determinant;
+  return composed_jacobian(map, fit, &least_determinant);
+}

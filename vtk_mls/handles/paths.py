@@ -1,0 +1,85 @@
+"""Paths of handles from the undeformed to the deformed space, in steps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vtk_mls.base.validation import freeze
+from vtk_mls.handles.curve import Segments
+from vtk_mls.handles.handle_set import HandleSet
+from vtk_mls.handles.region import RegionHandle
+from vtk_mls.handles.rigid_motion import screw
+
+
+class RegionStep(RegionHandle):
+    """The part of a region's motion from one stage to the next.
+
+    Parameters
+    ----------
+    region : RegionHandle
+    before, after : (4, 4) float64, world coordinates
+        Motions of the shape to the two stages.
+    """
+
+    def __init__(self, region, before, after):
+        motion = np.einsum("ij,jk->ik", after, np.linalg.inv(before))
+        freeze(self, shape=region.shape, motion=motion, before=before, after=after)
+
+    @property
+    def to_shape(self):
+        turn = self.after[:3, :3].T
+        return turn, -turn @ self.after[:3, 3]
+
+    @property
+    def center(self):
+        middle = self.shape.bounds.mean(axis=0)
+        return tuple(_moved(motion, middle[None])[0] for motion in (self.before, self.after))
+
+
+def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
+    """The steps of a set along its path, first to last: each from one stage to the next.
+
+    Points go along the straight lines between their places, at equal times for each line; curves
+    node by node; regions along a screw. All steps have the rows of the whole set.
+
+    Parameters
+    ----------
+    handles : HandleSet
+    count : int
+    """
+    shares = np.linspace(0, 1, count + 1)
+    motions = [[screw(region, share) for region in handles.regions] for share in shares]
+    positions = [_positions(handles, *stage) for stage in zip(shares, motions)]
+    ends = [_lerp(handles.segments.rest, handles.segments.deformed, share) for share in shares]
+    return tuple(
+        replace(
+            handles,
+            rest=positions[k],
+            deformed=positions[k + 1],
+            regions=tuple(map(RegionStep, handles.regions, motions[k], motions[k + 1])),
+            segments=Segments(ends[k], ends[k + 1], handles.segments.weights),
+            rest_anchors=handles.anchors[0],
+        )
+        for k in range(count)
+    )
+
+
+def _positions(handles, share, motions):
+    """Places (n, 3) of the points and proxies at a `share` of the path."""
+    places = [handles.rest, *handles.path.swapaxes(0, 1), handles.deformed]
+    leg = min(int(share * (len(places) - 1)), len(places) - 2)
+    result = _lerp(places[leg], places[leg + 1], share * (len(places) - 1) - leg)
+    for row, motion in enumerate(motions):
+        proxies = handles.region == row
+        result[proxies] = _moved(motion, handles.rest[proxies])
+    return result
+
+
+def _lerp(a, b, share):
+    return b.copy() if share == 1 else a + share * (b - a)
+
+
+def _moved(motion, x):
+    return np.einsum("ij,mj->mi", motion[:3, :3], x) + motion[:3, 3]

@@ -1,0 +1,133 @@
+"""The map at points in float64: the weighted fit of Eq. 2, of one step or of several."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.base.linear_algebra import finite
+from vtk_mls.limits import limited, limited_jacobians
+from vtk_mls.reference.weights import WeightedPoints
+
+
+def fit_of(deformation, control_points, v, at=None):
+    """The fit of all steps of control points at each of the points v (m, 3)."""
+    steps = control_points.steps(deformation.steps_used)
+    if len(steps) == 1:
+        return StepFit(deformation, control_points, v, at)
+    return ComposedFit(deformation, steps, v, at)
+
+
+class ComposedFit:
+    """The fits of several steps, each at the points to which the steps after it have led.
+
+    Attributes
+    ----------
+    ways : list of ((m, 3), (m, 3)) float64, world coordinates
+        For each step, the points and their images.
+    """
+
+    def __init__(self, deformation, steps, v, at):
+        self.fits, self.ways = [], []
+        for step in reversed(steps):
+            fit = StepFit(deformation, step, v, at)
+            self.fits.append(fit)
+            self.ways += fit.ways
+            v = fit.ways[0][1]
+
+    def displacement(self):
+        return self.ways[-1][1] - self.ways[0][0]
+
+    def jacobian(self):
+        return moving_origin(*self.jacobians())
+
+    def jacobians(self):
+        """As of `StepFit`, by the chain rule."""
+        total_v, total_x = self.fits[0].jacobians()
+        for fit in self.fits[1:]:
+            by_v, by_x = fit.jacobians()
+            total_v, total_x = by_v @ total_v, by_v @ total_x + by_x
+        return total_v, total_x
+
+    def least_determinant(self):
+        """The smallest determinant (m,) of the Jacobians of the steps."""
+        return np.min([fit.least_determinant() for fit in self.fits], axis=0)
+
+
+def moving_origin(by_v, by_x):
+    """dG/dv of the fixed point x = G(v; damping at x), from both parts of the Jacobian."""
+    if not by_x.any():
+        return by_v
+    return np.linalg.pinv(finite(np.eye(3) - by_x)) @ by_v
+
+
+class StepFit:
+    """The weighted fit of Eq. 2 at each of the points v (m, 3), of one step.
+
+    A single point is evaluated twice: for one point numpy.einsum sums in another order, and rounds
+    differently.
+    """
+
+    def __init__(self, deformation, control_points, v, at=None):
+        self.count, self.v, self.limits = len(v), v, deformation.limits
+        if self.count == 1:
+            v, at = np.repeat(v, 2, axis=0), at and at.rows([0, 0])
+        self.weighted = WeightedPoints(deformation, control_points, v, at)
+        self.fit = control_points.kind.fit(self.weighted)
+        self._at = deformation, control_points, v, at
+
+    @property
+    def ways(self):
+        """The points and their images."""
+        return [(self.v, self.v + self.displacement())]
+
+    def jacobian(self):
+        """dG/dv: the derivative of the fixed point x = G(v; damping at x)."""
+        return moving_origin(*self.jacobians())
+
+    def least_determinant(self):
+        """The determinant (m,) of the Jacobian of the material."""
+        return np.linalg.det(self.material_jacobian())
+
+    def material_jacobian(self):
+        """The derivative of l by v with x fixed.
+
+        The weights enter the optimal fit only through each control point's residual, so their part
+        of the derivative is the sum of dw_i times the influence of control point i.
+        """
+        return self.jacobians()[0]
+
+    def jacobians(self):
+        """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
+        weighted, fit = self._with_slopes
+        influence = fit.influence()
+        by_v, by_x = (
+            # the derivative of l through the weights
+            np.einsum("mic,mia->mca", influence, slopes)
+            for slopes in (weighted.dw, weighted.dw_dx)
+        )
+        by_v = fit.linear + by_v - np.eye(3)
+        by_v, by_x = (np.where(self._at_rest, 0, j)[: self.count] for j in (by_v, by_x))
+        if self.limits:
+            before = self._unlimited_displacement()
+            by_v, by_x = limited_jacobians(self.limits, self.v, before, by_v, by_x)
+        return np.eye(3) + by_v, by_x
+
+    @property
+    def _at_rest(self):
+        return self.weighted.at_rest[:, None, None]
+
+    @property
+    def _with_slopes(self):
+        """The WeightedPoints with the slopes of segments, and the fit to them."""
+        if len(self._at[1].handles.segments) == 0:
+            return self.weighted, self.fit
+        weighted = WeightedPoints(*self._at, with_slopes=True)
+        return weighted, weighted.control_points.kind.fit(weighted)
+
+    def displacement(self):
+        """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial), limited."""
+        return limited(self.limits, self.v, self._unlimited_displacement())
+
+    def _unlimited_displacement(self):
+        at_rest = self.weighted.at_rest[:, None]
+        return np.where(at_rest, 0, self.fit.displacement)[: self.count]
