@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
 from vtk_mls.queries import (
     fields,
+    fold_free,
     overlap,
     region_overlap,
     resampling,
@@ -63,6 +65,14 @@ class Deformation(MapParameters):
         0 interpolates the control points. Above 0 the map passes close to them.
     degree : {1, 2, 3}
         Degree of the polynomial kind.
+    steps : int or "auto"
+        Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
+        them. It meets the control points and, if the steps are small, folds nowhere. "auto" takes
+        as many as a box around the handles needs (`without_folds`). Polynomials of degree 2 and 3
+        may fold in any steps.
+    path : (k, n, 3) array_like, world coordinates, optional
+        Intermediate places of the control points on the way from p to q, for turns that p and q do
+        not tell. The steps are a multiple of k + 1. Curves go straight, regions along a screw.
     weights : (n,) array_like, > 0, optional
         Factor of the weight of each control point; 1 by default.
     handles : sequence of CurveHandle and RegionHandle
@@ -243,6 +253,37 @@ class Deformation(MapParameters):
         (n, 3) float64, world units
         """
         return self.backward(self.deformed, progress) - self.rest
+
+    @functools.cached_property
+    def steps_used(self) -> int:
+        """The number of steps: `steps`, or as many as needed, in a box around the handles."""
+        return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)[0]
+
+    @functools.cached_property
+    def smallest_determinant(self) -> float:
+        """The smallest determinant of the Jacobian of a step, where `steps_used` looks.
+
+        The deformation folds nowhere there if it is above 0; at most 256 steps are tried.
+        """
+        return fold_free.smallest_determinant(self._engine, self)
+
+    def without_folds(
+        self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None
+    ) -> Deformation:
+        """The deformation in as many `steps` as `where` needs: doubled until the determinants of
+        all steps are above 0.1, at most 256.
+
+        Parameters
+        ----------
+        where : Grid or (m, 3) array_like, world coordinates of the deformed space, optional
+            A box around the handles by default.
+        progress : callable, optional
+        """
+        if where is not None and not isinstance(where, Grid):
+            where = validation.points("where", where)
+        with _question(progress) as part:
+            steps, _ = fold_free.enough_steps(self._engine, self, where, part)
+            return replace(self, steps=steps)
 
     @property
     def overlapping_regions(self) -> list[tuple[int, int]]:

@@ -112,13 +112,17 @@ class Engine:
         return result
 
     @_exclusive
-    def least_determinant(self, deformation, points, progress=SILENT):
+    def least_determinant(self, deformation, points, progress=SILENT, step=None):
+        if deformation.steps_used == 1:
+            return np.linalg.det(self.jacobian(deformation, points, progress))
         result = np.empty(len(points))
-        maps = self._maps(deformation)
+        maps, only = self._maps(deformation), np.int32(-1 if step is None else step)
         for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
             for map_ in maps:
                 rows = _rows_in(map_.region, deformation.moved_planes, points, part)
-                result[rows] = map_.at_points("step_determinant", 1, points[rows])[0]
+                local, found = map_.local_points(points[rows]), np.empty(len(points[rows]), "f4")
+                map_.launch_at("step_determinant", local, [only], outputs=[found])
+                result[rows] = found
         return result
 
     @_exclusive

@@ -43,11 +43,15 @@ class Engine(Protocol):
         """
 
     def least_determinant(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
+        self,
+        deformation: Deformation,
+        points: np.ndarray,
+        progress: Progress,
+        step: int | None = None,
     ) -> np.ndarray:
-        """The smallest determinant (m,) float64 of the Jacobians of several steps at `points` v.
+        """The smallest determinant (m,) float64 of the Jacobians of the steps at `points` (m, 3).
 
-        Of the material there, at fixed origins.
+        With a `step` that of this one, and the points are of the stage that it leads from.
         """
 
     def jacobian(

@@ -68,13 +68,17 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
     return result
 
 
-def least_determinant(deformation, points, progress=SILENT):
+def least_determinant(deformation, points, progress=SILENT, step=None):
     result = np.empty(len(points))
     for part in progress.over(_parts(len(points), deformation)):
         v = points[part]
         for region in deformation.regions:
             rows = part.start + np.flatnonzero(region.holds(deformation.moved_planes, v))
-            _, _, fit = _fit_in_region(deformation, region, points[rows])
+            if step is None:
+                _, _, fit = _fit_in_region(deformation, region, points[rows])
+            else:
+                steps = region.control_points.steps(deformation.steps_used)
+                fit = StepFit(deformation, steps[step], points[rows])
             result[rows] = fit.least_determinant()
     return result
 
