@@ -257,7 +257,7 @@ class Deformation(MapParameters):
     @functools.cached_property
     def steps_used(self) -> int:
         """The number of steps: `steps`, or as many as needed, in a box around the handles."""
-        return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)[0]
+        return super().steps_used if self.steps else self._enough_steps[0]
 
     @functools.cached_property
     def smallest_determinant(self) -> float:
@@ -265,7 +265,13 @@ class Deformation(MapParameters):
 
         The deformation folds nowhere there if it is above 0; at most 256 steps are tried.
         """
+        if self.steps == 0:
+            return self._enough_steps[1]
         return fold_free.smallest_determinant(self._engine, self)
+
+    @functools.cached_property
+    def _enough_steps(self):
+        return fold_free.enough_steps(self._engine, self)
 
     def without_folds(
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None

@@ -22,9 +22,11 @@ inline void fit_map(const map_t *map, fit_t *fit) {
     const vec d = step_displacement(&step, fit);
     done.moved = vec_add(done.moved, d);
 #if CUTS && !AT_REST
-    const real distance =
-        void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
-    done.void_distance = least(done.void_distance, distance);
+    if (!map->cuts.params.regions_compete) {  // cuts that stay may be crossed in any step
+      const real distance =
+          void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
+      done.void_distance = least(done.void_distance, distance);
+    }
 #endif
   }
   point->steps = done;

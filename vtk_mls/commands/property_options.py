@@ -79,6 +79,8 @@ def _settings(prop):
         return {"metavar": ",".join(prop.labels).upper(), "default": None}
     if isinstance(prop, properties.Value):
         return {"metavar": "FILE"}
+    if isinstance(prop, properties.Number) and prop.spellings:
+        return {"type": prop.parsed, "metavar": "|".join(["N", *prop.spellings])}
     return {"type": type(prop.default), "metavar": prop.option.upper()}
 
 

@@ -234,6 +234,10 @@ class Editor(ShapeEdits):
         smallest = _SMALLEST_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
         self.change(self.state.with_smoothing_times(factor, smallest))
 
+    def prevent_folds(self):
+        """Deform in as many steps as needed not to fold, or in one."""
+        self.change(self.state.changed(steps=0 if self.state.steps == 1 else 1))
+
     def change_nu(self, factor):
         """Multiply nu - 1: influence fades faster around cuts for factors above 1."""
         self.change(self.state.with_nu_times(factor))

@@ -219,6 +219,8 @@ class View:
             parts.append(f"{int(state.anchored.sum())} fixed")
         if state.smoothing:
             parts.append(f"smoothing {state.smoothing:g}")
+        if state.steps != 1:
+            parts.append(f"{state.steps} steps" if state.steps else "folds prevented")
         if state.blend != 1:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:

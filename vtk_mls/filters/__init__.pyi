@@ -136,6 +136,17 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetSmoothing(self) -> float: ...
+    def SetSteps(self, value: int) -> None:
+        """Steps in which the control points go from p to q, each with its own map: many small
+        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
+
+        `Deformation.steps_used` and `smallest_determinant` tell what was found.
+
+        An integer; default: 1.
+        """
+
+    def GetSteps(self) -> int: ...
     def SetBlend(self, value: float) -> None:
         """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
         it was.
@@ -538,6 +549,17 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetSmoothing(self) -> float: ...
+    def SetSteps(self, value: int) -> None:
+        """Steps in which the control points go from p to q, each with its own map: many small
+        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
+
+        `Deformation.steps_used` and `smallest_determinant` tell what was found.
+
+        An integer; default: 1.
+        """
+
+    def GetSteps(self) -> int: ...
     def SetBlend(self, value: float) -> None:
         """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
         it was.

@@ -172,7 +172,8 @@ class MLSDeform(DeformingFilter):
             self.GetGenerateJacobian(),
             self.GetGenerateJacobianDeterminant(),
         )
-        return warping.Warp(options, deformation, mesh, output, splits).tasks()
+        tasks = warping.Warp(options, deformation, mesh, output, splits).tasks()
+        return tasks + self._step_tasks(deformation, output)
 
     def _deform_image(self, image, inInfo, outInfo):
         """Functions of a Progress that deform an image."""
@@ -195,6 +196,7 @@ class MLSDeform(DeformingFilter):
         options = self._image_options(image)
         tasks = Resampling(options, deformation, image, output, sampling).tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
+        tasks += self._step_tasks(deformation, output)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
     def _direction_arrays(self):

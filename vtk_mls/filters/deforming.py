@@ -284,6 +284,17 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
         return [add] if deformation.cuts and self.GetGenerateOverlap() else []
 
+    def _step_tasks(self, deformation, output):
+        """Functions of a Progress that add the number of steps that prevent folds."""
+
+        def add(progress):
+            progress.report(0)
+            data = output.GetFieldData()
+            arrays.add(data, "StepsUsed", np.array([deformation.steps_used], np.int64))
+            arrays.add(data, "SmallestDeterminant", np.array([deformation.smallest_determinant]))
+
+        return [add] if deformation.steps == 0 else []
+
     def _jacobian_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
 

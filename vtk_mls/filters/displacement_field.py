@@ -110,7 +110,7 @@ class MLSDisplacementField(DeformingFilter):
             tasks = [partial(self._fill_backward, output, deformation, grid)]
             tasks += self._overlap_tasks(deformation, output, grid)
             tasks += self._jacobian_tasks(deformation, output, grid)
-        self._run(tasks)
+        self._run(tasks + self._step_tasks(deformation, output))
         return 1
 
     def _fill_backward(self, output, deformation, grid, progress):

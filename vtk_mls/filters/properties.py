@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 import textwrap
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.validation import short_repr
@@ -106,8 +107,22 @@ class Property:
         return {f"Set{self.name}": set_value, f"Get{self.name}": get_value}
 
 
+@dataclass(frozen=True)
 class Number(Property):
-    """A number: an integer if its default is one."""
+    """A number: an integer if its default is one.
+
+    Attributes
+    ----------
+    spellings : dict
+        Other spellings of values, by text.
+    """
+
+    _: KW_ONLY
+    spellings: Mapping[str, int] = field(default_factory=dict)
+
+    def parsed(self, text):
+        """The value of a text."""
+        return self.spellings[text] if text in self.spellings else type(self.default)(text)
 
     @property
     def values(self):

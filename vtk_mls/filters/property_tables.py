@@ -46,7 +46,7 @@ def _of_option(option, is_interactive=False):
         return Choice(*about, choices=option.choices, **keywords)
     if option.default is None:
         return Text(*about, **keywords)
-    return Number(*about, **keywords)
+    return Number(*about, spellings=option.spellings, **keywords)
 
 
 def _of_section(section, is_interactive=False):

@@ -161,7 +161,7 @@ OPTIONS = (
     Option(
         "steps",
         1,
-        "Steps",
+        "Steps (0 prevents folds)",
         """Steps in which the control points go from p to q, each with its own map: many small
         steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as needed, up
         to 256. Polynomials of degree 2 and 3 may fold in any steps.""",

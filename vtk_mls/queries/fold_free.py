@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.options import MAX_STEPS
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
-_LATTICE = 24  # points along each axis of a box or grid; their middles are looked at, too
+_LATTICE = 16  # points along each axis of a box or grid; their middles are looked at, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
 # Next to handles, as fractions of the way to each of the nearest others, and on the other side.
@@ -40,6 +41,11 @@ def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int,
         smallest = smallest_determinant(engine, candidate, where, part)
         if smallest > MIN_DETERMINANT or candidate.steps_used >= MAX_STEPS:
             break
+    if smallest <= MIN_DETERMINANT:
+        warn(
+            f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
+            f"{smallest:.3g}; handles should not go through the same place at the same time"
+        )
     return candidate.steps_used, smallest
 
 

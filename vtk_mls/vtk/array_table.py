@@ -167,6 +167,22 @@ TABLE = (
         "With GenerateJacobianDeterminant",
     ),
     Array(
+        "StepsUsed",
+        FIELD,
+        (IMAGE, MESH, MAP),
+        _COUNT,
+        "Number of steps in which nothing folds.",
+        "With Steps 0",
+    ),
+    Array(
+        "SmallestDeterminant",
+        FIELD,
+        (IMAGE, MESH, MAP),
+        "float64",
+        "The smallest determinant of the Jacobian of a step.",
+        "With Steps 0",
+    ),
+    Array(
         "InvertedCells",
         FIELD,
         (MESH,),

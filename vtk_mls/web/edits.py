@@ -71,7 +71,7 @@ def _set_number(editor, option, value):
         expected = f"a number from {low:g} to {high:g}" if option.slider else option.expected
         editor.say(f"`{option.name}` must be {expected}.")
     elif number != getattr(editor.state, option.name):
-        editor.change(editor.state.changed(**{option.name: number}))
+        editor.change(editor.state.changed(**{option.name: option.checked(number)}))
 
 
 def _set_cut(editor, shape):

@@ -90,7 +90,7 @@ def limit_table(limits, control_points, images):
 
 
 def handle_tables(deformation, control_points):
-    """The tables of all steps: control points and kind; regions, segments, limits, images, steps."""
+    """Tables of all steps: control points, kind; regions, segments, limits, images, steps."""
     images = Images()
     steps = control_points.steps(deformation.steps_used)
     of_steps = [
