@@ -21,6 +21,7 @@ ROOMS = {
     "reference": {"numpy"},
     "engine": {"numpy", "pyopencl"},
     "deformation": {"numpy"},
+    "transforms": {"numpy"},
     "__init__": set(),
     "vtk": {"numpy", "vtkmodules"},
     "files": {"meshio", "nibabel", "numpy", "vtkmodules"},
