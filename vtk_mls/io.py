@@ -27,6 +27,7 @@ from vtk_mls.files import control_point_files, formats, mesh_files, metadata, va
 from vtk_mls.files.block_files import COMPOSITE, blocks
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
+from vtk_mls.files.transform_files import read_transform
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.handles.handle_cells import cells_of_handles, handles_of_cells
@@ -45,6 +46,7 @@ __all__ = [
     "read_handles",
     "read_landmarks",
     "read_surface",
+    "read_transform",
     "write_dataset",
     "write_field",
     "write_handles",

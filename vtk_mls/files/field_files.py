@@ -2,7 +2,8 @@
 
 Such a field has for each point of a resampled image the displacement, in LPS, to the source of its
 value. The intent "displacement", in formats that have it, makes ITK (5.4 and later) convert the
-vectors of NIfTI from RAS to LPS, and marks a transform for Slicer.
+vectors of NIfTI from RAS to LPS, and marks a transform for Slicer. ANTs writes vectors in LPS to
+NIfTI, with the intent "vector".
 """
 
 from __future__ import annotations
@@ -14,14 +15,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vtk_mls.base.grid import Grid
-from vtk_mls.files import formats, meta_image, nifti, nrrd
+from vtk_mls.files import formats, meta_image, nifti, nrrd, volumes
 from vtk_mls.files.volumes import Volume
+from vtk_mls.transforms.field import Field
 
 _FORMATS = {  # module, and lines of the header
     "NIFTI": (nifti, ("intent_code: 1006",)),
     "NRRD": (nrrd, ("intent_code:=1006",)),
     "MetaImage": (meta_image, ()),
 }
+_INTENTS = ("intent_code: 1006", "intent_code: 1007")  # of NIfTI: displacements, vectors
+_PURPOSE = "displacement field type:="
 
 
 def write(
@@ -50,6 +54,36 @@ def write(
     line.write((displacement, is_forward, ()), grid, path)
 
 
+def read_volume(name: str, path: Path) -> Field:
+    """Read a displacement field in the format of this name.
+
+    Raises
+    ------
+    OSError, ValueError
+        Also for other images, and for fields that move points.
+    """
+    module, _ = _FORMATS[name]
+    volume = module.read(path)
+    values = volume.values
+    if values.shape[3:] != (3,) or values.dtype.kind != "f":
+        raise ValueError(
+            "a displacement field has 3 floating-point components, "
+            f"got {values.shape[3] if values.ndim == 4 else 1} of {values.dtype}"
+        )
+    if module is nifti and not {*_INTENTS} & {*volume.header}:
+        intent = next(line for line in volume.header if line.startswith("intent_code"))
+        raise ValueError(f"a displacement field has the intent code 1006 or 1007, got {intent}")
+    if f"{_PURPOSE}modeling" in volume.header:
+        raise ValueError(
+            "its field moves points (displacement field type modeling); expected one that "
+            "resamples images"
+        )
+    dimensions = values.shape[2::-1]
+    steps = volumes.full_steps(volume.steps, dimensions)
+    spacing = np.linalg.norm(steps, axis=0)
+    return Field(values, Grid(dimensions, volume.origin, spacing, steps / spacing))
+
+
 def write_volume(
     name: str, field: tuple[ArrayLike, bool, tuple[str, ...]], grid: Grid, path: Path
 ) -> None:
@@ -60,8 +94,7 @@ def write_volume(
     displacement, is_forward, nifti_header = field
     module, header = _FORMATS[name]
     if module is nrrd:
-        purpose = "modeling" if is_forward else "resampling"
-        header = (*header, f"displacement field type:={purpose}")
+        header = (*header, f"{_PURPOSE}{'modeling' if is_forward else 'resampling'}")
     elif module is nifti:
         header = (*header, *nifti.in_millimeters(nifti_header))
     values = np.asarray(displacement, np.float32)
