@@ -7,21 +7,32 @@ Order. ITK's composite applies its last transform to a point first. A chain appl
 transform to the material first, so its backward map applies the last one to a point first. Both
 lists have the same order.
 
-Outside of its grid a displacement field is 0, in ITK and here.
+Outside of its grid a displacement field is 0, in ITK and here. A map on a grid is written as its
+best affine transform and the rest of its displacements, so that it goes on affinely outside.
+
+Composites. In HDF5 a single transform is put into a composite, too: nitransforms skips what is not
+in one. In text it stands alone, for nitransforms knows no composites there.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
+import os
 import re
 
 import numpy as np
 
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.linear_algebra import fitted_affine, transformed
 from vtk_mls.transforms.affine import Affine
 from vtk_mls.transforms.chain import Chain
 from vtk_mls.transforms.field import Field
 
+_HDF5, _TEXT = (".h5", ".hdf5"), (".tfm", ".txt")
+_MAX_LAST_LINE = 4096  # bytes
+_MAX_CONDITION = 1e4  # of an affine part
+_MAX_FITTED = 64  # points along an axis to which it is fitted
 _SEVERAL = "more than one transform"  # in a warning of SimpleITK, which takes the first
 _NO_FILE = ("Could not create Transform IO", "failed to read file", "Tags must be delimited")
 
@@ -102,6 +113,86 @@ def _field(image):
         np.reshape(image.GetDirection(), (3, 3)),
     )
     return Field(_simpleitk().GetArrayFromImage(image), grid)
+
+
+def write(transforms, path):
+    """Write transforms.
+
+    Parameters
+    ----------
+    transforms : list of Affine and Field
+        Applied first to last to the material. A .mat file holds one Affine.
+    path : Path
+
+    Raises
+    ------
+    OSError, ValueError
+    """
+    sitk = _simpleitk()
+    members = [_to_itk(sitk, transform) for transform in transforms]
+    if len(members) > 1 or path.suffix.lower() in _HDF5:
+        content = sitk.CompositeTransform(members)
+    else:
+        (content,) = members
+    try:
+        sitk.WriteTransform(content, str(path))
+    except RuntimeError as error:
+        raise OSError(_reason(str(error))) from None
+    _check_complete(path)
+
+
+def write_field(content, path):
+    """Write a `FieldContent` as an affine transform and the rest of the field."""
+    field = Field(content.displacement, content.grid)
+    displacement, grid = field.displacement, field.grid
+    matrix = _best_affine(displacement, grid)
+    inverse = _inverse(matrix)
+    rest = np.empty(displacement.shape, np.float32)
+    for k, layer in enumerate(displacement):
+        v = grid.points(k * layer[..., 0].size, (k + 1) * layer[..., 0].size)
+        v_rest = transformed(inverse[:3, :3], v + layer.reshape(-1, 3)) + inverse[:3, 3] - v
+        rest[k] = v_rest.reshape(layer.shape)
+    write([Affine(inverse), Field(rest, grid)], path)
+
+
+def _best_affine(displacement, grid):
+    """(4, 4) matrix of the affine map nearest to v + d(v), by least squares over a grid."""
+    axes = [np.arange(0, count, -(-count // _MAX_FITTED)) for count in grid.shape]
+    ids = np.ravel_multi_index(np.ix_(*axes), grid.shape).ravel()
+    v, matrix = grid.points_of(ids), np.eye(4)
+    linear, offset = fitted_affine(v, v + displacement.reshape(-1, 3)[ids])
+    if np.linalg.cond(linear) < _MAX_CONDITION:  # not flat
+        matrix[:3, :3], matrix[:3, 3] = linear, offset
+    return matrix
+
+
+def _to_itk(sitk, transform):
+    """SimpleITK's transform of an Affine or Field."""
+    if isinstance(transform, Affine):
+        backward = _inverse(transform.matrix)
+        linear = sitk.AffineTransform(3)
+        linear.SetMatrix(backward[:3, :3].ravel().tolist())
+        linear.SetTranslation(backward[:3, 3].tolist())
+        return linear
+    grid = transform.grid
+    spacing = np.linalg.norm(grid.index_to_world, axis=0)
+    image = sitk.GetImageFromArray(transform.displacement.astype(np.float64), isVector=True)
+    image.SetOrigin(grid.origin.tolist())
+    image.SetSpacing(spacing.tolist())
+    image.SetDirection((grid.index_to_world / spacing).ravel().tolist())
+    return sitk.DisplacementFieldTransform(image)
+
+
+def _check_complete(path):
+    """Raise OSError if the end of a file is missing, which ITK does not notice on a full disk."""
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(size - _MAX_LAST_LINE, 0))
+        end = file.read()
+    is_text = path.suffix.lower() in _TEXT
+    last = end.removesuffix(b"\n").rpartition(b"\n")[2]
+    if not end or (is_text and not (end.endswith(b"\n") and last.startswith(b"FixedParameters:"))):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _simpleitk():
