@@ -113,3 +113,6 @@ class Deformation(Transform, MapParameters):
     @property
     def _engine(self):
         return engine_for(self.device)
+
+    def _known_positions(self, grid):
+        return self.handle_set.positions

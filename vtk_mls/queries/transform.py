@@ -14,7 +14,14 @@ from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
-from vtk_mls.queries import fields, overlap, resampling, vector_fields, void_cells
+from vtk_mls.queries import (
+    face_gradients,
+    fields,
+    overlap,
+    resampling,
+    vector_fields,
+    void_cells,
+)
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
@@ -147,7 +154,7 @@ class Transform:
         """
         points = validation.points("points", points)
         with _question(progress) as part:
-            return fields.void_distance(self._engine, self, points, part)
+            return self._void_distance(points, part)
 
     def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """Whether `points` (m, 3) are in a void that a cut has opened: (m,) bool."""
@@ -171,7 +178,7 @@ class Transform:
         """
         points = validation.points("points", points)
         with _question(progress) as part:
-            return overlap.overlap(self._engine, self, points, part)
+            return self._overlap(points, part)
 
     def overlap_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`overlap` on a grid, (nz, ny, nx) bool."""
@@ -436,4 +443,18 @@ class Transform:
     @property
     def _engine(self):
         """The `engine.protocol.Engine` that evaluates this transform."""
+        raise NotImplementedError
+
+    def _void_distance(self, points, progress):
+        return fields.void_distance(self._engine, self, points, progress)
+
+    def _overlap(self, points, progress):
+        return overlap.overlap(self._engine, self, points, progress)
+
+    def _nearest_face(self, points, origins):
+        """`face_gradients.nearest_face` at `points`."""
+        return face_gradients.nearest_face(self, points, origins)
+
+    def _known_positions(self, grid):
+        """Positions (n, 3) of some material before and after the transform, near a grid."""
         raise NotImplementedError

@@ -12,7 +12,7 @@ from vtk_mls.base.validation import as_float, freeze, short_repr
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Affine(PointwiseTransform):
     """An affine map of all space.
 
@@ -45,6 +45,9 @@ class Affine(PointwiseTransform):
         inverse = np.linalg.inv(array)
         inverse[3] = 0, 0, 0, 1
         freeze(self, matrix=array, _inverse=inverse)
+
+    def __repr__(self) -> str:
+        return f"<Affine {self.matrix[:3].tolist()}>"
 
     def origins(self, points, progress):
         return points + _displacement(self._inverse, points)

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.base.linear_algebra import finite, unit
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.validation import freeze, short_repr
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Chain(PointwiseTransform):
     """Transforms one after the other; a chain answers the questions of each of them.
 
@@ -65,34 +66,101 @@ class Chain(PointwiseTransform):
             self,
             transforms=members,
             cuts=tuple(cut for member in members for cut in member.cuts),
+            in_rest_frame=any(member.in_rest_frame for member in members),
             device=devices[-1] if devices else None,
         )
 
+    def __repr__(self) -> str:
+        return f"<Chain of {', '.join(map(repr, self.transforms))}>"
+
     def origins(self, points, progress):
-        for member, part in self._backward(progress):
+        for member, part in zip(self.transforms[::-1], self._parts(progress)):
             points = member._engine.backward(member, points, part)
         return points
 
     def jacobians(self, points, progress):
-        result = None
-        for member, part in self._backward(progress):
-            mapping, differentiating = part.divided(1, 2)
-            jacobian = member._engine.jacobian(member, points, differentiating)
-            result = jacobian if result is None else jacobian @ result
-            points = member._engine.backward(member, points, mapping)
+        result = np.eye(3)
+        for member, v, part in self._backward(points, progress):
+            result = member._engine.jacobian(member, v, part) @ result
         return result
 
     def search(self, points, progress):
         x = v = points.astype(np.float64)
         found = np.ones(len(x), bool)
-        for member, part in zip(self.transforms, progress.divided(*[1] * len(self.transforms))):
+        for member, part in zip(self.transforms, self._parts(progress)):
             displacement, is_found = member._engine.forward(member, v, part)
-            lost = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
-            displacement = np.where(lost[:, None] & np.isfinite(v), 0, displacement)
+            is_lost = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
+            displacement = np.where(is_lost[:, None] & np.isfinite(v), 0, displacement)
             v, found = v + displacement, found & is_found
         return v - x, found
 
-    def _backward(self, progress=SILENT):
-        """The transforms from the last to the first, each with its part of the progress."""
-        parts = progress.divided(*[1] * len(self.transforms))
-        return zip(self.transforms[::-1], parts)
+    def on_grid(self, grid, points, progress, with_jacobian):
+        last, others = self.transforms[-1], self.transforms[:-1]
+        mapping, rest = progress.divided(1, len(others))
+        points, distance, jacobian = _on_grid(last, grid, points, mapping, with_jacobian)
+        if not others:
+            return points, distance, jacobian
+        chain = Chain(others)
+        origins, voids, slopes = rest.divided(1, bool(chain.cuts), 2 * with_jacobian)
+        if chain.cuts:
+            other = chain._void_distance(points, voids)
+            distance = other if distance is None else np.minimum(distance, other)
+        if with_jacobian:
+            jacobian = chain.jacobians(points, slopes) @ jacobian
+        return chain.origins(points, origins), distance, jacobian
+
+    def _parts(self, progress):
+        return progress.divided(*[1] * len(self.transforms))
+
+    def _backward(self, points, progress):
+        """The transforms from the last to the first, the points v of each, and a progress."""
+        for i, part in zip(reversed(range(len(self.transforms))), self._parts(progress)):
+            answering, mapping = part.divided(2, 1)
+            member = self.transforms[i]
+            yield member, points, answering
+            if i > 0:
+                points = member._engine.backward(member, points, mapping)
+
+    def _void_distance(self, points, progress=SILENT):
+        distance = np.full(len(points), np.inf)
+        for member, v, part in self._backward(points, progress):
+            if member.cuts:
+                distance = np.minimum(distance, member._void_distance(v, part))
+        return distance
+
+    def _overlap(self, points, progress):
+        found = np.zeros(len(points), bool)
+        for member, v, part in self._backward(points, progress):
+            if member.cuts:
+                found |= member._overlap(v, part)
+        return found
+
+    def _nearest_face(self, points, origins):
+        steps = [(member, v) for member, v, _ in self._backward(points, SILENT)][::-1]
+        nearest, direction = np.full(len(points), np.inf), np.zeros_like(points)
+        x, to_first = origins, np.eye(3)  # Jacobian of the transforms before this one
+        for member, v in steps:
+            if member.cuts:
+                distance, away = member._nearest_face(v, x)
+                rows = np.flatnonzero(distance < nearest)
+                nearest[rows] = distance[rows]
+                back = np.linalg.pinv(finite(np.broadcast_to(to_first, (len(v), 3, 3))[rows]))
+                # normals are covariant
+                direction[rows] = unit(np.einsum("mji,mj->mi", back, away[rows]))
+            to_first = to_first @ member._engine.jacobian(member, v, SILENT)
+            x = v
+        return nearest, direction
+
+
+def _on_grid(member, grid, points, progress, with_jacobian):
+    """`PointwiseTransform.on_grid` of any transform."""
+    if isinstance(member, PointwiseTransform):
+        return member.on_grid(grid, points, progress, with_jacobian)
+    mapping, differentiating = progress.divided(1, with_jacobian)
+    displacement, distance = member._engine.displacement_field(member, grid, mapping)
+    jacobian = None
+    if with_jacobian:
+        jacobian = member._engine.jacobian_field(member, grid, differentiating)
+        jacobian = jacobian.reshape(-1, 3, 3).swapaxes(1, 2)
+    distance = None if distance is None else distance.reshape(-1)
+    return points + displacement.reshape(-1, 3), distance, jacobian

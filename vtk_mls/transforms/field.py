@@ -20,7 +20,7 @@ _MAX_EVALUATIONS, _MIN_SHARE = 64, 0.01  # of Newton's method; the least share o
 _STAGES = 16  # of a search that the field is turned on for step by step
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Field(PointwiseTransform):
     """A displacement field, interpolated linearly, as ITK's DisplacementFieldTransform has one.
 
@@ -57,6 +57,9 @@ class Field(PointwiseTransform):
                 f"got {np.count_nonzero(~np.isfinite(array))} numbers that are not"
             )
         freeze(self, displacement=np.ascontiguousarray(array).view(), grid=grid)
+
+    def __repr__(self) -> str:
+        return f"<Field of {' x '.join(map(str, self.grid.dimensions))} points>"
 
     def origins(self, points, progress):
         return points + self._displacement(points, progress)[0]
@@ -125,16 +128,17 @@ class Field(PointwiseTransform):
         inside = grid.covers(index)
         limited = np.clip(np.where(inside[:, None], index, 0), 0, last)
         cell = np.minimum(np.floor(limited).astype(np.int64), np.maximum(last - 1, 0))
-        share, to_next = limited - cell, np.minimum(last, 1) * self._strides
+        share = [(1 - t, t) for t in np.ascontiguousarray((limited - cell).T)]
+        to_next = np.minimum(last, 1) * self._strides
         first, flat = cell @ self._strides, self.displacement.reshape(-1, 3)
         result[:] = 0
         per_index = np.zeros((len(points), 3, 3)) if slopes is not None else None
         for corner in np.ndindex(2, 2, 2):
             tap = flat[first + np.dot(corner, to_next)].astype(np.float64)
-            weights = np.where(corner, share, 1 - share)
-            result += weights.prod(axis=1)[:, None] * tap
+            x, y, z = weights = [shares[side] for shares, side in zip(share, corner)]
+            result += (x * y * z)[:, None] * tap
             for axis in range(3) if slopes is not None else ():
-                others = weights[:, axis - 1] * weights[:, axis - 2]
+                others = weights[axis - 1] * weights[axis - 2]
                 per_index[:, :, axis] += (2 * corner[axis] - 1) * others[:, None] * tap
         result[~inside] = 0
         if slopes is not None:

@@ -13,6 +13,8 @@ from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms import engine
 
+_SAMPLES = 9  # along each axis of a grid, of known positions
+
 
 class PointwiseTransform(Transform):
     """A transform given by functions of points, all float64 and in world coordinates.
@@ -21,17 +23,20 @@ class PointwiseTransform(Transform):
     ----------
     cuts : tuple of cuts
         Not empty if it may open voids.
+    in_rest_frame : bool
+        Whether some of the cuts move with the material.
     device : str or None
         That samples arrays, as of `Deformation`.
     """
 
     cuts: tuple[Any, ...] = ()
-    in_rest_frame = False  # `origins` of Jacobians are not used
+    in_rest_frame = False
+    regions = ()
     device: str | None = None
 
     @abstractmethod
     def origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
-        """G(v) (m, 3) at v of `points` (m, 3), which need not be finite."""
+        """G(v) (m, 3) at v of `points` (m, 3)."""
 
     @abstractmethod
     def jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
@@ -39,19 +44,30 @@ class PointwiseTransform(Transform):
 
     @abstractmethod
     def search(
-        self, points: NDArray[np.float64], progress: Progress
+        self, points: NDArray[Any], progress: Progress
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """v - x (m, 3) with G(v) = x for `points` (m, 3), and whether it was found (m,)."""
+        """v - x (m, 3) with G(v) = x for x of `points` (m, 3), and whether it was found (m,).
+
+        `points` are float32 or float64, and need not be finite.
+        """
 
     def on_grid(
-        self, grid: Grid, progress: Progress = SILENT, with_jacobian: bool = False
+        self, grid: Grid, points: NDArray[np.float64], progress: Progress, with_jacobian: bool
     ) -> tuple[NDArray[np.float64], NDArray[Any] | None, NDArray[Any] | None]:
-        """Origins (m, 3), void distances (m,) or None, Jacobians (m, 3, 3) or None on a grid."""
-        mapping, differentiating = progress.divided(1, 1)
-        v = grid.points()
-        jacobian = self.jacobians(v, differentiating) if with_jacobian else None
-        return self.origins(v, mapping), None, jacobian
+        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
+
+        At the `points` (m, 3) of a grid.
+        """
+        mapping, differentiating = progress.divided(1, with_jacobian)
+        origins = self.origins(points, mapping)
+        return origins, None, self.jacobians(points, differentiating) if with_jacobian else None
 
     @property
     def _engine(self):
         return engine
+
+    def _known_positions(self, grid):
+        axes = [np.linspace(0, count - 1, _SAMPLES) for count in grid.dimensions]
+        x = grid.at(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3))
+        displacement, found = self.search(x, SILENT)
+        return x[found], (x + displacement)[found]
