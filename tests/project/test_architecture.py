@@ -24,7 +24,7 @@ ROOMS = {
     "transforms": {"numpy"},
     "__init__": set(),
     "vtk": {"numpy", "vtkmodules"},
-    "files": {"meshio", "nibabel", "numpy", "vtkmodules"},
+    "files": {"SimpleITK", "meshio", "nibabel", "numpy", "vtkmodules"},
     "filters": {"numpy", "vtkmodules"},
     "io": {"numpy", "vtkmodules"},
     "rendering": {"numpy", "vtkmodules"},
