@@ -49,13 +49,13 @@ class Affine(PointwiseTransform):
     def __repr__(self) -> str:
         return f"<Affine {self.matrix[:3].tolist()}>"
 
-    def origins(self, points, progress):
+    def _origins(self, points, progress):
         return points + _displacement(self._inverse, points)
 
-    def jacobians(self, points, progress):
+    def _jacobians(self, points, progress):
         return np.tile(self._inverse[:3, :3], (len(points), 1, 1))
 
-    def search(self, points, progress):
+    def _search(self, points, progress):
         displacement = _displacement(self.matrix, points.astype(np.float64))
         return displacement, np.isfinite(displacement).all(axis=1)
 

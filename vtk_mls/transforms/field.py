@@ -61,13 +61,13 @@ class Field(PointwiseTransform):
     def __repr__(self) -> str:
         return f"<Field of {' x '.join(map(str, self.grid.dimensions))} points>"
 
-    def origins(self, points, progress):
+    def _origins(self, points, progress):
         return points + self._displacement(points, progress)[0]
 
-    def jacobians(self, points, progress):
+    def _jacobians(self, points, progress):
         return np.eye(3) + self._displacement(points, progress, with_slopes=True)[1]
 
-    def search(self, points, progress):
+    def _search(self, points, progress):
         x = points.astype(np.float64)
         # 1e-16 of a far point is more than the tolerance
         size = np.maximum(np.ptp(self.grid.corners(), axis=0).max(), np.abs(x).max(axis=1) / 1e3)
