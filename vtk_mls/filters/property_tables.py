@@ -197,7 +197,6 @@ INITIAL_TRANSFORM = TransformFile(
     or 3D Slicer with an affine transform or a displacement field that resamples images. Handles at
     rest, and cuts in the rest frame, are in the space that it leads to.""",
     more="""Images are resampled once, by both; points of meshes are moved by both.""",
-    unit="LPS",
     is_advanced=True,
 )
 

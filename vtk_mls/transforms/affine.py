@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,7 @@ class Affine(PointwiseTransform):
     """
 
     matrix: NDArray[np.float64]
+    _inverse: NDArray[np.float64] = field(init=False)
 
     def __init__(self, matrix: ArrayLike) -> None:
         array = as_float("matrix", matrix)

@@ -48,11 +48,8 @@ class Chain(PointwiseTransform):
 
     transforms: tuple[Transform, ...]
 
-    def __init__(self, transforms: Iterable[Transform]) -> None:
-        try:
-            members = tuple(transforms)
-        except TypeError:
-            members = (transforms,)
+    def __init__(self, transforms: Transform | Iterable[Transform]) -> None:
+        members = (transforms,) if isinstance(transforms, Transform) else tuple(transforms)
         for member in members:
             if not isinstance(member, Transform):
                 raise TypeError(

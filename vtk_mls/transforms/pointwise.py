@@ -17,22 +17,12 @@ _SAMPLES = 9  # along each axis of a grid, of known positions
 
 
 class PointwiseTransform(Transform):
-    """A transform given by functions of points, all float64 and in world coordinates.
+    """A transform given by functions of points, all float64 and in world coordinates."""
 
-    Attributes
-    ----------
-    cuts : tuple of cuts
-        Not empty if it may open voids.
-    in_rest_frame : bool
-        Whether some of the cuts move with the material.
-    device : str or None
-        That samples arrays, as of `Deformation`.
-    """
-
-    cuts: tuple[Any, ...] = ()
-    in_rest_frame = False
+    cuts: Any = ()
+    in_rest_frame: Any = False
+    device: Any = None
     regions = ()
-    device: str | None = None
 
     @abstractmethod
     def _origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
