@@ -49,7 +49,7 @@ class Chain(PointwiseTransform):
     transforms: tuple[Transform, ...]
 
     def __init__(self, transforms: Transform | Iterable[Transform]) -> None:
-        members = (transforms,) if isinstance(transforms, Transform) else tuple(transforms)
+        members = tuple(transforms) if isinstance(transforms, Iterable) else (transforms,)
         for member in members:
             if not isinstance(member, Transform):
                 raise TypeError(
