@@ -41,7 +41,20 @@ class Transform:
 
     Methods take `progress`, a callable that is called with the fraction done, from 0 to 1. A true
     return value stops the computation with `Aborted`.
+
+    Attributes
+    ----------
+    cuts : tuple of cuts
+        Not empty if it may open voids.
+    in_rest_frame : bool
+        Whether there are cuts that move with the material.
+    device : str or None
+        Where arrays are sampled.
     """
+
+    cuts: Any
+    in_rest_frame: Any
+    device: Any
 
     def backward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
         """Origins of the material now at `points`: G(v) = l_v^-1(v), Eq. 4 and 26.

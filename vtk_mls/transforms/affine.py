@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,7 @@ class Affine(PointwiseTransform):
     """
 
     matrix: NDArray[np.float64]
+    _inverse: NDArray[np.float64] = field(init=False)
 
     def __init__(self, matrix: ArrayLike) -> None:
         array = as_float("matrix", matrix)
@@ -49,13 +50,13 @@ class Affine(PointwiseTransform):
     def __repr__(self) -> str:
         return f"<Affine {self.matrix[:3].tolist()}>"
 
-    def origins(self, points, progress):
+    def _origins(self, points, progress):
         return points + _displacement(self._inverse, points)
 
-    def jacobians(self, points, progress):
+    def _jacobians(self, points, progress):
         return np.tile(self._inverse[:3, :3], (len(points), 1, 1))
 
-    def search(self, points, progress):
+    def _search(self, points, progress):
         displacement = _displacement(self.matrix, points.astype(np.float64))
         return displacement, np.isfinite(displacement).all(axis=1)
 

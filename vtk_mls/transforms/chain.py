@@ -48,11 +48,8 @@ class Chain(PointwiseTransform):
 
     transforms: tuple[Transform, ...]
 
-    def __init__(self, transforms: Iterable[Transform]) -> None:
-        try:
-            members = tuple(transforms)
-        except TypeError:
-            members = (transforms,)
+    def __init__(self, transforms: Transform | Iterable[Transform]) -> None:
+        members = tuple(transforms) if isinstance(transforms, Iterable) else (transforms,)
         for member in members:
             if not isinstance(member, Transform):
                 raise TypeError(
@@ -73,18 +70,18 @@ class Chain(PointwiseTransform):
     def __repr__(self) -> str:
         return f"<Chain of {', '.join(map(repr, self.transforms))}>"
 
-    def origins(self, points, progress):
+    def _origins(self, points, progress):
         for member, part in zip(self.transforms[::-1], self._parts(progress)):
             points = member._engine.backward(member, points, part)
         return points
 
-    def jacobians(self, points, progress):
+    def _jacobians(self, points, progress):
         result = np.eye(3)
         for member, v, part in self._backward(points, progress):
             result = member._engine.jacobian(member, v, part) @ result
         return result
 
-    def search(self, points, progress):
+    def _search(self, points, progress):
         x = v = points.astype(np.float64)
         found = np.ones(len(x), bool)
         for member, part in zip(self.transforms, self._parts(progress)):
@@ -94,7 +91,7 @@ class Chain(PointwiseTransform):
             v, found = v + displacement, found & is_found
         return v - x, found
 
-    def on_grid(self, grid, points, progress, with_jacobian):
+    def _on_grid(self, grid, points, progress, with_jacobian):
         last, others = self.transforms[-1], self.transforms[:-1]
         mapping, rest = progress.divided(1, len(others))
         points, distance, jacobian = _on_grid(last, grid, points, mapping, with_jacobian)
@@ -106,8 +103,8 @@ class Chain(PointwiseTransform):
             other = chain._void_distance(points, voids)
             distance = other if distance is None else np.minimum(distance, other)
         if with_jacobian:
-            jacobian = chain.jacobians(points, slopes) @ jacobian
-        return chain.origins(points, origins), distance, jacobian
+            jacobian = chain._jacobians(points, slopes) @ jacobian
+        return chain._origins(points, origins), distance, jacobian
 
     def _parts(self, progress):
         return progress.divided(*[1] * len(self.transforms))
@@ -153,9 +150,9 @@ class Chain(PointwiseTransform):
 
 
 def _on_grid(member, grid, points, progress, with_jacobian):
-    """`PointwiseTransform.on_grid` of any transform."""
+    """`PointwiseTransform._on_grid` of any transform."""
     if isinstance(member, PointwiseTransform):
-        return member.on_grid(grid, points, progress, with_jacobian)
+        return member._on_grid(grid, points, progress, with_jacobian)
     mapping, differentiating = progress.divided(1, with_jacobian)
     displacement, distance = member._engine.displacement_field(member, grid, mapping)
     jacobian = None

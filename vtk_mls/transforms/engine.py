@@ -18,15 +18,15 @@ NAME = "pointwise (numpy, float64)"
 
 
 def backward(transform, points, progress=SILENT):
-    return transform.origins(points, progress)
+    return transform._origins(points, progress)
 
 
 def jacobian(transform, points, progress=SILENT, origins=None):
-    return transform.jacobians(points, progress)
+    return transform._jacobians(points, progress)
 
 
 def forward(transform, points, progress=SILENT):
-    return transform.search(points, progress)
+    return transform._search(points, progress)
 
 
 def displacement_field(transform, grid, progress=SILENT):
@@ -110,12 +110,12 @@ def _sources(transform, sampling, progress, with_jacobian=False):
 
 
 def _slabs(transform, grid, progress, with_jacobian=False):
-    """Slices of the points of a grid, the points, and what `on_grid` returns there."""
+    """Slices of the points of a grid, the points, and what `_on_grid` returns there."""
     nx, ny, nz = grid.dimensions
     step = max(1, MAX_SLAB_POINTS // (nx * ny))
     lows = range(0, nz, step)
     for low, part in zip(lows, progress.divided(*[1] * len(lows))):
         slab = grid.part((0, 0, low), (nx, ny, min(step, nz - low)))
         start, v = low * nx * ny, slab.points()
-        results = transform.on_grid(slab, v, part, with_jacobian)
+        results = transform._on_grid(slab, v, part, with_jacobian)
         yield slice(start, start + slab.size), v, *results

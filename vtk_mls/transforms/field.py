@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,13 +62,13 @@ class Field(PointwiseTransform):
     def __repr__(self) -> str:
         return f"<Field of {' x '.join(map(str, self.grid.dimensions))} points>"
 
-    def origins(self, points, progress):
+    def _origins(self, points, progress):
         return points + self._displacement(points, progress)[0]
 
-    def jacobians(self, points, progress):
+    def _jacobians(self, points, progress):
         return np.eye(3) + self._displacement(points, progress, with_slopes=True)[1]
 
-    def search(self, points, progress):
+    def _search(self, points, progress):
         x = points.astype(np.float64)
         # 1e-16 of a far point is more than the tolerance
         size = np.maximum(np.ptp(self.grid.corners(), axis=0).max(), np.abs(x).max(axis=1) / 1e3)
@@ -114,7 +115,7 @@ class Field(PointwiseTransform):
     def _displacement(self, points, progress=None, with_slopes=False):
         """d (m, 3) at `points` (m, 3), and its slopes (m, 3, 3) or None; 0 outside."""
         result = np.empty(points.shape)
-        slopes = np.empty((len(points), 3, 3)) if with_slopes else None
+        slopes: Any = np.empty((len(points), 3, 3)) if with_slopes else None
         starts = range(0, len(points), _CHUNK)
         for start in progress.over(starts) if progress else starts:
             part = slice(start, start + _CHUNK)
@@ -132,7 +133,7 @@ class Field(PointwiseTransform):
         to_next = np.minimum(last, 1) * self._strides
         first, flat = cell @ self._strides, self.displacement.reshape(-1, 3)
         result[:] = 0
-        per_index = np.zeros((len(points), 3, 3)) if slopes is not None else None
+        per_index: Any = np.zeros((len(points), 3, 3)) if slopes is not None else None
         for corner in np.ndindex(2, 2, 2):
             tap = flat[first + np.dot(corner, to_next)].astype(np.float64)
             x, y, z = weights = [shares[side] for shares, side in zip(share, corner)]

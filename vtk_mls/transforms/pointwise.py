@@ -17,33 +17,23 @@ _SAMPLES = 9  # along each axis of a grid, of known positions
 
 
 class PointwiseTransform(Transform):
-    """A transform given by functions of points, all float64 and in world coordinates.
+    """A transform given by functions of points, all float64 and in world coordinates."""
 
-    Attributes
-    ----------
-    cuts : tuple of cuts
-        Not empty if it may open voids.
-    in_rest_frame : bool
-        Whether some of the cuts move with the material.
-    device : str or None
-        That samples arrays, as of `Deformation`.
-    """
-
-    cuts: tuple[Any, ...] = ()
-    in_rest_frame = False
+    cuts: Any = ()
+    in_rest_frame: Any = False
+    device: Any = None
     regions = ()
-    device: str | None = None
 
     @abstractmethod
-    def origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
         """G(v) (m, 3) at v of `points` (m, 3)."""
 
     @abstractmethod
-    def jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
         """dG_i/dv_j (m, 3, 3) at `points` (m, 3)."""
 
     @abstractmethod
-    def search(
+    def _search(
         self, points: NDArray[Any], progress: Progress
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """v - x (m, 3) with G(v) = x for x of `points` (m, 3), and whether it was found (m,).
@@ -51,7 +41,7 @@ class PointwiseTransform(Transform):
         `points` are float32 or float64, and need not be finite.
         """
 
-    def on_grid(
+    def _on_grid(
         self, grid: Grid, points: NDArray[np.float64], progress: Progress, with_jacobian: bool
     ) -> tuple[NDArray[np.float64], NDArray[Any] | None, NDArray[Any] | None]:
         """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
@@ -59,8 +49,8 @@ class PointwiseTransform(Transform):
         At the `points` (m, 3) of a grid.
         """
         mapping, differentiating = progress.divided(1, with_jacobian)
-        origins = self.origins(points, mapping)
-        return origins, None, self.jacobians(points, differentiating) if with_jacobian else None
+        origins = self._origins(points, mapping)
+        return origins, None, self._jacobians(points, differentiating) if with_jacobian else None
 
     @property
     def _engine(self):
@@ -69,5 +59,5 @@ class PointwiseTransform(Transform):
     def _known_positions(self, grid):
         axes = [np.linspace(0, count - 1, _SAMPLES) for count in grid.dimensions]
         x = grid.at(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3))
-        displacement, found = self.search(x, SILENT)
+        displacement, found = self._search(x, SILENT)
         return x[found], (x + displacement)[found]
