@@ -389,8 +389,8 @@ def test_images_that_are_no_fields_are_one_sentence(grid, rng):
 
 def test_what_cannot_be_written_is_one_sentence(grid, deformation):
     cases = [
-        ((deformation, "x.h5"), "`grid` must be given for a Deformation"),
-        ((Affine(MATRIX), "x.nrrd"), "`grid` must be given for a Affine"),
+        ((deformation, "x.h5"), "`grid` must be given to write this Deformation"),
+        ((Affine(MATRIX), "x.nrrd"), "`grid` must be given to write this Affine"),
         ((deformation, "x.mat", grid), r"cannot write a displacement field to `x\.mat`"),
         ((deformation, "x.nii", grid, "fsl"), "`convention` must be itk or ants, got `fsl`"),
     ]
