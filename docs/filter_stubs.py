@@ -12,6 +12,7 @@ STUBS = Path(filters.__file__).with_name("__init__.pyi")
 HEAD = '''"""Written by `python docs/properties_page.py` from the tables of properties."""
 
 from collections.abc import Sequence
+from os import PathLike
 from typing import Any, Literal
 
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtk_mls.cuts import Cut
 from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
+from vtk_mls.queries.transform import Transform
 
 '''
 # What an algorithm of VTK has anyway, or what is not for users.
@@ -31,6 +33,7 @@ _VALUES = {
     "Handles": "Handle",
     "Constraints": "FixedFace",
     "Mask": "Mask | vtkImageData | None",
+    "InitialTransform": "Transform | str | PathLike[str] | None",
 }
 
 
@@ -105,6 +108,7 @@ def _quoted(each):
 def _type_of(each):
     """The type of the value of a property."""
     types = {
+        properties.TransformFile: "Transform | str | PathLike[str]",
         properties.Flag: "bool",
         properties.Choice: "str",
         properties.Text: "str",

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from vtk_mls.model.options import CUT_FRAMES
     from vtk_mls.queries.fields import DisplacementField, ForwardField
     from vtk_mls.queries.void_cells import VoidCells
+    from vtk_mls.transforms.affine import Affine
+    from vtk_mls.transforms.chain import Chain
+    from vtk_mls.transforms.field import Field
 
 __all__ = [
     "CUT_FRAMES",
@@ -26,14 +29,17 @@ __all__ = [
     "KINDS",
     "VOID_VALUES",
     "Aborted",
+    "Affine",
     "Ball",
     "BallMask",
     "BoxMask",
     "Capsule",
+    "Chain",
     "CurveHandle",
     "Deformation",
     "DeviceError",
     "DisplacementField",
+    "Field",
     "FixedFace",
     "ForwardField",
     "Grid",
@@ -57,14 +63,17 @@ _MODULES = {
     "KINDS": "kinds",
     "VOID_VALUES": "base.sampling",
     "Aborted": "base.progress",
+    "Affine": "transforms.affine",
     "Ball": "handles.shapes",
     "BallMask": "limits",
     "BoxMask": "limits",
     "Capsule": "handles.shapes",
+    "Chain": "transforms.chain",
     "CurveHandle": "handles.curve",
     "Deformation": "deformation",
     "DeviceError": "engine.device.devices",
     "DisplacementField": "queries.fields",
+    "Field": "transforms.field",
     "FixedFace": "limits",
     "ForwardField": "queries.fields",
     "Grid": "base.grid",

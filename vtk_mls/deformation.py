@@ -3,43 +3,22 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base import validation
-from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.progress import Progress, ProgressLike, whole
-from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.progress import ProgressLike
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
-from vtk_mls.queries import (
-    fields,
-    fold_free,
-    overlap,
-    region_overlap,
-    resampling,
-    vector_fields,
-    void_cells,
-)
-from vtk_mls.queries.fields import DisplacementField, ForwardField
-from vtk_mls.queries.fitted_grid import fitted_grid
-from vtk_mls.queries.void_cells import VoidCells
-
-
-@contextmanager
-def _question(progress: ProgressLike) -> Iterator[Progress]:
-    """The Progress of a question, without numpy's warnings: results may be NaN or infinite."""
-    with np.errstate(all="ignore"), whole(progress) as part:
-        yield part
+from vtk_mls.queries import fold_free, region_overlap
+from vtk_mls.queries.transform import Transform, question
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Deformation(MapParameters):
+class Deformation(Transform, MapParameters):
     """A moving-least-squares deformation of space, given by control points.
 
     The backward map G gives for each point v of the deformed space the origin of its material
@@ -125,123 +104,6 @@ class Deformation(MapParameters):
     return value stops the computation with `Aborted`.
     """
 
-    def backward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
-        """Origins of the material now at `points`: G(v) = l_v^-1(v), Eq. 4 and 26.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates
-        progress : callable, optional
-
-        Returns
-        -------
-        (m, 3) float64, world coordinates
-        """
-        points = validation.points("points", points)
-        with _question(progress) as part:
-            return self._engine.backward(self, points, part)
-
-    def forward(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.float64]:
-        """Deformed positions of the material at `points`: the true inverse of `backward`.
-
-        `forward_field` returns displacements, and needs less time and memory.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates of the undeformed space
-        progress : callable, optional
-
-        Returns
-        -------
-        (m, 3) float64, world coordinates
-            v with G(v) = x, to 1e-5 of the extent of the control points or of the distance from
-            them, whichever is larger. NaN without an inverse: where the map folds, where material
-            was pushed through a cut, and where x is not finite or too far away for the device's
-            float32. Where the map folds there can be several inverses; one of them is returned.
-        """
-        points = validation.coordinates(points)
-        with _question(progress) as part:
-            displacement, found = self._engine.forward(self, points, part)
-            v = points + displacement.astype(np.float64)
-            v[~found] = np.nan
-            return v
-
-    def forward_field(self, points: ArrayLike, progress: ProgressLike = None) -> ForwardField:
-        """Displacements of the material at `points`, and whether the inverse was found.
-
-        G(v) = x is solved by Newton's method with the analytic Jacobian and backtracking; for many
-        points by Broyden's method, from first guesses that are interpolated on a grid.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates of the undeformed space
-            float32 is used as it is, other types as float64.
-        progress : callable, optional
-        """
-        points = validation.coordinates(points)
-        with _question(progress) as part:
-            return fields.forward_field(self._engine, self, points, part)
-
-    def jacobian(
-        self,
-        points: ArrayLike,
-        progress: ProgressLike = None,
-        origins: ArrayLike | None = None,
-    ) -> NDArray[np.float64]:
-        """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
-
-        At a control point it is the linear part of the map fitted there.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates
-        progress : callable, optional
-        origins : (m, 3) array_like, world coordinates of the undeformed space, optional
-            x = G(v), if known. With cuts in the rest frame it selects the material at a face where
-            material of both sides meets.
-
-        Returns
-        -------
-        (m, 3, 3) float64
-        """
-        points = validation.points("points", points)
-        if origins is not None:
-            origins = validation.points("origins", origins)
-            if origins.shape != points.shape:
-                raise ValueError(
-                    f"`origins` must be as many as `points`, got {len(origins)} for {len(points)}"
-                )
-        with _question(progress) as part:
-            return self._engine.jacobian(
-                self, points, part, origins if self.in_rest_frame else None
-            )
-
-    def void_distance(
-        self, points: ArrayLike, progress: ProgressLike = None
-    ) -> NDArray[np.float64]:
-        """Signed distance of `points` from the void.
-
-        Negative where the segment from v to G(v) crosses a cut, so that there is no material at v;
-        continuous on each side of every cut. Its zero level is the face of the void.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates
-        progress : callable, optional
-
-        Returns
-        -------
-        (m,) float64, world units
-            Infinite without cuts.
-        """
-        points = validation.points("points", points)
-        with _question(progress) as part:
-            return fields.void_distance(self._engine, self, points, part)
-
-    def void(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
-        """Whether `points` (m, 3) are in a void that a cut has opened: (m,) bool."""
-        return self.void_distance(points, progress) < 0
-
     def residuals(self, progress: ProgressLike = None) -> NDArray[np.float64]:
         """How far the map is from each control point: G(q_i) - p_i.
 
@@ -287,7 +149,7 @@ class Deformation(MapParameters):
         """
         if where is not None and not isinstance(where, Grid):
             where = validation.points("where", where)
-        with _question(progress) as part:
+        with question(progress) as part:
             steps, _ = fold_free.enough_steps(self._engine, self, where, part)
             return replace(self, steps=steps)
 
@@ -296,286 +158,9 @@ class Deformation(MapParameters):
         """Pairs of rows of `handles`: rigid regions that overlap where they were moved to."""
         return region_overlap.overlapping_regions(self.handles)
 
-    def overlap(self, points: ArrayLike, progress: ProgressLike = None) -> NDArray[np.bool_]:
-        """Whether material from both sides of a cut overlaps at `points`.
-
-        `backward` returns the origin of one of them. At a Plane it is the material on the expected
-        side, so G(q_i) = p_i does not hold for control points of the other side there.
-
-        Parameters
-        ----------
-        points : (m, 3) array_like, world coordinates
-        progress : callable, optional
-
-        Returns
-        -------
-        (m,) bool
-            False with cuts in the deformed frame, where material that reaches a cut is lost.
-        """
-        points = validation.points("points", points)
-        with _question(progress) as part:
-            return overlap.overlap(self._engine, self, points, part)
-
-    def overlap_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
-        """`overlap` on a grid, (nz, ny, nx) bool."""
-        result = np.zeros(checked_grid("grid", grid).shape, bool)
-        with _question(progress) as part:
-            for rows, values in fields.overlap_slabs(self, grid, part):
-                result.reshape(-1)[rows] = values
-            return result
-
-    def displacement_field(
-        self,
-        dimensions: ArrayLike | Grid,
-        origin: ArrayLike = (0, 0, 0),
-        spacing: ArrayLike = (1, 1, 1),
-        direction: ArrayLike | None = None,
-        progress: ProgressLike = None,
-    ) -> DisplacementField:
-        """The displacement map G(v) - v on a grid (section 4 of the paper).
-
-        Parameters
-        ----------
-        dimensions, origin, spacing, direction
-            Of the `Grid`, with dimensions (nx, ny, nz); or only the `Grid`.
-        progress : callable, optional
-        """
-        grid = dimensions
-        if not isinstance(grid, Grid):
-            grid = Grid(grid, origin, spacing, direction)
-        with _question(progress) as part:
-            displacement, void_distance = self._engine.displacement_field(self, grid, part)
-            return DisplacementField(displacement, grid, void_distance)
-
-    def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
-        """`void_distance` on a grid, (nz, ny, nx) float32, without the memory of a whole map."""
-        result = np.full(checked_grid("grid", grid).shape, np.inf, np.float32)
-        with _question(progress) as part:
-            for slab, values in fields.void_distance_slabs(self._engine, self, grid, part):
-                result[slab] = values
-            return result
-
-    def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
-        """`void` on a grid, (nz, ny, nx) bool, without the memory of a whole map."""
-        result = np.zeros(checked_grid("grid", grid).shape, bool)
-        with _question(progress) as part:
-            for slab, values in fields.void_distance_slabs(self._engine, self, grid, part):
-                np.less(values, 0, out=result[slab])
-            return result
-
-    def void_of_cells(
-        self,
-        grid: Grid,
-        void_distance: NDArray[np.float32] | None = None,
-        progress: ProgressLike = None,
-    ) -> VoidCells:
-        """Which cells between the points of a grid are void.
-
-        The map is evaluated only at the centers of cells near a face of the void.
-
-        Parameters
-        ----------
-        grid : Grid
-        void_distance : (nz, ny, nx) float32, world units, optional
-            The `void_distance_field` of the grid, if known.
-        progress : callable, optional
-
-        Returns
-        -------
-        VoidCells
-            For the centers and the corners of the `Grid.cells` of `grid`.
-        """
-        checked_grid("grid", grid)
-        with _question(progress) as part:
-            measuring, classifying = part.divided(1, 1)
-            if void_distance is None:
-                void_distance = self.void_distance_field(grid, measuring)
-            void_distance = np.ascontiguousarray(void_distance, np.float32)
-            if void_distance.shape != grid.shape:
-                raise ValueError(
-                    f"`void_distance` must have the shape of the grid, {grid.shape}, "
-                    f"got {void_distance.shape}"
-                )
-            return void_cells.classify_cells(self, self._engine, grid, void_distance, classifying)
-
-    def jacobian_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
-        """dG_i/dv_j at the points of a grid, in closed form: (nz, ny, nx, 3, 3) float32.
-
-        The result is a view of (I + J_D)^T, the paper's extra texture: `swapaxes(-1, -2)` is
-        contiguous.
-        """
-        checked_grid("grid", grid)
-        with _question(progress) as part:
-            return self._engine.jacobian_field(self, grid, part).swapaxes(-1, -2)
-
-    def resample(
-        self,
-        arrays: Sequence[ArrayLike],
-        sampling: Sampling | Grid,
-        progress: ProgressLike = None,
-        void_distance: NDArray[np.float32] | None = None,
-    ) -> list[NDArray[Any]]:
-        """Deform arrays on a grid.
-
-        Parameters
-        ----------
-        arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
-        sampling : Sampling or Grid
-            A Grid is short for `Sampling(grid)`.
-        progress : callable, optional
-        void_distance : (nz, ny, nx) float32, contiguous, optional
-            With the target's shape; filled with the `void_distance_field`.
-
-        Returns
-        -------
-        list of arrays
-            With the target's shape and the dtypes of `arrays`; integers are rounded to the nearest
-            and limited to their range. Where the map is the identity, values are unchanged.
-        """
-        sampling = Sampling.of(sampling)
-        checked = resampling.checked_arrays(arrays, sampling)
-        sampling.methods(len(checked))
-        distances = resampling.distance_buffer(self, void_distance, sampling.target)
-        with _question(progress) as part:
-            resampling.warn_of_background(checked, sampling)
-            return resampling.resampled(self._engine, self, checked, sampling, part, distances)
-
-    def source_bounds(
-        self, sampling: Sampling | Grid, progress: ProgressLike = None
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Bounds of the origins of the target's points, as indices of the source.
-
-        Returns
-        -------
-        low, high : (3,) float64
-            Of the continuous indices inside `source.whole`; inf and -inf if all are outside.
-        """
-        sampling = Sampling.of(sampling)
-        with _question(progress) as part:
-            low, high = self._engine.source_bounds(self, sampling, part)
-            return low.astype(np.float64), high.astype(np.float64)
-
-    def resample_gradients(
-        self,
-        vectors: ArrayLike,
-        sampling: Sampling | Grid,
-        normalise: bool = False,
-        progress: ProgressLike = None,
-    ) -> NDArray[np.float32]:
-        """Deform covariant vectors, such as gradients and normals: J_G^T n(G(v)), Eq. 29.
-
-        Parameters
-        ----------
-        vectors : (nz, ny, nx, 3) array, world frame
-        sampling : Sampling or Grid
-        normalise : bool
-            Whether to return unit vectors. The factor det(J_G) of Eq. 29 then cancels; gradients do
-            not have it.
-        progress : callable, optional
-
-        Returns
-        -------
-        (nz, ny, nx, 3) float32
-            0 outside, and in the void unless values are continued there.
-        """
-        with _question(progress) as part:
-            sampling = Sampling.of(sampling)
-            checked = resampling.checked_vectors(vectors, sampling.source)
-            sampling.methods(1)
-            return resampling.resampled(
-                self._engine, self, [checked], sampling, part, covariant={0: normalise}
-            )[0]
-
-    def resample_vectors(
-        self, vectors: ArrayLike, sampling: Sampling | Grid, progress: ProgressLike = None
-    ) -> NDArray[np.float32]:
-        """Deform contravariant vectors, such as velocities: J_G^-1 w(G(v)).
-
-        Parameters
-        ----------
-        vectors : (nz, ny, nx, 3) array, world frame
-        sampling : Sampling or Grid
-        progress : callable, optional
-
-        Returns
-        -------
-        (nz, ny, nx, 3) float32
-            0 outside, where the map is singular, and in the void unless values are continued there.
-        """
-        with _question(progress) as part:
-            sampling = replace(Sampling.of(sampling), background=0.0)
-            vectors = validation.single_precision("vectors", vectors)
-            sampled, mapped, transformed = part.divided(2, 2, 1)
-            (moved,) = self.resample([vectors], sampling, sampled)
-            jacobian = self.jacobian_field(sampling.target, mapped)
-            transformed.report(0)
-            return vector_fields.contravariant(moved, jacobian)
-
-    def corrected_gradient(
-        self,
-        array: ArrayLike,
-        sampling: Sampling | Grid,
-        normalise: bool = False,
-        progress: ProgressLike = None,
-    ) -> NDArray[np.float32]:
-        """Gradient of the deformed `array`: J_G^T (grad f)(G(v)) with the analytic Jacobian.
-
-        Unlike differences of the resampled array, it follows the deformation exactly. At the face
-        of a void it is the gradient across the face, as in the paper, unless values are continued
-        behind it.
-
-        Parameters
-        ----------
-        array : (nz, ny, nx) array
-        sampling : Sampling or Grid
-        normalise : bool
-            Whether to return unit vectors.
-        progress : callable, optional
-
-        Returns
-        -------
-        (nz, ny, nx, 3) float32, per world unit
-            0 outside, and in the void unless values are continued there.
-        """
-        return self.resample_with_gradient([], array, sampling, normalise, progress)[1]
-
-    def resample_with_gradient(
-        self,
-        arrays: Sequence[ArrayLike],
-        array: ArrayLike,
-        sampling: Sampling | Grid,
-        normalise: bool = False,
-        progress: ProgressLike = None,
-        void_distance: NDArray[np.float32] | None = None,
-    ) -> tuple[list[NDArray[Any]], NDArray[np.float32]]:
-        """`resample` of `arrays` and `corrected_gradient` of `array`, in one pass.
-
-        With an interpolation for each array, that of the gradient is the last.
-        """
-        sampling = Sampling.of(sampling)
-        scalars = resampling.checked_scalars(array, sampling.source)
-        checked = resampling.checked_arrays(arrays, sampling)
-        sampling.methods(len(checked) + 1)
-        distances = resampling.distance_buffer(self, void_distance, sampling.target, is_needed=True)
-        with _question(progress) as part:
-            resampling.warn_of_background(checked, sampling)
-            return resampling.with_gradient(
-                self._engine, self, [*checked, scalars], sampling, normalise, part, distances
-            )
-
-    def fitted_grid(self, source: Grid, progress: ProgressLike = None) -> Grid:
-        """The grid that holds the deformed volume, with spacing and direction of `source`.
-
-        Parameters
-        ----------
-        source : Grid
-            Of the undeformed volume.
-        progress : callable, optional
-        """
-        checked_grid("source", source)
-        with _question(progress) as part:
-            return fitted_grid(self, source, part)
-
     @property
     def _engine(self):
         return engine_for(self.device)
+
+    def _known_positions(self, grid):
+        return self.handle_set.positions

@@ -23,10 +23,19 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.base import validation
 from vtk_mls.cuts import Surface
-from vtk_mls.files import control_point_files, formats, mesh_files, metadata, validity
+from vtk_mls.files import (
+    control_point_files,
+    field_files,
+    formats,
+    mesh_files,
+    metadata,
+    validity,
+)
 from vtk_mls.files.block_files import COMPOSITE, blocks
+from vtk_mls.files.field_files import FieldContent
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
+from vtk_mls.files.transform_files import read_transform, write_transform
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.handles.handle_cells import cells_of_handles, handles_of_cells
@@ -45,9 +54,11 @@ __all__ = [
     "read_handles",
     "read_landmarks",
     "read_surface",
+    "read_transform",
     "write_dataset",
     "write_field",
     "write_handles",
+    "write_transform",
 ]
 _PathLike = str | PathLike[str]
 _DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
@@ -182,14 +193,14 @@ def _types(dataset: vtkDataObject) -> tuple[str, ...]:
     return (formats.MESH, *(kind for name, kind in types.items() if dataset.IsA(name)))
 
 
-def write_field(image: vtkImageData, path: _PathLike) -> None:
+def write_field(image: vtkImageData, path: _PathLike, convention: str = "itk") -> None:
     """Write a displacement field, the active scalars of an image, as a transform.
 
     Parameters
     ----------
     image : vtkImageData
-    path : path
-        Of NIfTI, NRRD or MetaImage, as a transform; or as of `write_dataset`.
+    path, convention
+        As of `field_files.write`, as a transform; or a path as of `write_dataset`.
 
     Raises
     ------
@@ -197,17 +208,22 @@ def write_field(image: vtkImageData, path: _PathLike) -> None:
         Naming the file.
     """
     path = check_field_writable(path)
+    field_files.check_convention(convention)
     as_transform = formats.find(path, writes=(formats.FIELD,))
     if as_transform is None:
         write_dataset(image, path)
         return
     array = image.GetPointData().GetScalars()
     values = arrays.to_numpy(array)
-    displacement = values.reshape(*image.GetDimensions()[::-1], 3)
-    is_forward = array.GetName() == metadata.FORWARD_DISPLACEMENT
-    field = displacement, is_forward, metadata.load(image, metadata.NIFTI_HEADER)
+    content = FieldContent(
+        values.reshape(*image.GetDimensions()[::-1], 3),
+        ImageGeometry.of_image(image).grid,
+        array.GetName() == metadata.FORWARD_DISPLACEMENT,
+        metadata.load(image, metadata.NIFTI_HEADER),
+        convention,
+    )
     with replacing(path) as new, failures_named(new):
-        as_transform.write(field, ImageGeometry.of_image(image).grid, new)
+        as_transform.write(content, new)
 
 
 def check_field_writable(path: _PathLike) -> Path:

@@ -22,6 +22,7 @@ OTHER = {
     properties.Planes: ((1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 2.0),),
     properties.Factors: (1.0, 2.0),
     properties.FileName: "a.csv",
+    properties.TransformFile: "a.nrrd",
     properties.Flag: lambda default: not default,
     properties.Choice: "another",
     properties.Positions: ((1.0, 2.0, 3.0),),

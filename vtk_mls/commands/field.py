@@ -15,7 +15,8 @@ def add(commands):
         description="Write the displacement field of a deformation on the grid of an image, as "
         "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer read a transform: resampling an "
         "image with it deforms the image as `vtk-mls deform` does. To move points, which needs the "
-        "other direction of the map, add --inverse.",
+        "other direction of the map, add --inverse. ITK's own files (.h5 .hdf5 .tfm .txt) get the "
+        "best affine transform and the rest of the field, a composite.",
     )
     field.add_argument(
         "input",
@@ -23,7 +24,9 @@ def add(commands):
     )
     field.add_argument("handles", help=map_options.HANDLES)
     field.add_argument(
-        "output", help="transform: .nii.gz .nii .nrrd .nhdr .mha .mhd; or for VTK: .vti .vtk"
+        "output",
+        help="transform: .nii.gz .nii .nrrd .nhdr .mha .mhd; with SimpleITK: .h5 .hdf5 .tfm .txt; "
+        "for VTK: .vti .vtk",
     )
     add = field.add_argument
     property_options.add(
@@ -37,6 +40,13 @@ def add(commands):
         action="store_true",
         help="write the determinant of the Jacobian of the map instead, one number for each point: "
         "the map folds below 0",
+    )
+    add(
+        "--field-convention",
+        choices=("itk", "ants"),
+        default="itk",
+        help="vectors of NIfTI: in RAS with the intent code 1006, which SimpleITK and 3D Slicer "
+        "read; or in LPS with 1007, which ANTs and nitransforms read, too; default: itk",
     )
     add(
         "--dimensions",
@@ -74,7 +84,10 @@ def run(options):
         grid = ImageGeometry.of_image(output).grid
         notes = remarks.folds(field.updated_deformation(), grid) + notes
     with step("write", options.output):
-        (io.write_dataset if options.jacobian else io.write_field)(output, options.output)
+        if options.jacobian:
+            io.write_dataset(output, options.output)
+        else:
+            io.write_field(output, options.output, options.field_convention)
     print(f"{options.output}: {_summary(output, options)}{notes}")
     for sentence in _remarks(output, options):
         remarks.warn(options.output, sentence)

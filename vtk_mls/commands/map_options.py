@@ -27,6 +27,7 @@ def add(parser, is_interactive=False):
         COMPUTING,
         CUT_OPTIONS,
         HANDLE_SHAPES_CHOICE,
+        INITIAL_TRANSFORM,
         INTERACTIVE_COMPUTING,
         MAP,
         SPACE,
@@ -62,6 +63,14 @@ def add(parser, is_interactive=False):
         property_options.add(parser, option)
     limit_options.add(parser, is_interactive)
     if not is_interactive:
+        property_options.add(
+            parser,
+            INITIAL_TRANSFORM,
+            text="transform that moves the material first, so that the control points correct it: "
+            "of ITK, ANTs or 3D Slicer, as it resamples images (.h5 .tfm .txt .mat need SimpleITK; "
+            "displacement fields .nii.gz .nii .nrrd .nhdr .mha .mhd). Control points at rest p, "
+            "and cuts in the rest frame, are in the space that it leads to",
+        )
         add("--progress", action="store_true", help="show a progress bar even without a terminal")
         text = "continue if all control points rest and nothing moves, instead of an error"
         add("--allow-identity", action="store_true", help=text)
@@ -98,6 +107,7 @@ def apply(options, algorithm):
     algorithm.SetInputData(1, _moving_control_points(options))
     property_options.apply(options, algorithm)
     limit_options.apply(options, algorithm)
+    algorithm.SetInitialTransform(initial_transform(options))
     for cut in _cuts(options):
         algorithm.AddCut(cut)
 
@@ -116,6 +126,14 @@ def deformation(options):
     return Deformation(
         rest, deformed, weights=weights, handles=handles, **limits, **map_arguments(options)
     )
+
+
+def initial_transform(options):
+    """The transform of the file that the options name, or None."""
+    from vtk_mls import io
+
+    path = options.initial_transform
+    return read(io.read_transform, path) if path else None
 
 
 def control_points(options):
@@ -141,7 +159,8 @@ def _moving_control_points(options):
 
     handles, has_partners = _read_control_points(options)
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
-    if options.allow_identity or (displacement.any() and options.blend != 0):
+    is_identity = not displacement.any() or options.blend == 0
+    if options.allow_identity or options.initial_transform or not is_identity:
         return handles
     count, remedy = len(displacement), "add --allow-identity to go on"
     if options.blend == 0 and displacement.any():

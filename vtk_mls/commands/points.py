@@ -43,6 +43,7 @@ def add(commands):
 
 def run(options):
     """Run the command."""
+    from vtk_mls import Chain
     from vtk_mls.files import control_point_files
 
     control_point_files.check_writable(options.output)
@@ -50,7 +51,9 @@ def run(options):
     landmarks = read(partial(control_point_files.read_landmarks, space=space), options.input)
     deformation = map_options.deformation(options)
     with step("deform", options.input):
-        moved = replace(landmarks, positions=_moved(landmarks, deformation, options))
+        initial = map_options.initial_transform(options)
+        transform = deformation if initial is None else Chain([initial, deformation])
+        moved = replace(landmarks, positions=_moved(landmarks, transform, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     notes = _losses(landmarks, moved, options, left_out > 0) + remarks.handles_note(deformation)
@@ -58,7 +61,7 @@ def run(options):
     return 0
 
 
-def _moved(landmarks, deformation, options):
+def _moved(landmarks, transform, options):
     """New positions (n, 3), NaN for points without one."""
     import numpy as np
 
@@ -70,10 +73,10 @@ def _moved(landmarks, deformation, options):
     if options.inverse:
         with whole(bar) as progress:
             mapping, finding = progress.divided(1, 1)
-            new = deformation.backward(positions, mapping)
-            new[deformation.void(positions, finding)] = np.nan
+            new = transform.backward(positions, mapping)
+            new[transform.void(positions, finding)] = np.nan
     else:
-        new = deformation.forward(positions, bar)
+        new = transform.forward(positions, bar)
     if bar:
         print(file=sys.stderr)
     moved = np.full_like(landmarks.positions, np.nan)

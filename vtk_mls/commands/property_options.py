@@ -55,9 +55,9 @@ def _properties():
 
 def _is_text(prop):
     """Whether the command itself makes the value from the text of the option."""
-    from vtk_mls.filters.properties import Planes, Value, Values, Vector
+    from vtk_mls.filters.properties import Planes, TransformFile, Value, Values, Vector
 
-    return isinstance(prop, (Planes, Value, Values, Vector))
+    return isinstance(prop, (Planes, TransformFile, Value, Values, Vector))
 
 
 def _settings(prop):
@@ -77,7 +77,7 @@ def _settings(prop):
         return {"action": "append", "metavar": metavar, "default": []}
     if isinstance(prop, properties.Vector):
         return {"metavar": ",".join(prop.labels).upper(), "default": None}
-    if isinstance(prop, properties.Value):
+    if isinstance(prop, (properties.TransformFile, properties.Value)):
         return {"metavar": "FILE"}
     if isinstance(prop, properties.Number) and prop.spellings:
         return {"type": prop.parsed, "metavar": "|".join(["N", *prop.spellings])}

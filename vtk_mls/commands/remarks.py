@@ -20,7 +20,8 @@ def map_note(algorithm, is_field=False):
 
     handles = algorithm.GetInputDataObject(1, 0)
     displacement = handles.GetPointData().GetArray("Displacement")
-    if not (algorithm.GetBlend() and arrays.to_numpy(displacement).any()):
+    moves = algorithm.GetBlend() and arrays.to_numpy(displacement).any()
+    if not (moves or algorithm.GetInitialTransform()):
         return "; nothing moves, for all control points rest"
     far = _far(algorithm, is_field)
     if far:
@@ -31,7 +32,7 @@ def map_note(algorithm, is_field=False):
     cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
     if cells and algorithm.GetHandleShapes() == "points":
         return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
-    return handles_note(algorithm.updated_deformation())
+    return handles_note(_transforms(algorithm)[1])
 
 
 def handles_note(deformation):
@@ -270,8 +271,11 @@ def _far(algorithm, is_field):
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     rest = arrays.to_numpy(handles.GetPoints().GetData())
+    initial, _ = _transforms(algorithm)
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     deformed = rest + algorithm.GetBlend() * displacement
+    if initial is not None:
+        rest = initial.backward(rest)  # where the data are
     if is_field:
         points, side = (rest, "at rest (p)") if algorithm.GetInverse() else (deformed, "moved (q)")
         is_far = _are_far_away(points, blocks(dataset))
@@ -281,6 +285,13 @@ def _far(algorithm, is_field):
     images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
     is_far = _are_far_away(deformed, images)
     return "all control points, moved (q), are far from the grid of the output" * is_far
+
+
+def _transforms(algorithm):
+    """The initial transform of a filter, or None, and its deformation."""
+    from vtk_mls.filters import initial_transforms
+
+    return initial_transforms.divided(algorithm.updated_deformation())
 
 
 def _are_far_away(points, datasets):

@@ -2,30 +2,61 @@
 
 Such a field has for each point of a resampled image the displacement, in LPS, to the source of its
 value. The intent "displacement", in formats that have it, makes ITK (5.4 and later) convert the
-vectors of NIfTI from RAS to LPS, and marks a transform for Slicer.
+vectors of NIfTI from RAS to LPS, and marks a transform for Slicer. ANTs writes vectors in LPS to
+NIfTI, with the intent "vector".
 """
 
 from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vtk_mls.base.grid import Grid
-from vtk_mls.files import formats, meta_image, nifti, nrrd
+from vtk_mls.files import formats, meta_image, nifti, nrrd, volumes
 from vtk_mls.files.volumes import Volume
+from vtk_mls.transforms.field import Field
 
 _FORMATS = {  # module, and lines of the header
-    "NIFTI": (nifti, ("intent_code: 1006",)),
+    "NIFTI": (nifti, ()),
     "NRRD": (nrrd, ("intent_code:=1006",)),
     "MetaImage": (meta_image, ()),
 }
+_INTENTS = {"itk": "intent_code: 1006", "ants": "intent_code: 1007"}  # of NIfTI
+_PURPOSE = "displacement field type:="
+
+
+class FieldContent(NamedTuple):
+    """A displacement field, and what formats say about it.
+
+    Parameters
+    ----------
+    displacement : (nz, ny, nx, 3) array_like, world units, LPS
+    grid : Grid
+    is_forward : bool
+        Whether it moves points.
+    nifti_header : tuple of str
+        Lines `NIFTI_HEADER` of the image with this grid.
+    convention : {"itk", "ants"}
+        Of NIfTI.
+    """
+
+    displacement: ArrayLike
+    grid: Grid
+    is_forward: bool = False
+    nifti_header: tuple[str, ...] = ()
+    convention: str = "itk"
 
 
 def write(
-    displacement: ArrayLike, grid: Grid, path: str | PathLike[str], is_forward: bool = False
+    displacement: ArrayLike,
+    grid: Grid,
+    path: str | PathLike[str],
+    is_forward: bool = False,
+    convention: str = "itk",
 ) -> None:
     """Write a displacement field.
 
@@ -36,10 +67,16 @@ def write(
     grid : Grid
         Points of the displacements.
     path : path
-        Of NIfTI, NRRD or MetaImage. An old file is overwritten.
+        Of NIfTI, NRRD or MetaImage; or of ITK (.h5, .hdf5, .tfm, .txt), for a composite of the best
+        affine transform and the rest of the field, which needs SimpleITK. An old file is
+        overwritten.
     is_forward : bool
         Whether the field is forward, so that it moves points. NRRD calls such a field "modeling",
         a backward field "resampling"; the other formats make no difference.
+    convention : {"itk", "ants"}
+        Of NIfTI. "itk": intent code 1006 (displacement), vectors in RAS, as ITK 5.4 reads them.
+        "ants": intent code 1007 (vector), vectors in LPS, as ANTs, nitransforms and any ITK read
+        them. In other formats vectors are in LPS.
 
     Raises
     ------
@@ -47,23 +84,57 @@ def write(
     """
     path = Path(path)
     line = formats.choose(path, "write a displacement field to", writes=(formats.FIELD,))
-    line.write((displacement, is_forward, ()), grid, path)
+    check_convention(convention)
+    line.write(FieldContent(displacement, grid, is_forward, (), convention), path)
 
 
-def write_volume(
-    name: str, field: tuple[ArrayLike, bool, tuple[str, ...]], grid: Grid, path: Path
-) -> None:
-    """Write a displacement field in the format of this name.
+def check_convention(name: str) -> None:
+    """Raise ValueError for an unknown convention of NIfTI fields."""
+    if name not in _INTENTS:
+        raise ValueError(f"`convention` must be itk or ants, got `{name!s:.40}`")
 
-    `field` is (displacements, is forward, lines `NIFTI_HEADER` of the image with this grid).
+
+def read_volume(name: str, path: Path) -> Field:
+    """Read a displacement field in the format of this name.
+
+    Raises
+    ------
+    OSError, ValueError
+        Also for other images, and for fields that move points.
     """
-    displacement, is_forward, nifti_header = field
+    module, _ = _FORMATS[name]
+    volume = module.read(path)
+    values = volume.values
+    if values.shape[3:] != (3,) or values.dtype.kind != "f":
+        raise ValueError(
+            "a displacement field has 3 floating-point components, "
+            f"got {values.shape[3] if values.ndim == 4 else 1} of {values.dtype}"
+        )
+    if module is nifti and not {*_INTENTS.values()} & {*volume.header}:
+        (intent,) = (line for line in volume.header if line.startswith("intent_code: "))
+        raise ValueError(
+            "a displacement field has the intent code 1006 or 1007, "
+            f"got {intent.removeprefix('intent_code: ')}"
+        )
+    if f"{_PURPOSE}modeling" in volume.header:
+        raise ValueError(
+            "its field moves points (displacement field type modeling); expected one that "
+            "resamples images"
+        )
+    dimensions = values.shape[2::-1]
+    steps = volumes.full_steps(volume.steps, dimensions)
+    spacing = np.linalg.norm(steps, axis=0)
+    return Field(values, Grid(dimensions, volume.origin, spacing, steps / spacing))
+
+
+def write_volume(name: str, content: FieldContent, path: Path) -> None:
+    """Write a displacement field in the format of this name."""
     module, header = _FORMATS[name]
+    grid = content.grid
     if module is nrrd:
-        purpose = "modeling" if is_forward else "resampling"
-        header = (*header, f"displacement field type:={purpose}")
+        header = (*header, f"{_PURPOSE}{'modeling' if content.is_forward else 'resampling'}")
     elif module is nifti:
-        header = (*header, *nifti.in_millimeters(nifti_header))
-    values = np.asarray(displacement, np.float32)
+        header = (_INTENTS[content.convention], *nifti.in_millimeters(content.nifti_header))
+    values = np.asarray(content.displacement, np.float32)
     steps = grid.index_to_world
     module.write(path, Volume(values, grid.origin, steps, is_vector=True, header=header))

@@ -21,7 +21,7 @@ BLOCKS = "blocks"  # also pieces and time steps
 SURFACE = "surface of a cut"
 POINTS, PAIRS = "points", "pairs"  # text: places with labels; p and q
 POINT_DATA = "control-point polydata"
-FIELD = "displacement field"
+FIELD, AFFINE = "displacement field", "affine transform"
 
 # Frames of coordinates in a file.
 AS_IS = "not stated, used as it is"
@@ -86,7 +86,14 @@ def _image(name: str, endings: str, frame: str, array: str) -> Format:
 
 
 def _field(name: str, endings: str, frame: str, array: str) -> Format:
-    return Format(name, endings, frame, (), "", (FIELD,), f"field_files.write_volume {array}")
+    reader, writer = f"field_files.read_volume {array}", f"field_files.write_volume {array}"
+    return Format(name, endings, frame, (FIELD,), reader, (FIELD,), writer)
+
+
+def _itk(name: str, endings: str, writes: tuple[str, ...]) -> Format:
+    """A format of ITK's transforms."""
+    reader, writer = "itk_transforms.read", "itk_transforms.write_field"
+    return Format(name, endings, LPS, (FIELD, AFFINE), reader, writes, writer, needs="SimpleITK")
 
 
 def _mesh(
@@ -129,10 +136,12 @@ TABLE = (
     _image("NRRD", ".nrrd .nhdr .seg.nrrd", HEADER, "NRRD"),
     _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
     Format("NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.read_volume NIFTI"),
-    # displacement fields
+    # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
     _field("MetaImage", ".mha .mhd", LPS, "MetaImage"),
+    _itk("ITK", ".h5 .hdf5 .tfm .txt", (FIELD, AFFINE)),
+    _itk("ITK, one affine transform", ".mat", (AFFINE,)),
     # meshes
     _mesh(
         "STL", ".stl", (MESH, SURFACE), "vtkIOGeometry.vtkSTL", (POLYDATA,), "mesh_files.write_stl"
@@ -234,7 +243,7 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     Raises
     ------
     OSError, ValueError
-        If there is none, with the endings that are possible.
+        If there is none, with the endings that are possible; or if it needs a package.
     """
     line = find(path, **contents)
     if line is None and path.is_dir():
@@ -244,6 +253,8 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
             f"cannot {purpose} `{path}`: its name must end in one of "
             f"{', '.join(endings(**contents))}{_missing(_lines(**contents))}"
         )
+    if not _is_installed(line):
+        raise ValueError(f"`{path}` needs the package {line.needs}: pip install {line.needs}")
     return line
 
 
@@ -256,8 +267,12 @@ def _missing(lines: list[Format]) -> str:
     return "".join(
         f" ({', '.join(line.endings.split())} after `pip install {line.needs}`)"
         for line in lines
-        if line.needs and importlib.util.find_spec(line.needs) is None
+        if not _is_installed(line)
     )
+
+
+def _is_installed(line: Format) -> bool:
+    return not line.needs or importlib.util.find_spec(line.needs) is not None
 
 
 def _function(name: str, *arguments: str) -> Callable[..., Any]:

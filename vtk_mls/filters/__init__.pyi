@@ -1,6 +1,7 @@
 """Written by `python docs/properties_page.py` from the tables of properties."""
 
 from collections.abc import Sequence
+from os import PathLike
 from typing import Any, Literal
 
 from numpy.typing import ArrayLike
@@ -10,6 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtk_mls.cuts import Cut
 from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
+from vtk_mls.queries.transform import Transform
 
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
@@ -327,6 +329,18 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+        """Transform that moves the material first, so that the handles correct it: a file of ITK,
+        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
+        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
+
+        Images are resampled once, by both; points of meshes are moved by both.
+
+        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
+        "".
+        """
+
+    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
     def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
         """How values between the points of the input are interpolated.
 
@@ -740,6 +754,18 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+        """Transform that moves the material first, so that the handles correct it: a file of ITK,
+        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
+        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
+
+        Images are resampled once, by both; points of meshes are moved by both.
+
+        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
+        "".
+        """
+
+    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
     def SetInverse(self, value: bool) -> None:
         """Whether to make the displacement to where the material goes, which moves points, instead
         of the one to where it came from, which resamples images.

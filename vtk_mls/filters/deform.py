@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
-from vtk_mls.filters import gradients, pipeline, property_tables, warping
+from vtk_mls.filters import gradients, initial_transforms, pipeline, property_tables, warping
 from vtk_mls.filters.algorithm import CachedValue
 from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
@@ -87,7 +87,7 @@ class MLSDeform(DeformingFilter):
     def __init__(self):
         # not vtkDataSet, which ParaView's GUI would try to make
         super().__init__(output_type="vtkDataObject")
-        self._splits = warping.Splits()
+        self._splits, self._between = warping.MeshCache(), warping.MeshCache()
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
         self._fitted = CachedValue()
@@ -167,12 +167,17 @@ class MLSDeform(DeformingFilter):
         deformation = self._requested_deformation(inInfo)
         self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
+        initial, deformation = initial_transforms.divided(deformation)
         options = warping.MeshOptions(
             self._direction_arrays(),
             self.GetGenerateJacobian(),
             self.GetGenerateJacobianDeterminant(),
         )
-        tasks = warping.Warp(options, deformation, mesh, output, splits).tasks()
+        arguments = options, deformation, mesh, output, splits
+        if initial is None:
+            tasks = warping.Warp(*arguments).tasks()
+        else:
+            tasks = initial_transforms.WarpAfter(initial, self._between, *arguments).tasks()
         return tasks + self._step_tasks(deformation, output)
 
     def _deform_image(self, image, inInfo, outInfo):
@@ -221,8 +226,8 @@ class MLSDeform(DeformingFilter):
 
         Blocks at the same position are several images of the same material, no neighbors.
         """
-        corners, moved = grid.corners(), np.subtract(*deformation.handle_set.positions)
-        reach = np.linalg.norm(moved, axis=1).max()
+        corners, moved = grid.corners(), np.subtract(*deformation._known_positions(grid))
+        reach = np.linalg.norm(moved, axis=1).max(initial=0)
         low, high = corners.min(axis=0), corners.max(axis=0)
         if self._boxes and reach > 0 and not self._has_warned:
             lows, highs = np.swapaxes(self._boxes, 0, 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
@@ -11,10 +13,11 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
-from vtk_mls import Deformation, RegionHandle
+from vtk_mls import Chain, Deformation, RegionHandle
 from vtk_mls.filters import (
     cut_inputs,
     gradients,
+    initial_transforms,
     limit_inputs,
     parallel,
     pipeline,
@@ -62,6 +65,9 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     "Void" is 1 there, and "VoidDistance" is below 0 and continuous, so that its zero level is the
     smooth face of the void (contour or clip by it; an isosurface of "Void" has steps).
 
+    InitialTransform moves the material first: control points at rest and cuts in the rest frame are
+    in the space that it leads to, and all else is that of both.
+
     The deformation acts where a mask lets it, MaskBall, Mask or an image on input port 3, and holds
     FixedPlanes, SlidingPlanes and Constraints.
 
@@ -79,7 +85,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         )
         self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
-        self._deformation_cache = CachedValue()
+        self._deformation_cache, self._chain_cache = CachedValue(), CachedValue()
+        self._initial_cache = CachedValue()
 
     def FillInputPortInformation(self, port, info):
         required = vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE()
@@ -145,7 +152,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     def updated_deformation(self, info=None):
         """The Deformation of the properties, and of control points and cuts, which are updated.
 
-        The filter itself does not run. `info` of an output gives the time.
+        With an InitialTransform it is the last of two in a Chain. The filter itself does not run.
+        `info` of an output gives the time.
         """
         if parallel.is_parallel():
             self._collect(info)
@@ -155,11 +163,20 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             time = pipeline.requested_time(info)
             return [self._update_input(port, number, time) for number in range(count)]
 
-        return self._deformation(*self._control_data(updated))
+        return self._after_initial(self._deformation(*self._control_data(updated)))
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
+        data = self._control_data(lambda port: inputs(in_info, port))
+        return self._after_initial(self._deformation(*data))
+
+    def _after_initial(self, deformation):
+        """The deformation, or a chain of the InitialTransform and the deformation."""
+        initial = initial_transforms.read(self.GetInitialTransform(), self._initial_cache)
+        if initial is None:
+            return deformation
+        make = partial(Chain, [initial, deformation])
+        return self._chain_cache.of((initial, deformation), make)
 
     def _deformation(self, control_points, surfaces, masks, moved):
         """The deformation by data of ports 1 to 4; the same object until something changes."""
@@ -265,6 +282,12 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
         The data are in the box round `corners` (n, 3).
         """
+        initial, deformation = initial_transforms.divided(deformation)
+        if initial is not None:
+            corners = initial.forward(corners)
+            corners = corners[np.isfinite(corners).all(axis=1)]
+            if len(corners) == 0:
+                return
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
         size = (high - low).max()
         positions = np.concatenate(deformation.handle_set.positions)
@@ -286,6 +309,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
     def _step_tasks(self, deformation, output):
         """Functions of a Progress that add the number of steps that prevent folds."""
+
+        _, deformation = initial_transforms.divided(deformation)
 
         def add(progress):
             progress.report(0)

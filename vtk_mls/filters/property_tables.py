@@ -18,6 +18,7 @@ from vtk_mls.filters.properties import (
     Positions,
     Slider,
     Text,
+    TransformFile,
     Value,
     Values,
     Vector,
@@ -188,6 +189,17 @@ CONSTRAINTS = Values(
 )
 LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
 
+# What moves the material before.
+INITIAL_TRANSFORM = TransformFile(
+    "InitialTransform",
+    "",
+    """Transform that moves the material first, so that the handles correct it: a file of ITK, ANTs
+    or 3D Slicer with an affine transform or a displacement field that resamples images. Handles at
+    rest, and cuts in the rest frame, are in the space that it leads to.""",
+    more="""Images are resampled once, by both; points of meshes are moved by both.""",
+    is_advanced=True,
+)
+
 INTERPOLATION = Choice(
     "Interpolation",
     Sampling.interpolation,
@@ -346,7 +358,14 @@ SAMPLE_DIMENSIONS = Dimensions(
 
 # What both filters ask of the deformation.
 CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, *CUT_OPTIONS)
-_SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS, *HANDLE_OPTIONS, *LIMITS)
+_SHARED = (
+    *MAP,
+    *CUTTING,
+    *OWN_CONTROL_POINTS,
+    *HANDLE_OPTIONS,
+    *LIMITS,
+    INITIAL_TRANSFORM,
+)
 COMPUTING = _of_section("computing")
 INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)

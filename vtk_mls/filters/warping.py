@@ -76,8 +76,8 @@ def output_type(mesh, splits):
     return "vtkStructuredGrid" if isinstance(mesh, vtkRectilinearGrid) else mesh.GetClassName()
 
 
-class Splits:
-    """Cached results of `splitting.split`, valid while the mesh (without field data) and cuts stay.
+class MeshCache:
+    """Cached values made of meshes, valid while the mesh (without field data) and a key stay.
 
     Control points are dragged far more often than cuts are moved.
     """
@@ -85,15 +85,15 @@ class Splits:
     def __init__(self):
         self._cache = {}
 
-    def of(self, mesh, cuts, progress):
-        """The result of `splitting.split`."""
+    def of(self, mesh, key, make):
+        """The value of `make()` for a mesh and a key."""
         self._cache = {k: entry for k, entry in self._cache.items() if entry[0].Get() is not None}
-        state = stamps(mesh), cuts
+        state = stamps(mesh), key
         entry = self._cache.get(mesh.__this__)
         if entry is None or entry[1] != state:
             reference = vtkWeakReference()
             reference.Set(mesh)
-            entry = self._cache[mesh.__this__] = reference, state, split(mesh, cuts, progress)
+            entry = self._cache[mesh.__this__] = reference, state, make()
         return entry[2]
 
 
@@ -123,24 +123,27 @@ class Warp:
     mesh : vtkPointSet or vtkRectilinearGrid
     output : vtkPointSet
         Of the class that `output_type` names; it is filled.
-    splits : Splits, or None to keep cells whole
+    splits : MeshCache of divided meshes, or None to keep cells whole
     """
 
     def __init__(self, options, deformation, mesh, output, splits):
         self.options, self.deformation, self.mesh, self.output = options, deformation, mesh, output
         self.splits = splits if mesh.GetNumberOfCells() > 0 else None
         self.keeps_whole = deformation.cuts and splits is None
+        self.divides = bool(deformation.cuts) and self.splits is not None
         self.offset = None
 
     def tasks(self):
         """Functions of a Progress, in their order."""
-        if self.deformation.cuts and self.splits is not None:
+        if self.divides:
             return [self._split, self._warp]
-        _copy(self.mesh, self.output)
+        copy(self.mesh, self.output)
         return [self._warp]
 
     def _split(self, progress):
-        divided, to_cut, side = self.splits.of(self.mesh, self.deformation.cuts, progress)
+        cuts = self.deformation.cuts
+        make = partial(split, self.mesh, cuts, progress)
+        divided, to_cut, side = self.splits.of(self.mesh, cuts, make)
         x = arrays.to_numpy(divided.GetPoints().GetData())
         self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
         self.output.ShallowCopy(divided)
@@ -177,14 +180,19 @@ class Warp:
             void_arrays.hide(cells, torn)
         moved = self.before + field.displacement
         set_positions(self.output, moved, self.output.GetPoints().GetDataType())
-        arrays.add(points, "ForwardDisplacement", field.displacement)
-        arrays.add(points, "NoInverse", ~field.found)
-        self._count("FailedInverses", np.count_nonzero(~field.found))
+        displacement, found = self._from_rest(field)
+        arrays.add(points, "ForwardDisplacement", displacement)
+        arrays.add(points, "NoInverse", ~found)
+        self._count("FailedInverses", np.count_nonzero(~found))
+
+    def _from_rest(self, field):
+        """Displacements of the points from the input, and whether they were found."""
+        return field.displacement, field.found
 
     def _add_jacobian(self, progress):
         rows = np.empty((self.output.GetNumberOfPoints(), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in jacobians(self.deformation, *self._of_points(), mapping):
+        for part, jacobian in self._jacobians(mapping):
             rows[part] = jacobian.reshape(-1, 9)
         measuring.report(0)
         jacobian = rows.reshape(-1, 3, 3)
@@ -196,10 +204,18 @@ class Warp:
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self._count_inverted(jacobian)
 
+    def _jacobians(self, progress):
+        """Slices of the points, and Jacobians there."""
+        return jacobians(self.deformation, *self._of_points(), progress)
+
+    def _rest(self):
+        """The points in the undeformed space."""
+        return self.before
+
     def _count_inverted(self, jacobian):
         """Count the cells that are inside out, and those that cannot be checked."""
         ghosts = None if self.ghosts is None else arrays.to_numpy(self.ghosts)
-        positions = self.before, self._points()
+        positions = self._rest(), self._points()
         inverted, unchecked = count_inverted(self.output, *positions, jacobian, ghosts)
         self._count("InvertedCells", inverted)
         self._count("UncheckedCells", unchecked)
@@ -339,7 +355,7 @@ def jacobians(deformation, points, origins, progress):
         yield part, jacobian
 
 
-def _copy(mesh, output):
+def copy(mesh, output):
     """Make `output` a copy of `mesh` with points of its own to be."""
     if not isinstance(mesh, vtkRectilinearGrid):
         output.ShallowCopy(mesh)

@@ -223,7 +223,7 @@ _LIVE = check_box(
     """Whether the views follow while a handle or the cut is dragged, before Apply. It is off when
     the data are on another machine: Apply shows the result. If only the server has the plugin, it
     stays on without effect. Point Gaussian, 3D Glyphs, Surface LIC, volumes of colors (RGB), and
-    slices, clips and contours of the output follow at Apply.""",
+    slices, clips and contours of the output follow at Apply; with an InitialTransform all do.""",
     default=1,
     command="",
 )
@@ -248,6 +248,7 @@ def _filter_panel(description, input_property, middle, *properties):
         *middle,
         *_HANDLES,
         *_WHERE_IT_ACTS,
+        element(tables.INITIAL_TRANSFORM),
         *elements(properties),
         *elements(tables.INTERACTIVE_COMPUTING),
     ]

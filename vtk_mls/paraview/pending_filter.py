@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
+from vtk_mls import Deformation
 from vtk_mls.filters import MLSDeform, properties
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.server_manager import is_pending, pending_values
@@ -17,6 +18,7 @@ _MAP = *tables.MAP, *tables.CUTTING, *tables.HANDLE_OPTIONS, *tables.LIMITS
 # Properties that change the deformation or the grid.
 MAP_PROPERTIES = [
     *(prop.name for prop in _TABLE if prop in _MAP),
+    tables.INITIAL_TRANSFORM.name,
     *(prop.name for prop in (*tables.OWN_CONTROL_POINTS, *_GRID)),
 ]
 _SOURCE = "MLSControlPoints"
@@ -28,7 +30,7 @@ class PendingFilter:
     Attributes
     ----------
     deformation : Deformation or None
-        None until there are valid edits.
+        None until there are valid edits, and with an InitialTransform.
     version : object
         Differs after each edit.
     """
@@ -46,7 +48,8 @@ class PendingFilter:
             If a value is wrong, as Apply reports it; the last deformation stays.
         """
         self._set_properties(proxy)
-        self.deformation = self._filter.updated_deformation()
+        transform = self._filter.updated_deformation()
+        self.deformation = transform if isinstance(transform, Deformation) else None
         self.version = self.deformation, self._filter.GetMTime()
 
     def geometry(self, image):

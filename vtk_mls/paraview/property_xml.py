@@ -193,10 +193,12 @@ def _(prop: properties.Text, domain=""):
 
 @element.register
 def _(prop: properties.FileName, domain=""):
-    extensions = formats.extensions(formats.POINTS)
-    chooser = xml("FileChooser", extensions=extensions, file_description="Handles")
-    files = xml("FileListDomain", name="files")
-    return vector("String", prop.name, "", prop.help, files, _hints(prop, chooser))
+    return _file(prop, formats.extensions(formats.POINTS), "Handles")
+
+
+@element.register
+def _(prop: properties.TransformFile, domain=""):
+    return _file(prop, formats.extensions(formats.FIELD), "Transforms")
 
 
 @element.register
@@ -239,6 +241,12 @@ def _(prop: properties.Rows, domain="", default=""):
         number_of_elements_per_command=len(prop.columns),
         **_level(prop),
     )
+
+
+def _file(prop, extensions, description):
+    chooser = xml("FileChooser", extensions=extensions, file_description=description)
+    files, hints = xml("FileListDomain", name="files"), _hints(prop, chooser)
+    return vector("String", prop.name, "", prop.help, files, hints, **_level(prop))
 
 
 def _numbers(prop, default, domain, *hints):

@@ -44,7 +44,7 @@ def gradients_near_faces(engine, deformation, void_distance, fields, sampling, p
     mapping, differentiating, closing, interpolating = progress.divided(1, 3, 1, 1)
     origin = deformation.backward(v, mapping)
     transposed = deformation.jacobian(v, differentiating).swapaxes(1, 2)
-    distance, away = _nearest_face(deformation, v, origin)
+    distance, away = deformation._nearest_face(v, origin)
     depth = _void_depth(deformation, v, (distance, away), transposed, voxel, closing)
     share = np.clip(_REACH - distance / voxel, 0, 1) * np.clip(4 * depth / voxel, 0, 1)
 
@@ -56,8 +56,11 @@ def gradients_near_faces(engine, deformation, void_distance, fields, sampling, p
     return rows, np.einsum("mij,mj->mi", transposed, blended)
 
 
-def _nearest_face(deformation, v, origin):
-    """Void distances (m,) at `v` (m, 3), and unit vectors (m, 3) away from the nearest cut."""
+def nearest_face(deformation, v, origin):
+    """Void distances (m,) at `v` (m, 3), and unit vectors (m, 3) away from the nearest cut.
+
+    `origin` (m, 3) is G(v), in the space of which the vectors are.
+    """
     positions = origin if deformation.in_rest_frame else v  # in the frame of the cuts
     distances = [cut.void_distance(positions, origin) for cut in deformation.cuts]
     nearest = np.argmin(distances, axis=0)

@@ -70,6 +70,8 @@ def _min_distance(deformation, grid):
     signs = np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]) * (dimensions > 1)
     diagonals = signs @ grid.index_to_world.T
     matrices = [region.control_points.affine[0] for region in deformation.regions]
+    if not matrices:  # of a chain
+        return np.inf
     return max(np.linalg.norm(diagonals @ matrix.T, axis=1).max() for matrix in matrices)
 
 

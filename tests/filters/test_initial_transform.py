@@ -1,0 +1,279 @@
+"""The property InitialTransform: the material moves by another transform before."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from mesh_fixtures import CUTS, HIGH, LOW, array_of, cells, count, places_of, rectilinear, sphere
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    update,
+    values_of,
+)
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals, vtkProbeFilter
+
+from vtk_mls import Affine, Chain, Deformation, Field, Grid, Sampling, io
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+
+def _field():
+    grid = Grid((5, 5, 5), (-1, -1, -1), (2.5, 2.5, 2.5))
+    return Field(np.random.default_rng(3).normal(0, 0.15, (*grid.shape, 3)), grid)
+
+
+MATRIX = np.array([(1.1, 0.1, 0, -0.5), (-0.05, 0.95, 0, 0.3), (0, 0.1, 1, 0), (0, 0, 0, 1)])
+INITIAL = {"affine": Affine(MATRIX), "field": _field(), "chain": Chain([_field(), Affine(MATRIX)])}
+
+
+@pytest.fixture(params=INITIAL)
+def initial(request):
+    return INITIAL[request.param]
+
+
+def chained(initial, cuts=(), device="reference"):
+    return Chain([initial, Deformation(REST, DEFORMED, cuts=cuts, device=device)])
+
+
+def deforming(dataset, initial, cuts=(), kind=MLSDeform, device=FAST):
+    deform = connect(kind(), dataset, control_points())
+    deform.SetDevice(device)
+    deform.SetInitialTransform(initial)
+    for cut in cuts:
+        deform.AddCut(cut)
+    return deform
+
+
+def scan():
+    image = make_image((18, 16, 14), origin=(0, 0, 0))
+    image.SetSpacing(0.45, 0.5, 0.5)
+    grid = ImageGeometry.of_image(image).grid
+    x = grid.points()
+    add_array(image.GetPointData(), "values", np.sin(x[:, 0]) + 0.1 * x[:, 1] * x[:, 2])
+    image.GetPointData().SetActiveScalars("values")
+    return image, grid
+
+
+def test_images_are_resampled_once_by_both(initial, device):
+    image, grid = scan()
+    output = update(deforming(image, initial, device=device))
+    (expected,) = chained(initial).resample([values_of(image, "values")], grid)
+    inside = np.ones(grid.size, bool)
+    index = grid.index_of(chained(initial).backward(grid.points()))
+    for edge in (-0.5, np.array(grid.dimensions) - 0.5):
+        inside &= (np.abs(index - edge) > 1e-3).all(axis=1)
+    got = values_of(output, "values").ravel()
+    np.testing.assert_allclose(got[inside], expected.ravel()[inside], atol=1e-4)
+    assert np.abs(got - values_of(image, "values").ravel()).max() > 0.3
+
+
+@pytest.mark.parametrize("suffix", [".nrrd", ".nii.gz", ".mha"])
+def test_a_file_is_what_it_holds(suffix, tmp_path):
+    image, path = scan()[0], tmp_path / f"warp{suffix}"
+    io.write_transform(INITIAL["field"], path)
+    expected = update(deforming(image, INITIAL["field"]))
+    for given in (path, str(path)):
+        deform = deforming(image, given)
+        output = update(deform)
+        assert deform.GetInitialTransform() == given
+        np.testing.assert_allclose(
+            values_of(output, "values"), values_of(expected, "values"), atol=1e-5
+        )
+    deform.SetInitialTransform(None)
+    assert deform.GetInitialTransform() == ""
+    assert isinstance(deform.updated_deformation(), Deformation)
+
+
+@pytest.mark.parametrize(
+    ("value", "match"),
+    [
+        ("no such.nrrd", "`InitialTransform`: there is no file `no such.nrrd`"),
+        (3, "`InitialTransform` must be the path of a file, or an Affine, .* got 3"),
+    ],
+)
+def test_errors_name_the_property(value, match, messages):
+    deform = deforming(scan()[0], value)
+    assert not deform.GetExecutive().Update()
+    messages.assert_one(match)
+
+
+def test_points_of_meshes_are_moved_by_both(initial, device):
+    mesh = cells(VTK_TETRA)
+    before = places_of(mesh).copy()
+    output = update(deforming(mesh, initial, device=device))
+    expected = chained(initial).forward(before)
+    np.testing.assert_allclose(places_of(output), expected, atol=5e-5)
+    np.testing.assert_allclose(
+        array_of(output, "ForwardDisplacement"), expected - before, atol=5e-5
+    )
+    assert not array_of(output, "NoInverse").any()
+    assert count(output, "FailedInverses") == 0
+    np.testing.assert_array_equal(array_of(output, "time", "Field"), [2.5])
+    np.testing.assert_array_equal(places_of(mesh), before)
+
+
+def test_a_rectilinear_grid_becomes_structured(initial):
+    mesh = rectilinear()
+    before = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
+    output = update(deforming(mesh, initial))
+    assert output.GetClassName() == "vtkStructuredGrid"
+    np.testing.assert_allclose(places_of(output), chained(initial).forward(before), atol=5e-5)
+
+
+def test_a_mesh_and_an_image_stay_registered(initial):
+    image, _ = scan()
+    mesh = cells(VTK_TETRA, 3)
+    inner = 2.5 + (places_of(mesh) - LOW) / (HIGH - LOW) * [3, 3, 2]
+    mesh.GetPoints().SetData(arrays.from_numpy(inner, 11))
+    probe = vtkProbeFilter()
+    probe.SetInputData(mesh)
+    probe.SetSourceData(image)
+    probe.Update()
+    before = arrays.to_numpy(probe.GetOutput().GetPointData().GetArray("values")).copy()
+    deform = deforming(image, initial)
+    probe.SetInputData(update(deforming(mesh, initial)))
+    probe.SetSourceData(update(deform))
+    probe.Update()
+    after = arrays.to_numpy(probe.GetOutput().GetPointData().GetArray("values"))
+    np.testing.assert_allclose(after, before, atol=0.05)  # of the interpolation
+
+
+def test_vectors_and_the_jacobian_are_those_of_both(initial):
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(sphere())
+    normals.SplittingOff()
+    normals.Update()
+    mesh = normals.GetOutput()
+    before = places_of(mesh).astype(float)
+    add_array(mesh.GetPointData(), "speed", np.tile([1.0, 2, 3], (len(before), 1)))
+    unit = arrays.to_numpy(mesh.GetPointData().GetNormals()).astype(float)
+    deform = deforming(mesh, initial)
+    deform.AddPushForwardArray("speed")
+    deform.SetGenerateJacobian(True)
+    deform.SetGenerateJacobianDeterminant(True)
+    output = update(deform)
+    chain = chained(initial)
+    jacobian = chain.jacobian(chain.forward(before))
+    # the slopes of a field have steps at the faces of its cells
+    rows = np.ones(len(before), bool)
+    for member in initial.transforms if isinstance(initial, Chain) else [initial]:
+        if isinstance(member, Field):
+            middle = Chain([member]).forward(before)
+            rows = (np.abs(member.grid.index_of(middle) % 1 - 0.5) < 0.499).all(axis=1)
+    expected = np.einsum("mji,mj->mi", jacobian, unit)
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    data = output.GetPointData()
+    np.testing.assert_allclose(arrays.to_numpy(data.GetNormals())[rows], expected[rows], atol=1e-4)
+    speed = np.linalg.solve(jacobian, np.tile([1.0, 2, 3], (len(before), 1))[..., None])[..., 0]
+    np.testing.assert_allclose(array_of(output, "speed")[rows], speed[rows], rtol=1e-3)
+    rows_of = jacobian.swapaxes(1, 2).reshape(-1, 9)
+    np.testing.assert_allclose(array_of(output, "Jacobian")[rows], rows_of[rows], atol=1e-3)
+    determinant = np.linalg.det(jacobian)
+    np.testing.assert_allclose(
+        array_of(output, "JacobianDeterminant")[rows], determinant[rows], rtol=1e-3
+    )
+
+
+def test_cells_that_both_turn_inside_out_are_counted():
+    mirror = Affine(np.diag([-1.0, 1, 1, 1]) + [[0, 0, 0, 8], *np.zeros((3, 4))])
+    mesh = cells(VTK_TETRA)
+    for initial, expected in ((Affine(np.eye(4)), 0), (mirror, mesh.GetNumberOfCells())):
+        deform = deforming(mesh, initial)
+        deform.SetGenerateJacobianDeterminant(True)
+        assert count(update(deform), "InvertedCells") == expected
+
+
+@pytest.mark.parametrize("name", ["plane", "tent"])
+def test_meshes_are_split_in_the_space_between(name, initial):
+    mesh, cut = cells(VTK_TETRA), [CUTS[name]]
+    moved = update(partial(deforming, device="reference")(mesh, initial))
+    assert moved.GetNumberOfPoints() == mesh.GetNumberOfPoints()
+    between = cells(VTK_TETRA)
+    between.GetPoints().SetData(arrays.from_numpy(initial.forward(places_of(mesh)), 11))
+    alone = connect(MLSDeform(), between, control_points())
+    alone.SetDevice(FAST)
+    alone.AddCut(cut[0])
+    expected = update(alone)
+    deform = deforming(mesh, initial, cut)
+    output = update(deform)
+    assert output.GetNumberOfPoints() > mesh.GetNumberOfPoints()
+    np.testing.assert_allclose(places_of(output), places_of(expected), atol=1e-4)
+    back = places_of(output) - array_of(output, "ForwardDisplacement")
+    assert (back > LOW - 1e-3).all()
+    assert (back < HIGH + 1e-3).all()
+    deform.SetAlpha(1.5)  # by the mesh that was divided before
+    alone.SetAlpha(1.5)
+    np.testing.assert_allclose(places_of(update(deform)), places_of(update(alone)), atol=1e-4)
+
+
+def test_the_void_of_images_is_that_of_the_chain(initial):
+    image, grid = scan()
+    output = update(deforming(image, initial, [CUTS["plane"]]))
+    distance = chained(initial, CUTS["plane"]).void_distance(grid.points())
+    got = values_of(output, "VoidDistance").ravel()
+    np.testing.assert_allclose(got, distance, atol=1e-3)
+    assert (got < 0).any()
+
+
+def test_the_field_is_that_of_both(initial):
+    image, grid = scan()
+    chain = chained(initial)
+    output = update(deforming(image, initial, kind=MLSDisplacementField))
+    v = grid.points()
+    got = values_of(output, "BackwardDisplacement").reshape(-1, 3)
+    np.testing.assert_allclose(got, chain.backward(v) - v, atol=1e-4)
+    inverse = deforming(image, initial, kind=MLSDisplacementField)
+    inverse.SetInverse(True)
+    output = update(inverse)
+    found = values_of(output, "NoInverse").ravel() == 0
+    moved = v + values_of(output, "ForwardDisplacement").reshape(-1, 3)
+    np.testing.assert_allclose(chain.backward(moved)[found], v[found], atol=1e-3)
+    assert found.mean() > 0.99
+
+
+def test_a_fitted_grid_holds_what_both_move():
+    image, grid = scan()
+    far = Affine(np.eye(4) + [[0, 0, 0, 40], *np.zeros((3, 4))])
+    deform = deforming(image, far)
+    deform.SetOutputGrid("fitted")
+    output = update(deform)
+    moved = chained(far).forward(grid.points())
+    fitted = ImageGeometry.of_image(output).grid
+    assert fitted.covers(fitted.index_of(moved)).mean() > 0.99
+
+
+def test_blocks_are_deformed_one_by_one(initial):
+    blocks, mesh = vtkMultiBlockDataSet(), cells(VTK_TETRA)
+    before = places_of(mesh)
+    blocks.SetBlock(0, mesh)
+    blocks.SetBlock(1, cells(VTK_TETRA, 2))
+    output = update(deforming(blocks, initial))
+    expected = chained(initial).forward(before)
+    np.testing.assert_allclose(places_of(output.GetBlock(0)), expected, atol=5e-5)
+
+
+def test_parts_of_an_image_are_parts_of_the_whole(initial):
+    image, _ = scan()
+    whole = values_of(update(deforming(image, initial)), "values")
+    deform = deforming(image, initial)
+    assert deform.UpdateExtent((3, 9, 2, 8, 4, 10))
+    part = deform.GetOutput()
+    np.testing.assert_array_equal(values_of(part, "values"), whole[4:11, 2:9, 3:10])
+
+
+def test_the_gradient_is_that_of_the_whole_chain(initial):
+    image, grid = scan()
+    deform = deforming(image, initial)
+    deform.SetGradientArray("values")
+    got = values_of(update(deform), "Gradient").reshape(-1, 3)
+    expected = chained(initial).corrected_gradient(values_of(image, "values"), Sampling(grid))
+    close = np.isclose(got, expected.reshape(-1, 3), atol=1e-3).all(axis=1)
+    assert close.mean() > 0.97  # a border between cells, or of the image, may be on the other side

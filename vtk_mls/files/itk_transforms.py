@@ -1,0 +1,232 @@
+"""ITK's transform files (.h5 .hdf5 .tfm .txt .mat), which SimpleITK reads and writes.
+
+Frame. ITK's points are in LPS, as here. Its transforms map a point of the output (the deformed
+space) to its source in the input: they are backward maps.
+
+Order. ITK's composite applies its last transform to a point first. A chain applies its first
+transform to the material first, so its backward map applies the last one to a point first. Both
+lists have the same order.
+
+Outside of its grid a displacement field is 0, in ITK and here. A map on a grid is written as its
+best affine transform and the rest of its displacements, so that it goes on affinely outside.
+
+Composites. In HDF5 a single transform is put into a composite, too: nitransforms skips what is not
+in one. In text it stands alone, for nitransforms knows no composites there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+
+import numpy as np
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.linear_algebra import fitted_affine, transformed
+from vtk_mls.transforms.affine import Affine
+from vtk_mls.transforms.chain import Chain
+from vtk_mls.transforms.field import Field
+
+_HDF5, _TEXT = (".h5", ".hdf5"), (".tfm", ".txt")
+_MAX_LAST_LINE = 4096  # bytes
+_MAX_CONDITION = 1e4  # of an affine part
+_MAX_FITTED = 64  # points along an axis to which it is fitted
+_SEVERAL = "more than one transform"  # in a warning of SimpleITK, which takes the first
+_NO_FILE = ("Could not create Transform IO", "failed to read file", "Tags must be delimited")
+
+
+def read(path):
+    """Read a transform.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Affine, Field or Chain
+
+    Raises
+    ------
+    ValueError
+        Also for transforms of another type, such as B-splines.
+    """
+    import SimpleITK as sitk
+
+    with _warnings() as warnings:
+        try:
+            transform = sitk.ReadTransform(str(path))
+        except RuntimeError as error:
+            raise ValueError(_reason(str(error))) from None
+    if any(_SEVERAL in text for text in warnings):
+        raise ValueError("it holds several transforms that are not a composite; write them as one")
+    if transform.GetDimension() != 3:
+        raise ValueError(f"its transform must have 3 dimensions, got {transform.GetDimension()}")
+    parts = _parts(transform)
+    return parts[0] if len(parts) == 1 else Chain(parts)
+
+
+def _parts(transform):
+    """The transforms (Affine, Field) of SimpleITK's transform, in its order."""
+    if transform.IsLinear():
+        return [_affine(transform)]
+    transform = transform.Downcast()
+    name = transform.GetName()
+    if name == "DisplacementFieldTransform":
+        return [_field(transform.GetDisplacementField())]
+    if name == "CompositeTransform":
+        count = transform.GetNumberOfTransforms()
+        members = [transform.GetNthTransform(i).Downcast() for i in range(count)]
+        # SimpleITK packs what it does not know into a composite, again and again
+        if all(member.GetName() != name or member.IsLinear() for member in members):
+            return [part for member in members for part in _parts(member)]
+    raise ValueError(
+        f"its {name} is neither linear nor a displacement field; SimpleITK's "
+        "TransformToDisplacementField makes one of it"
+    )
+
+
+def _affine(transform):
+    """The Affine of a linear transform."""
+    zero, axes, backward = (0.0, 0.0, 0.0), np.eye(3).tolist(), np.eye(4)
+    backward[:3, :3] = np.transpose([transform.TransformVector(axis, zero) for axis in axes])
+    backward[:3, 3] = transform.TransformPoint(zero)
+    if not np.isfinite(backward).all() or np.linalg.matrix_rank(backward[:3, :3]) < 3:
+        raise ValueError(f"its matrix must be invertible, got {backward[:3, :3].tolist()}")
+    return Affine(_inverse(backward))
+
+
+def _inverse(matrix):
+    """The inverse of a matrix (4, 4) whose last row is (0, 0, 0, 1)."""
+    inverse = np.linalg.inv(matrix)
+    inverse[3] = 0, 0, 0, 1
+    return inverse
+
+
+def _field(image):
+    """The Field of an image of displacements."""
+    import SimpleITK as sitk
+
+    grid = Grid(
+        image.GetSize(),
+        image.GetOrigin(),
+        image.GetSpacing(),
+        np.reshape(image.GetDirection(), (3, 3)),
+    )
+    return Field(sitk.GetArrayFromImage(image), grid)
+
+
+def write(transforms, path):
+    """Write transforms.
+
+    Parameters
+    ----------
+    transforms : list of Affine and Field
+        Applied first to last to the material. A .mat file holds one Affine.
+    path : Path
+
+    Raises
+    ------
+    OSError, ValueError
+    """
+    import SimpleITK as sitk
+
+    members = [_to_itk(transform) for transform in transforms]
+    if len(members) > 1 or path.suffix.lower() in _HDF5:
+        content = sitk.CompositeTransform(members)
+    else:
+        (content,) = members
+    try:
+        sitk.WriteTransform(content, str(path))
+    except RuntimeError as error:
+        raise OSError(_reason(str(error))) from None
+    _check_complete(path)
+
+
+def write_field(content, path):
+    """Write a `FieldContent` as an affine transform and the rest of the field."""
+    field = Field(content.displacement, content.grid)
+    displacement, grid = field.displacement, field.grid
+    matrix = _best_affine(displacement, grid)
+    inverse = _inverse(matrix)
+    rest = np.empty(displacement.shape, np.float32)
+    for k, layer in enumerate(displacement):
+        v = grid.points(k * layer[..., 0].size, (k + 1) * layer[..., 0].size)
+        v_rest = transformed(inverse[:3, :3], v + layer.reshape(-1, 3)) + inverse[:3, 3] - v
+        rest[k] = v_rest.reshape(layer.shape)
+    write([Affine(inverse), Field(rest, grid)], path)
+
+
+def _best_affine(displacement, grid):
+    """(4, 4) matrix of the affine map nearest to v + d(v), by least squares over a grid."""
+    axes = [np.arange(0, count, -(-count // _MAX_FITTED)) for count in grid.shape]
+    ids = np.ravel_multi_index(np.ix_(*axes), grid.shape).ravel()
+    v, matrix = grid.points_of(ids), np.eye(4)
+    linear, offset = fitted_affine(v, v + displacement.reshape(-1, 3)[ids])
+    if np.linalg.cond(linear) < _MAX_CONDITION:  # not flat
+        matrix[:3, :3], matrix[:3, 3] = linear, offset
+    return matrix
+
+
+def _to_itk(transform):
+    """SimpleITK's transform of an Affine or Field."""
+    import SimpleITK as sitk
+
+    if isinstance(transform, Affine):
+        backward = _inverse(transform.matrix)
+        linear = sitk.AffineTransform(3)
+        linear.SetMatrix(backward[:3, :3].ravel().tolist())
+        linear.SetTranslation(backward[:3, 3].tolist())
+        return linear
+    grid = transform.grid
+    spacing = np.linalg.norm(grid.index_to_world, axis=0)
+    image = sitk.GetImageFromArray(transform.displacement.astype(np.float64), isVector=True)
+    image.SetOrigin(grid.origin.tolist())
+    image.SetSpacing(spacing.tolist())
+    image.SetDirection((grid.index_to_world / spacing).ravel().tolist())
+    return sitk.DisplacementFieldTransform(image)
+
+
+def _check_complete(path):
+    """Raise OSError if the end of a file is missing, which ITK does not notice on a full disk."""
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(size - _MAX_LAST_LINE, 0))
+        end = file.read()
+    is_text = path.suffix.lower() in _TEXT
+    last = end.removesuffix(b"\n").rpartition(b"\n")[2]
+    if not end or (is_text and not (end.endswith(b"\n") and last.startswith(b"FixedParameters:"))):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@contextlib.contextmanager
+def _warnings():
+    """The list of the warnings that ITK gives in the block, in place of printing them."""
+    import SimpleITK as sitk
+
+    texts = []
+
+    class Logger(sitk.LoggerBase):
+        def DisplayText(self, text):
+            texts.append(text)
+
+        DisplayWarningText = DisplayErrorText = DisplayText
+        DisplayGenericOutputText = DisplayDebugText = DisplayText
+
+    logger = Logger()
+    usual = logger.SetAsGlobalITKLogger()
+    try:
+        yield texts
+    finally:
+        usual.SetAsGlobalITKLogger()
+
+
+def _reason(text):
+    """The reason in an exception of SimpleITK."""
+    if any(part in text for part in _NO_FILE):
+        return "it is no transform file of ITK"
+    found = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
+    reason = found[1] if found else text.splitlines()[-1]
+    return f"ITK says: {' '.join(reason.split())}"

@@ -1,0 +1,1 @@
+"""Affine maps, displacement fields, and chains of transforms."""

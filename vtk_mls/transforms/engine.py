@@ -1,0 +1,121 @@
+"""The engine of transforms that are evaluated point by point: implements `engine.protocol.Engine`.
+
+Questions on grids go through slabs of points. Arrays are sampled by the engine of the device.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.base import interpolation
+from vtk_mls.base.linear_algebra import transformed
+from vtk_mls.base.progress import SILENT
+from vtk_mls.engine.dispatch import engine_for
+from vtk_mls.queries import vector_fields, void_cells
+from vtk_mls.queries.fields import MAX_SLAB_POINTS
+
+NAME = "pointwise (numpy, float64)"
+
+
+def backward(transform, points, progress=SILENT):
+    return transform._origins(points, progress)
+
+
+def jacobian(transform, points, progress=SILENT, origins=None):
+    return transform._jacobians(points, progress)
+
+
+def forward(transform, points, progress=SILENT):
+    return transform._search(points, progress)
+
+
+def displacement_field(transform, grid, progress=SILENT):
+    displacement = np.empty((grid.size, 3), np.float32)
+    void_distance = np.empty(grid.size, np.float32) if transform.cuts else None
+    for part, v, origins, distance, _ in _slabs(transform, grid, progress):
+        displacement[part] = origins - v
+        if transform.cuts:
+            void_distance[part] = distance
+    void_distance = void_distance.reshape(grid.shape) if transform.cuts else None
+    return displacement.reshape(*grid.shape, 3), void_distance
+
+
+def jacobian_field(transform, grid, progress=SILENT):
+    result = np.empty((grid.size, 3, 3), np.float32)
+    for part, *_, jacobian in _slabs(transform, grid, progress, with_jacobian=True):
+        result[part] = jacobian.swapaxes(1, 2)
+    return result.reshape(*grid.shape, 3, 3)
+
+
+def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, covariant=None):
+    covariant, device = covariant or {}, engine_for(transform.device)
+    results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
+    methods = sampling.methods(len(arrays))
+    for part, index, distance, jacobian in _sources(
+        transform, sampling, progress, with_jacobian=bool(covariant)
+    ):
+        if transform.cuts and void_distance is not None:
+            void_distance[part] = distance
+        for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
+            flat = result.reshape(-1, *array.shape[3:])
+            background = 0.0 if i in covariant else sampling.background
+            flat[part] = device.sample(array, index, method, background, sampling.source)
+            if i in covariant:
+                transposed = jacobian.swapaxes(1, 2)
+                flat[part] = vector_fields.covariant(flat[part], transposed, covariant[i])
+    return results
+
+
+def gradient(array, grid, progress=SILENT):
+    return vector_fields.gradient(array, grid, progress)
+
+
+def sample(array, index, method, background, source):
+    return interpolation.sample(array, index, method, background, source)
+
+
+def void_by_corners(void_distance, min_distance, progress=SILENT):
+    return void_cells.by_corners(void_distance, min_distance)
+
+
+def void_distance_listed(transform, grid, indices, progress=SILENT):
+    starts, result = range(0, len(indices), MAX_SLAB_POINTS), np.empty(len(indices), np.float32)
+    for start, part in zip(starts, progress.divided(*[1] * len(starts))):
+        rows = slice(start, start + MAX_SLAB_POINTS)
+        result[rows] = transform._void_distance(grid.points_of(indices[rows]), part)
+    return result
+
+
+def source_bounds(transform, sampling, progress=SILENT):
+    bounds = interpolation.NO_BOUNDS
+    for _, index, *_ in _sources(transform, sampling, progress):
+        bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
+    return bounds
+
+
+def _sources(transform, sampling, progress, with_jacobian=False):
+    """Parts of the target with their origins, as indices (m, 3) of the whole source.
+
+    And their void distances (m,) or None, and Jacobians (m, 3, 3) or None.
+    """
+    source, target = sampling.source, sampling.target
+    matrix, offset = target.whole.index_transform(source.whole)
+    for part, v, origins, distance, jacobian in _slabs(transform, target, progress, with_jacobian):
+        index = transformed(matrix, target.indices(part.start, part.stop) + target.first)
+        # exact where nothing moves
+        index += offset + transformed(source.world_to_index, origins - v)
+        if distance is not None and not sampling.continues:
+            index[distance < 0] = -np.inf
+        yield part, index, distance, jacobian
+
+
+def _slabs(transform, grid, progress, with_jacobian=False):
+    """Slices of the points of a grid, the points, and what `_on_grid` returns there."""
+    nx, ny, nz = grid.dimensions
+    step = max(1, MAX_SLAB_POINTS // (nx * ny))
+    lows = range(0, nz, step)
+    for low, part in zip(lows, progress.divided(*[1] * len(lows))):
+        slab = grid.part((0, 0, low), (nx, ny, min(step, nz - low)))
+        start, v = low * nx * ny, slab.points()
+        results = transform._on_grid(slab, v, part, with_jacobian)
+        yield slice(start, start + slab.size), v, *results

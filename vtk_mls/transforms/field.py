@@ -1,0 +1,152 @@
+"""Displacement fields on grids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vtk_mls.base.grid import Grid, checked_grid
+from vtk_mls.base.linear_algebra import finite
+from vtk_mls.base.validation import as_float, freeze
+from vtk_mls.transforms.pointwise import PointwiseTransform
+
+_CHUNK = 1 << 18  # points whose corners are in memory at once
+# The search for the inverse: residuals that end it and that count as found, as fractions of the
+# size of the grid.
+_CONVERGED, _FOUND = 1e-12, 1e-6
+_MAX_EVALUATIONS, _MIN_SHARE = 64, 0.01  # of Newton's method; the least share of a step
+_STAGES = 16  # of a search that the field is turned on for step by step
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Field(PointwiseTransform):
+    """A displacement field, interpolated linearly, as ITK's DisplacementFieldTransform has one.
+
+    Parameters
+    ----------
+    displacement : (nz, ny, nx, 3) array_like, world units
+        G(v) - v, from where material is to where it came from, as
+        `Deformation.displacement_field` returns it. It is kept as float32.
+    grid : Grid
+        Of points v of the deformed space. The displacement at its border continues up to half a
+        spacing outside; beyond that it is 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the displacements do not have the shape of the grid, or are not finite.
+    """
+
+    displacement: NDArray[np.float32]
+    grid: Grid
+
+    def __init__(self, displacement: ArrayLike, grid: Grid) -> None:
+        shape = (*checked_grid("grid", grid).shape, 3)
+        array = displacement
+        if not isinstance(array, np.ndarray) or array.dtype != np.float32:
+            array = as_float("displacement", displacement).astype(np.float32)
+        if array.shape != shape:
+            raise ValueError(
+                f"`displacement` must have the shape of the grid, {shape}, got {array.shape}"
+            )
+        if not np.isfinite(array).all():
+            raise ValueError(
+                "`displacement` must be finite, "
+                f"got {np.count_nonzero(~np.isfinite(array))} numbers that are not"
+            )
+        freeze(self, displacement=np.ascontiguousarray(array).view(), grid=grid)
+
+    def __repr__(self) -> str:
+        return f"<Field of {' x '.join(map(str, self.grid.dimensions))} points>"
+
+    def _origins(self, points, progress):
+        return points + self._displacement(points, progress)[0]
+
+    def _jacobians(self, points, progress):
+        return np.eye(3) + self._displacement(points, progress, with_slopes=True)[1]
+
+    def _search(self, points, progress):
+        x = points.astype(np.float64)
+        # 1e-16 of a far point is more than the tolerance
+        size = np.maximum(np.ptp(self.grid.corners(), axis=0).max(), np.abs(x).max(axis=1) / 1e3)
+        solving, continuing = progress.divided(1, 1)
+        solving.report(0)
+        v, residual = self._newton(x, x - self._displacement(x)[0], size)
+        rows = np.flatnonzero(~(residual <= _FOUND * size))
+        rows = rows[np.isfinite(x[rows]).all(axis=1)]
+        candidate = x[rows]
+        for stage in continuing.over(range(1, _STAGES + 1)) if len(rows) else ():
+            candidate, last = self._newton(x[rows], candidate, size[rows], stage / _STAGES)
+        if len(rows):
+            better = last < residual[rows]
+            v[rows[better]], residual[rows[better]] = candidate[better], last[better]
+        return v - x, residual <= _FOUND * size
+
+    def _newton(self, x, candidate, size, factor=1.0):
+        """v (m, 3) with v + `factor` d(v) = x, from `candidate`; the residuals (m,).
+
+        Backtracking halves a step that does not reduce the residual.
+        """
+        candidate, v = candidate.copy(), candidate.copy()
+        residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
+        active = np.arange(len(x))
+        for _ in range(_MAX_EVALUATIONS):
+            moved, slopes = self._displacement(candidate[active], with_slopes=True)
+            error = x[active] - candidate[active] - factor * moved
+            distance = np.linalg.norm(error, axis=1)
+            closer = distance < residual[active]
+            v[active[closer]] = candidate[active[closer]]
+            residual[active[closer]] = distance[closer]
+            share[active] = np.where(closer, 1, share[active] / 2)
+            goes_on = residual[active] > _CONVERGED * size[active]
+            goes_on &= share[active] > _MIN_SHARE
+            if not goes_on.any():
+                break
+            jacobian = finite(np.eye(3) + factor * slopes[goes_on & closer])
+            newton = (np.linalg.pinv(jacobian) @ error[goes_on & closer][:, :, None])[:, :, 0]
+            step[active[goes_on & closer]] = newton
+            active = active[goes_on]
+            candidate[active] = v[active] + share[active, None] * step[active]
+        return v, residual
+
+    def _displacement(self, points, progress=None, with_slopes=False):
+        """d (m, 3) at `points` (m, 3), and its slopes (m, 3, 3) or None; 0 outside."""
+        result = np.empty(points.shape)
+        slopes: Any = np.empty((len(points), 3, 3)) if with_slopes else None
+        starts = range(0, len(points), _CHUNK)
+        for start in progress.over(starts) if progress else starts:
+            part = slice(start, start + _CHUNK)
+            self._interpolate(points[part], result[part], slopes[part] if with_slopes else None)
+        return result, slopes
+
+    def _interpolate(self, points, result, slopes):
+        """Fill displacements (m, 3), and slopes (m, 3, 3) unless None."""
+        grid, last = self.grid, np.array(self.grid.dimensions) - 1
+        index = grid.index_of(points)
+        inside = grid.covers(index)
+        limited = np.clip(np.where(inside[:, None], index, 0), 0, last)
+        cell = np.minimum(np.floor(limited).astype(np.int64), np.maximum(last - 1, 0))
+        share = [(1 - t, t) for t in np.ascontiguousarray((limited - cell).T)]
+        to_next = np.minimum(last, 1) * self._strides
+        first, flat = cell @ self._strides, self.displacement.reshape(-1, 3)
+        result[:] = 0
+        per_index: Any = np.zeros((len(points), 3, 3)) if slopes is not None else None
+        for corner in np.ndindex(2, 2, 2):
+            tap = flat[first + np.dot(corner, to_next)].astype(np.float64)
+            x, y, z = weights = [shares[side] for shares, side in zip(share, corner)]
+            result += (x * y * z)[:, None] * tap
+            for axis in range(3) if slopes is not None else ():
+                others = weights[axis - 1] * weights[axis - 2]
+                per_index[:, :, axis] += (2 * corner[axis] - 1) * others[:, None] * tap
+        result[~inside] = 0
+        if slopes is not None:
+            per_index *= (inside[:, None] & (index == limited))[:, None, :]
+            np.einsum("mia,aj->mij", per_index, grid.world_to_index, out=slopes)
+
+    @property
+    def _strides(self):
+        nx, ny, _ = self.grid.dimensions
+        return np.array([1, nx, nx * ny])

@@ -1,0 +1,63 @@
+"""Transforms that are evaluated point by point: what `Affine`, `Field` and `Chain` share."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.queries.transform import Transform
+from vtk_mls.transforms import engine
+
+_SAMPLES = 9  # along each axis of a grid, of known positions
+
+
+class PointwiseTransform(Transform):
+    """A transform given by functions of points, all float64 and in world coordinates."""
+
+    cuts: Any = ()
+    in_rest_frame: Any = False
+    device: Any = None
+    regions = ()
+
+    @abstractmethod
+    def _origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+        """G(v) (m, 3) at v of `points` (m, 3)."""
+
+    @abstractmethod
+    def _jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+        """dG_i/dv_j (m, 3, 3) at `points` (m, 3)."""
+
+    @abstractmethod
+    def _search(
+        self, points: NDArray[Any], progress: Progress
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """v - x (m, 3) with G(v) = x for x of `points` (m, 3), and whether it was found (m,).
+
+        `points` are float32 or float64, and need not be finite.
+        """
+
+    def _on_grid(
+        self, grid: Grid, points: NDArray[np.float64], progress: Progress, with_jacobian: bool
+    ) -> tuple[NDArray[np.float64], NDArray[Any] | None, NDArray[Any] | None]:
+        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
+
+        At the `points` (m, 3) of a grid.
+        """
+        mapping, differentiating = progress.divided(1, with_jacobian)
+        origins = self._origins(points, mapping)
+        return origins, None, self._jacobians(points, differentiating) if with_jacobian else None
+
+    @property
+    def _engine(self):
+        return engine
+
+    def _known_positions(self, grid):
+        axes = [np.linspace(0, count - 1, _SAMPLES) for count in grid.dimensions]
+        x = grid.at(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3))
+        displacement, found = self._search(x, SILENT)
+        return x[found], (x + displacement)[found]
