@@ -17,6 +17,8 @@ _QUADRATURE = 16
 _SAMPLES = np.array([0, 1 / 3, 2 / 3, 1])
 # Pieces of a segment that are searched for a crossing of a cut, and halvings of a piece.
 _PIECES, _HALVINGS = 32, 48
+# Parts of segments that are shorter, as shares of the length, are left out: a node on a cut.
+_MIN_SHARE = 1e-9
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -150,7 +152,7 @@ class Segments:
         share = np.concatenate([np.zeros(len(self)), np.ones(len(self)), high])
         order = np.lexsort([share, row])
         row, share = row[order], share[order]
-        kept = (row[1:] == row[:-1]) & (share[1:] > share[:-1])
+        kept = (row[1:] == row[:-1]) & (share[1:] > share[:-1] + _MIN_SHARE)
         return self[row[:-1][kept]].between(share[:-1][kept], share[1:][kept])
 
     def on_side(self, height, side, in_rest_frame) -> Segments:
@@ -161,7 +163,7 @@ class Segments:
         crossing = np.divide(low, low - high, out=np.zeros_like(low), where=(low < 0) != (high < 0))
         start = np.where(low < 0, crossing, 0)
         stop = np.where((high < 0) & (low >= 0), crossing, 1)
-        kept = ((low >= 0) | (high >= 0)) & (stop > start)
+        kept = ((low >= 0) | (high >= 0)) & (stop > start + _MIN_SHARE)
         return self[kept].between(start[kept], stop[kept])
 
     @property
