@@ -25,7 +25,9 @@ __kernel EXPLICIT_VECTORS void point_displacement(
   vec d = map_displacement(&map, &fit);
   store_points(displacement, d, points_count, first);
 #if CUTS
-  if (map.cuts.params.regions_compete || STEPS)
+#if !STEPS
+  if (map.cuts.params.regions_compete)
+#endif
     store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count,
                 first);
 #endif

@@ -1,0 +1,292 @@
+"""Deformations in steps: compositions of maps along the paths of the handles."""
+
+import numpy as np
+import pytest
+from control_point_sets import DEVICES
+from pairwise import paired
+
+from vtk_mls import (
+    Ball,
+    BallMask,
+    CurveHandle,
+    Deformation,
+    FixedFace,
+    Grid,
+    HalfPlane,
+    Plane,
+    RegionHandle,
+    SlidingFace,
+)
+
+EVERYWHERE = ["reference", *DEVICES]
+KINDS = [("rigid", 2), ("similarity", 2), ("affine", 2), ("polynomial", 2)]
+COUNT = 8
+BOUNDS = {"reference": 1e-12}
+CUTS = {
+    "none": {},
+    "half-plane": {"cuts": HalfPlane((0.5, 0.5, 0.5), (1, 0, 0), (0, 0, 1))},
+    "half-plane in place": {
+        "cuts": HalfPlane((0.5, 0.5, 0.5), (1, 0, 0), (0, 0, 1)),
+        "cut_frame": "deformed",
+    },
+    "plane": {"cuts": Plane((0.5, 0.5, 0.5), (1, 0.2, 0))},
+    "plane in place": {"cuts": Plane((0.5, 0.5, 0.5), (1, 0.2, 0)), "cut_frame": "deformed"},
+}
+
+
+def _turn(angle, axis=2):
+    motion = np.eye(4)
+    i, j = (k for k in range(3) if k != axis)
+    motion[i, i] = motion[j, j] = np.cos(angle)
+    motion[i, j], motion[j, i] = -np.sin(angle), np.sin(angle)
+    return motion
+
+
+MOTION = _turn(2.0)
+MOTION[:3, 3] = 0.5, 0.1, 0.2
+HANDLES = {
+    "points": {},
+    "region": {"handles": RegionHandle(Ball((0.3, 0.3, 0.3), 0.1), MOTION)},
+    "curve": {
+        "handles": CurveHandle(
+            [(0.1, 0.1, 0.9), (0.5, 0.2, 0.8), (0.9, 0.1, 0.9)],
+            [(0.1, 0.1, 0.9), (0.5, 0.3, 0.6), (0.9, 0.1, 0.9)],
+        )
+    },
+    "mask": {"mask": BallMask((0.5, 0.5, 0.5), 0.4, 0.3)},
+    "fixed": {"constraints": FixedFace(Plane((0, 0, 0), (0, 0, 1)), 0.3)},
+    "sliding": {"constraints": SlidingFace(Plane((0, 0, 0), (0, 0, 1)), 0.3)},
+    "smooth": {"smoothing": 0.1},
+}
+
+
+def _moved(rng, amount=0.1, count=15):
+    rest = rng.random((count, 3))
+    return rest, rest + amount * rng.normal(size=rest.shape)
+
+
+def _composed(rest, deformed, path, v, **options):
+    """Origins and Jacobians of v (m, 3) by maps of one step, one after the other."""
+    places = [rest, *path, deformed]
+    jacobian = np.eye(3)
+    for k in range(COUNT, 0, -1):
+        stages = []
+        for share in ((k - 1) / COUNT, k / COUNT):
+            leg = min(int(share * (len(places) - 1)), len(places) - 2)
+            t = share * (len(places) - 1) - leg
+            stages.append((1 - t) * places[leg] + t * places[leg + 1])
+        step = Deformation(*stages, device="reference", **options)
+        jacobian = step.jacobian(v) @ jacobian
+        v = step.backward(v)
+    return v, jacobian
+
+
+@pytest.mark.parametrize(("kind", "degree"), KINDS)
+@pytest.mark.parametrize("device", EVERYWHERE)
+@pytest.mark.parametrize("legs", [1, 2])
+def test_steps_are_maps_one_after_the_other(kind, degree, device, legs, rng):
+    rest, deformed = _moved(rng, 0.03 if kind == "polynomial" else 0.1)
+    path = np.tile((rest + deformed) / 2 + 0.05, (legs - 1, 1, 1))
+    v = rng.random((200, 3))
+    options = {"kind": kind, "degree": degree}
+    expected, slopes = _composed(rest, deformed, path, v, **options)
+    d = Deformation(rest, deformed, steps=COUNT, path=path, device=device, **options)
+    assert d.steps_used == COUNT
+    bound = BOUNDS.get(device, 6e-6)
+    assert np.abs(d.backward(v) - expected).max() <= bound
+    off = np.abs(d.jacobian(v) - slopes).max(axis=(1, 2))
+    assert np.median(off) <= bound
+    assert off.max() <= max(1e-9, 100 * bound)
+    field = d.displacement_field((5, 6, 7), (0, 0, 0), (0.2, 0.15, 0.1))
+    at_points = _composed(rest, deformed, path, field.grid.points(), **options)[0]
+    moved = field.grid.points() + field.displacement.reshape(-1, 3)
+    assert np.abs(moved - at_points).max() <= max(1e-6, bound)
+
+
+@paired(
+    kind=["rigid", "similarity", "affine"],
+    alpha=[1, 2, 3],
+    handles=list(HANDLES),
+    cut=list(CUTS),
+    device=DEVICES,
+)
+def test_devices_agree_with_the_specification(kind, alpha, handles, cut, device, rng):
+    rest, deformed = _moved(rng)
+    options = {"kind": kind, "alpha": alpha, "steps": COUNT, **HANDLES[handles], **CUTS[cut]}
+    exact = Deformation(rest, deformed, device="reference", **options)
+    d = Deformation(rest, deformed, device=device, **options)
+    v = rng.random((300, 3))
+    distance = exact.void_distance(v)
+    # where both sides are as far, and next to faces, rounding decides
+    clear = np.abs(distance) > 1e-4
+    off = np.abs(d.backward(v) - exact.backward(v)).max(axis=1)
+    assert np.quantile(off[clear], 0.98) <= 1e-5
+    slopes = np.abs(d.jacobian(v) - exact.jacobian(v)).max(axis=(1, 2))
+    assert np.quantile(slopes[clear], 0.9) <= 1e-3
+    if cut != "none":
+        errors = np.abs(d.void_distance(v) - distance)
+        assert np.quantile(errors[np.isfinite(distance)], 0.98) <= 1e-5
+
+
+@paired(kind=["rigid", "affine", "similarity"], cut=list(CUTS), device=EVERYWHERE)
+def test_forward_undoes_backward(kind, cut, device, rng):
+    rest, deformed = _moved(rng)
+    d = Deformation(rest, deformed, kind, alpha=1, steps=32, device=device, **CUTS[cut])
+    v = rng.random((60 if device == "reference" else 500, 3))
+    v = v[d.void_distance(v) > 1e-3]
+    if CUTS[cut]:
+        v = v[~d.overlap(v)]
+    found = d.forward_field(d.backward(v))
+    assert len(v) > 20
+    assert found.found.all()
+    assert np.abs(d.backward(v) + found.displacement - v).max() <= 1e-5
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_slopes_are_those_of_differences(device, rng):
+    rest, deformed = _moved(rng)
+    for cut in CUTS.values():
+        d = Deformation(rest, deformed, steps=COUNT, device=device, **cut)
+        v = rng.random((40, 3))
+        v = v[np.abs(d.void_distance(v)) > 0.02]
+        h = 1e-5 if device == "reference" else 1e-3
+        columns = [
+            (d.backward(v + h * axis) - d.backward(v - h * axis)) / (2 * h) for axis in np.eye(3)
+        ]
+        off = np.abs(np.stack(columns, axis=2) - d.jacobian(v)).max(axis=(1, 2))
+        assert np.median(off) <= (1e-6 if device == "reference" else 3e-3)
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+@pytest.mark.parametrize("kind", ["rigid", "affine", "similarity"])
+def test_as_many_steps_as_needed_do_not_fold(kind, device):
+    for seed in range(2 if device == "reference" else 8):
+        rng = np.random.default_rng(seed)
+        count, alpha = rng.choice([15, 60]), rng.choice([1.0, 1.5, 2.0, 3.0])
+        count = 15 if device == "reference" else count
+        rest, deformed = _moved(rng, rng.choice([0.05, 0.1, 0.2]), count)
+        options = {"kind": kind, "alpha": alpha, "device": device}
+        d = Deformation(rest, deformed, steps="auto", **options)
+        assert d.smallest_determinant > 0.1
+        v = rng.uniform(-0.2, 1.2, (200 if device == "reference" else 20000, 3))
+        assert np.linalg.det(d.jacobian(v)).min() > 0
+        assert np.abs(d.backward(deformed) - rest).max() <= 1e-5
+        there = d.forward_field(rest)
+        assert there.found.all()
+        assert np.abs(rest + there.displacement - deformed).max() <= 1e-5
+        if d.steps_used > 1:
+            fewer = Deformation(rest, deformed, steps=d.steps_used // 2, **options)
+            assert fewer.smallest_determinant <= 0.1
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_a_whole_turn_by_a_path(device, rng):
+    shares = [0.1, 0.5, 0.9]
+    rest = np.array([(a, b, c) for a in shares for b in shares for c in (0.0, 0.33, 0.66, 1.0)])
+
+    def turned(share):
+        angle = 2 * np.pi * share * rest[:, 2]
+        x, y = (rest[:, :2] - 0.5).T
+        c, s = np.cos(angle), np.sin(angle)
+        return np.c_[c * x - s * y + 0.5, s * x + c * y + 0.5, rest[:, 2]]
+
+    path = [turned(k / 16) for k in range(1, 16)]
+    d = Deformation(rest, turned(1), path=path, device=device)
+    assert d.steps_used == 16
+    assert d.smallest_determinant > 0.1
+    top = np.column_stack([rng.uniform(0.2, 0.8, (50, 2)), np.ones(50)])
+    moved = d.forward(np.column_stack([top[:, :2], np.full(50, 0.66)]))
+    angle = 2 * np.pi * 0.66
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = (top[:, :2] - 0.5).T
+    expected = np.c_[c * x - s * y + 0.5, s * x + c * y + 0.5]
+    assert np.abs(moved[:, :2] - expected).max() < 0.06
+    once = Deformation(rest, turned(1), device=device)
+    assert np.linalg.det(once.jacobian(rng.random((4000, 3)))).min() < 0
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_regions_go_along_a_screw_and_stay_rigid(device, rng):
+    ball = Ball((0.3, 0.3, 0.3), 0.1)
+    rest, deformed = _moved(rng, 0.02)
+    d = Deformation(rest, deformed, handles=RegionHandle(ball, MOTION), steps=COUNT, device=device)
+    inside = rng.normal(size=(200, 3))
+    inside *= 0.09 * rng.random((200, 1)) / np.linalg.norm(inside, axis=1, keepdims=True)
+    inside += ball.center
+    moved = inside @ MOTION[:3, :3].T + MOTION[:3, 3]
+    assert np.abs(d.forward(inside) - moved).max() <= 1e-5
+    assert np.abs(d.backward(moved) - inside).max() <= 1e-5
+    (step, *_) = d.regions[0].control_points.steps(COUNT)
+    # an eighth of a screw, eight times, is the motion
+    motion = step.handles.regions[0].motion
+    np.testing.assert_allclose(np.linalg.matrix_power(motion, COUNT), MOTION, atol=1e-12)
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_curves_are_carried(device, rng):
+    curve = HANDLES["curve"]["handles"]
+    rest, deformed = _moved(rng, 0.02)
+    d = Deformation(rest, deformed, handles=curve, steps=COUNT, device=device)
+    t = np.linspace(0.05, 0.95, 7)[:, None, None]
+    p, q = (n[:-1] + t * np.diff(n, axis=0) for n in (curve.rest, curve.deformed))
+    assert np.abs(d.backward(q.reshape(-1, 3)) - p.reshape(-1, 3)).max() <= 1e-5
+
+
+@pytest.mark.parametrize("device", EVERYWHERE)
+def test_outside_a_mask_nothing_moves(device, rng):
+    d = Deformation(*_moved(rng), steps=COUNT, device=device, **HANDLES["mask"])
+    v = rng.uniform(-0.2, 1.2, (400, 3))
+    outside = v[np.linalg.norm(v - 0.5, axis=1) > 0.71]
+    assert len(outside) > 20
+    np.testing.assert_array_equal(d.backward(outside), outside)
+    np.testing.assert_array_equal(d.forward(outside), outside)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_within_a_tolerance(device, rng):
+    grid = Grid((40, 40, 40), (0, 0, 0), (1 / 39,) * 3)
+    handles = _moved(rng, 0.05)
+    for options in (CUTS["none"], CUTS["half-plane"], HANDLES["mask"]):
+        exact, close = (
+            Deformation(
+                *handles, steps=COUNT, device=device, map_tolerance=tolerance, **options
+            ).displacement_field(grid)
+            for tolerance in (0, 0.02)
+        )
+        off = np.linalg.norm(exact.displacement - close.displacement, axis=-1) * 39
+        assert off.max() <= 0.02
+
+
+def test_one_step_is_the_single_map(rng):
+    handles, v = _moved(rng), rng.random((100, 3))
+    plain, one = Deformation(*handles), Deformation(*handles, steps=1)
+    np.testing.assert_array_equal(plain.backward(v), one.backward(v))
+    assert one.steps_used == 1
+
+
+def test_steps_for_given_points(rng):
+    rest, deformed = _moved(rng, 0.15)
+    d = Deformation(rest, deformed)
+    far = d.without_folds(np.full((1, 3), 100.0))
+    grid = d.without_folds(Grid((20, 20, 20), (0, 0, 0), (0.05,) * 3))
+    assert 1 <= far.steps <= grid.steps == grid.steps_used
+
+
+def test_handles_that_meet_on_their_way_are_told(caplog):
+    rest = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    d = Deformation(rest, rest[[1, 0, 2, 3]], steps="auto")
+    assert d.steps_used == 256
+    assert d.smallest_determinant <= 0.1
+    assert "may fold in 256 steps" in caplog.text
+
+
+@pytest.mark.parametrize("steps", [-1, 257, 1.5, "many", None])
+def test_bad_steps(steps):
+    with pytest.raises((ValueError, TypeError), match="`steps` must be"):
+        Deformation([(0, 0, 0)], [(1, 0, 0)], steps=steps)
+
+
+@pytest.mark.parametrize("path", [[(0, 0, 0)], [[(0, 0, np.nan)]], [[(0, 0, 0), (1, 0, 0)]]])
+def test_bad_paths(path):
+    with pytest.raises(ValueError, match="`path` must be finite numbers of shape"):
+        Deformation([(0, 0, 0)], [(1, 0, 0)], path=path)
