@@ -8,7 +8,7 @@ from vtk_mls.files import formats
 
 SECTIONS = {
     "Images": (formats.IMAGE, formats.MEDICAL),
-    "Displacement fields, as transforms": (formats.FIELD,),
+    "Transforms and displacement fields": (formats.FIELD, formats.AFFINE),
     "Meshes": (formats.MESH, formats.POLYDATA, formats.STRUCTURED, formats.UNSTRUCTURED),
     "Blocks, pieces and time steps": (formats.BLOCKS,),
     "Control points and landmarks": (formats.POINTS, formats.POINT_DATA),
@@ -52,6 +52,13 @@ that pandas writes for columns without names is taken for one if there is an ind
 column has texts in all other lines, or if no number in the other lines is an integer (`40`, not
 `40.0`). Otherwise it may be a point, which is an error, too.
 """
+TRANSFORMS = """`vtk_mls.io.read_transform` and `write_transform`; also `vtk-mls field`, but `.mat`.
+Transforms of ITK may be linear, displacement fields, or composites of them; B-splines are not read.
+Files get the best affine transform and the rest of the field, or what an `Affine`, a `Field` or a
+chain of them holds. NIfTI fields with the intent code 1006 have vectors in RAS, as ITK 5.4 reads
+them; those with 1007 have vectors in LPS, as ANTs and nitransforms read them
+(`--field-convention ants`).
+"""
 SERIES = "`.pvd`, `.series` and patterns in quotes (`'beat_*.vti'`) are series of all of these.\n"
 
 
@@ -63,6 +70,8 @@ def page() -> str:
         parts.append("|---|---|---|---|---|")
         parts += [_row(line, words) for line in formats.TABLE if _is_of(line, words)]
         parts.append("")
+        if title.startswith("Transforms"):
+            parts.append(TRANSFORMS)
         if title.startswith("Blocks"):
             parts.append(SERIES)
         if title.startswith("Control points"):

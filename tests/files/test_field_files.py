@@ -247,8 +247,8 @@ def test_numbers_alone_can_bewrite_by_itk(tmp_path):
     field = Deformation(REST, DEFORMED, device="reference").displacement_field(grid)
     field_files.write(field.displacement, field.grid, str(tmp_path / "x.nrrd"))
     np.testing.assert_array_equal(values_by_itk(tmp_path / "x.nrrd"), field.displacement)
-    with pytest.raises(ValueError, match=r"to `x\.txt`: its name must end in one of \.nii\.gz, "):
-        field_files.write(field.displacement, field.grid, "x.txt")
+    with pytest.raises(ValueError, match=r"to `x\.png`: its name must end in one of \.nii\.gz, "):
+        field_files.write(field.displacement, field.grid, "x.png")
 
 
 def test_the_old_file_stays_when_the_disk_is_full(tmp_path, monkeypatch):

@@ -266,7 +266,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
 @pytest.mark.parametrize(
     ("name", "missing", "sentence"),
     [
-        ("in.msh", "meshio", "`in.msh` cannot be used: it needs the package meshio"),
+        ("in.msh", "meshio", "`in.msh` needs the package meshio"),
         (
             "in.cgns",
             "vtkmodules.vtkIOCGNSReader",

@@ -111,8 +111,11 @@ def read_volume(name: str, path: Path) -> Field:
             f"got {values.shape[3] if values.ndim == 4 else 1} of {values.dtype}"
         )
     if module is nifti and not {*_INTENTS.values()} & {*volume.header}:
-        intent = next(line for line in volume.header if line.startswith("intent_code"))
-        raise ValueError(f"a displacement field has the intent code 1006 or 1007, got {intent}")
+        (intent,) = (line for line in volume.header if line.startswith("intent_code: "))
+        raise ValueError(
+            "a displacement field has the intent code 1006 or 1007, "
+            f"got {intent.removeprefix('intent_code: ')}"
+        )
     if f"{_PURPOSE}modeling" in volume.header:
         raise ValueError(
             "its field moves points (displacement field type modeling); expected one that "

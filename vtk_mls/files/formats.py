@@ -243,7 +243,7 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     Raises
     ------
     OSError, ValueError
-        If there is none, with the endings that are possible.
+        If there is none, with the endings that are possible; or if it needs a package.
     """
     line = find(path, **contents)
     if line is None and path.is_dir():
@@ -253,6 +253,8 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
             f"cannot {purpose} `{path}`: its name must end in one of "
             f"{', '.join(endings(**contents))}{_missing(_lines(**contents))}"
         )
+    if not _is_installed(line):
+        raise ValueError(f"`{path}` needs the package {line.needs}: pip install {line.needs}")
     return line
 
 
@@ -265,8 +267,12 @@ def _missing(lines: list[Format]) -> str:
     return "".join(
         f" ({', '.join(line.endings.split())} after `pip install {line.needs}`)"
         for line in lines
-        if line.needs and importlib.util.find_spec(line.needs) is None
+        if not _is_installed(line)
     )
+
+
+def _is_installed(line: Format) -> bool:
+    return not line.needs or importlib.util.find_spec(line.needs) is not None
 
 
 def _function(name: str, *arguments: str) -> Callable[..., Any]:

@@ -53,8 +53,9 @@ def read(path):
     ValueError
         Also for transforms of another type, such as B-splines.
     """
-    sitk = _simpleitk()
-    with _warnings(sitk) as warnings:
+    import SimpleITK as sitk
+
+    with _warnings() as warnings:
         try:
             transform = sitk.ReadTransform(str(path))
         except RuntimeError as error:
@@ -106,13 +107,15 @@ def _inverse(matrix):
 
 def _field(image):
     """The Field of an image of displacements."""
+    import SimpleITK as sitk
+
     grid = Grid(
         image.GetSize(),
         image.GetOrigin(),
         image.GetSpacing(),
         np.reshape(image.GetDirection(), (3, 3)),
     )
-    return Field(_simpleitk().GetArrayFromImage(image), grid)
+    return Field(sitk.GetArrayFromImage(image), grid)
 
 
 def write(transforms, path):
@@ -128,8 +131,9 @@ def write(transforms, path):
     ------
     OSError, ValueError
     """
-    sitk = _simpleitk()
-    members = [_to_itk(sitk, transform) for transform in transforms]
+    import SimpleITK as sitk
+
+    members = [_to_itk(transform) for transform in transforms]
     if len(members) > 1 or path.suffix.lower() in _HDF5:
         content = sitk.CompositeTransform(members)
     else:
@@ -166,8 +170,10 @@ def _best_affine(displacement, grid):
     return matrix
 
 
-def _to_itk(sitk, transform):
+def _to_itk(transform):
     """SimpleITK's transform of an Affine or Field."""
+    import SimpleITK as sitk
+
     if isinstance(transform, Affine):
         backward = _inverse(transform.matrix)
         linear = sitk.AffineTransform(3)
@@ -195,19 +201,11 @@ def _check_complete(path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def _simpleitk():
-    try:
-        import SimpleITK
-    except ImportError:
-        raise ValueError(
-            "ITK's transform files need the package SimpleITK: pip install SimpleITK"
-        ) from None
-    return SimpleITK
-
-
 @contextlib.contextmanager
-def _warnings(sitk):
+def _warnings():
     """The list of the warnings that ITK gives in the block, in place of printing them."""
+    import SimpleITK as sitk
+
     texts = []
 
     class Logger(sitk.LoggerBase):

@@ -90,10 +90,8 @@ def _check_names(path, syntax):
 
 def read_by_meshio(path):
     """Read a mesh with meshio, by way of a .vtu file."""
-    try:
-        import meshio
-    except ImportError:
-        raise ValueError("it needs the package meshio: pip install meshio") from None
+    import meshio
+
     printed = io.StringIO()
     with tempfile.TemporaryDirectory() as folder:
         vtu_path = Path(folder) / "mesh.vtu"

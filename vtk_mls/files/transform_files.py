@@ -110,8 +110,8 @@ def _sampled(transform: Transform, grid: Grid | None) -> tuple[NDArray[np.float3
     if isinstance(transform, Field):
         return transform.displacement, transform.grid
     raise ValueError(
-        f"`grid` must be given for a {type(transform).__name__} in this file: displacements are "
-        "written at the points of a grid"
+        f"`grid` must be given to write this {type(transform).__name__}, for the file holds "
+        "displacements at the points of a grid"
     )
 
 
