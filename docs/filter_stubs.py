@@ -93,7 +93,7 @@ def _types_taken(each):
         "values": "ArrayLike" if isinstance(each, properties.Rows) else "float | Sequence[float]",
         "choice": f"Literal[{', '.join(_quoted(each))}]",
         "wanted": "bool",
-        "text": "str | None",
+        "text": _VALUES.get(each.name) or "str | None",
         "name": "str",
         "index": "int",
         "count": "int",

@@ -1,9 +1,12 @@
 """The proxies have the properties of their filters, with help, and are the identity by default."""
 
+import tempfile
+
 import numpy as np
 from paraview import simple
 from scene import PLUGIN, REST, array, control_points, data, wavelet
 
+from vtk_mls import Field, Grid, io
 from vtk_mls.filters import properties
 from vtk_mls.filters import property_tables as tables
 
@@ -101,3 +104,11 @@ simple.LoadPlugin(str(PLUGIN), ns=vars(simple))
 reloaded.SMProxy.RecreateVTKObjects()
 np.testing.assert_array_equal(array(data(reloaded), "RTData"), volume)
 assert reloaded.GetClientSideObject().GetKind() == "affine"
+
+# The file of a transform moves the material before the handles do.
+with tempfile.TemporaryDirectory() as folder:
+    shift, grid = np.tile([2.0, 0, 0], (3, 3, 3, 1)), Grid((3, 3, 3), (-20,) * 3, (20,) * 3)
+    io.write_transform(Field(shift, grid), f"{folder}/shift.nrrd")
+    reloaded.InitialTransform = f"{folder}/shift.nrrd"
+    shifted = array(data(reloaded), "RTData").reshape(data(source).GetDimensions()[::-1])
+np.testing.assert_array_equal(shifted[:, :, :-2], volume.reshape(shifted.shape)[:, :, 2:])

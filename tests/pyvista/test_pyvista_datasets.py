@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtk_mls import Ball, BallMask, FixedFace, HalfPlane, RegionHandle
+from vtk_mls import Affine, Ball, BallMask, FixedFace, HalfPlane, RegionHandle
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
 from vtk_mls.vtk import arrays
 
@@ -243,3 +243,12 @@ def test_images_that_touch_are_warned_about(caplog):
     caplog.clear()
     parts[0].mls.deform(REST, DEFORMED)
     assert not caplog.text
+
+
+def test_an_initial_transform_is_an_option():
+    mesh, shift = pyvista.Sphere(), np.eye(4)
+    shift[0, 3] = 2
+    bent = mesh.mls.deform(
+        [(2, 0, 0)], [(2, 1, 0)], initial_transform=Affine(shift), device="reference"
+    )
+    np.testing.assert_allclose(bent.points, mesh.points + [2, 1, 0], atol=1e-6)

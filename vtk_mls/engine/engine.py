@@ -209,11 +209,12 @@ class Engine:
         return differences.gradient(self.launcher, array, grid, progress)
 
     @_exclusive
-    def sample(self, array, index, method, background, source):
+    def sample(self, array, index, method, background, source, version=None):
         if len(index) == 0 or not array_types.is_for_device(array, self.device):
             return interpolation.sample(array, index, method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
-        sampling = Sampling(source, interpolation=method, background=background)
+        settings = {"background": background, "versions": [version]}
+        sampling = Sampling(source, interpolation=method, **settings)
         (sampler,) = samplers(self.launcher, [array], sampling, {})
         with self.memory.input_buffer(np.ascontiguousarray(index.T, np.float32)) as planes:
             sampler.sample(planes, result)

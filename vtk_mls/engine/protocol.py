@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
+
     import numpy as np
 
     from vtk_mls.base.grid import Grid
@@ -165,11 +167,12 @@ class Engine(Protocol):
         method: str,
         background: float,
         source: Grid,
+        version: Hashable = None,
     ) -> np.ndarray:
         """Values between the points of an array, as `interpolation.sample` computes them.
 
         `array` (nz, ny, nx) or (nz, ny, nx, components) is contiguous and holds real numbers. The
-        result (m,) or (m, components) has the same dtype.
+        result (m,) or (m, components) has the same dtype. `version` is one of `Sampling.versions`.
         """
 
     def void_by_corners(

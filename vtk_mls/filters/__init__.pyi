@@ -329,7 +329,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
         """Transform that moves the material first, so that the handles correct it: a file of ITK,
         ANTs or 3D Slicer with an affine transform or a displacement field that resamples
         images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
@@ -754,7 +754,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
         """Transform that moves the material first, so that the handles correct it: a file of ITK,
         ANTs or 3D Slicer with an affine transform or a displacement field that resamples
         images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.

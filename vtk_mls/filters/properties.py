@@ -256,14 +256,6 @@ class TransformFile(FileName):
     def values(self):
         return "the path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`"
 
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, value):
-            self._set(attribute, "" if value is None else value)
-
-        return self._pair(set_value)
-
 
 class ArrayName(Text):
     """The name of point scalars of the input, "" for none."""

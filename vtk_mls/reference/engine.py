@@ -301,7 +301,7 @@ def gradient(array, grid, progress=SILENT):
     return vector_fields.gradient(array, grid, progress)
 
 
-def sample(array, index, method, background, source):
+def sample(array, index, method, background, source, version=None):
     return interpolation.sample(array, index, method, background, source)
 
 

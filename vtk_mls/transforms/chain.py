@@ -19,9 +19,8 @@ class Chain(PointwiseTransform):
     """Transforms one after the other; a chain answers the questions of each of them.
 
     The first is applied first to the material, so that the backward map of ``Chain([a, b])`` is
-    ``a.backward(b.backward(v))``. Each transform lives in the space that the ones before it lead
-    to: in the example, the rest positions, cuts in the rest frame and grids of b are in the space
-    between.
+    ``a.backward(b.backward(v))``. In the space between are the deformed positions and the grid of
+    a, and the rest positions and the cuts in the rest frame of b.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ class Chain(PointwiseTransform):
     The last transform is evaluated on grids as it is by itself, with its `map_tolerance`; the
     others at every point. Inverses are those of the transforms: exact where they are affine. A
     point is in the void if it is in that of a transform; its `void_distance` is the smallest, in
-    the units of the space where that transform acts.
+    the units of the space where that transform acts. `jacobian` does not need `origins`.
     """
 
     transforms: tuple[Transform, ...]

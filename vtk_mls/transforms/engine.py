@@ -51,6 +51,7 @@ def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, c
     covariant, device = covariant or {}, engine_for(transform.device)
     results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
     methods = sampling.methods(len(arrays))
+    versions = [_version(sampling, i) for i in range(len(arrays))]
     for part, index, distance, jacobian in _sources(
         transform, sampling, progress, with_jacobian=bool(covariant)
     ):
@@ -59,7 +60,9 @@ def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, c
         for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
             flat = result.reshape(-1, *array.shape[3:])
             background = 0.0 if i in covariant else sampling.background
-            flat[part] = device.sample(array, index, method, background, sampling.source)
+            flat[part] = device.sample(
+                array, index, method, background, sampling.source, versions[i]
+            )
             if i in covariant:
                 transposed = jacobian.swapaxes(1, 2)
                 flat[part] = vector_fields.covariant(flat[part], transposed, covariant[i])
@@ -70,7 +73,7 @@ def gradient(array, grid, progress=SILENT):
     return vector_fields.gradient(array, grid, progress)
 
 
-def sample(array, index, method, background, source):
+def sample(array, index, method, background, source, version=None):
     return interpolation.sample(array, index, method, background, source)
 
 
@@ -91,6 +94,12 @@ def source_bounds(transform, sampling, progress=SILENT):
     for _, index, *_ in _sources(transform, sampling, progress):
         bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
     return bounds
+
+
+def _version(sampling, index):
+    """The version of an array, or a new one: a device keeps the array for all slabs."""
+    version = sampling.version(index)
+    return object() if version is None else version
 
 
 def _sources(transform, sampling, progress, with_jacobian=False):
