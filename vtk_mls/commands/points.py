@@ -53,9 +53,16 @@ def run(options):
         moved = replace(landmarks, positions=_moved(landmarks, deformation, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
-    notes = _losses(landmarks, moved, options, left_out > 0) + remarks.handles_note(deformation)
+    notes = _losses(landmarks, moved, options, left_out > 0) + _warnings(deformation)
     print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
     return 0
+
+
+def _warnings(deformation):
+    """Warnings about handles, for the end of a sentence."""
+    from vtk_mls.queries.handle_warnings import handle_warnings
+
+    return "".join(f"; {sentence}" for sentence in handle_warnings(deformation))
 
 
 def _moved(landmarks, deformation, options):

@@ -164,15 +164,17 @@ class MLSDeform(DeformingFilter):
         if mesh.GetNumberOfPoints() == 0:
             output.ShallowCopy(mesh)
             return []
-        deformation = self._requested_deformation(inInfo)
-        self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
+        deformations = self._requested_blends(inInfo)
+        self._check_reach(deformations.whole, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
         options = warping.MeshOptions(
             self._direction_arrays(),
             self.GetGenerateJacobian(),
             self.GetGenerateJacobianDeterminant(),
+            self.GetGenerateCellQuality(),
+            self.GetGenerateLargestBlend(),
         )
-        return warping.Warp(options, deformation, mesh, output, splits).tasks()
+        return warping.Warp(options, deformations, mesh, output, splits).tasks()
 
     def _deform_image(self, image, inInfo, outInfo):
         """Functions of a Progress that deform an image."""

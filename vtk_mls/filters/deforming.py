@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
@@ -28,6 +31,7 @@ from vtk_mls.filters.shared_inputs import SharedInputs
 from vtk_mls.handles.handle_cells import handles_of_cells
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
+from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
@@ -35,6 +39,25 @@ from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
 _ON_CUT = 1e-6  # times the extent of the control points
+
+
+@dataclass(frozen=True)
+class Blends:
+    """Shares of a deformation.
+
+    Attributes
+    ----------
+    blend : float
+        That of the filter.
+    whole : Deformation
+        At this blend.
+    at : callable
+        `at(blend)`: the Deformation at another.
+    """
+
+    blend: float
+    whole: Deformation
+    at: Callable[[float], Deformation]
 
 
 @with_properties(property_tables.DEFORMING)
@@ -79,7 +102,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         )
         self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
-        self._deformation_cache = CachedValue()
+        self._deformation_cache, self._warned = CachedValue(), CachedValue()
 
     def FillInputPortInformation(self, port, info):
         required = vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE()
@@ -159,10 +182,32 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        return self._deformation(*self._control_data(lambda port: inputs(in_info, port)))
+        data = self._control_data(lambda port: inputs(in_info, port))
+        return self._warned_of(self._deformation(*data))
 
-    def _deformation(self, control_points, surfaces, masks, moved):
+    def _requested_blends(self, in_info):
+        """`Blends` of the deformation by the inputs of RequestData."""
+        data = self._control_data(lambda port: inputs(in_info, port))
+        _, make = self._recipe(*data)
+        return Blends(self.GetBlend(), self._warned_of(self._deformation(*data)), make)
+
+    def _warned_of(self, deformation):
+        """The deformation, after a warning once about its handles."""
+
+        def warn():
+            for sentence in handle_warnings(deformation):
+                self._warn(sentence)
+
+        self._warned.of(deformation, warn)
+        return deformation
+
+    def _deformation(self, *data):
         """The deformation by data of ports 1 to 4; the same object until something changes."""
+        state, make = self._recipe(*data)
+        return self._deformation_cache.of(state, lambda: make(self.GetBlend()))
+
+    def _recipe(self, control_points, surfaces, masks, moved):
+        """What the deformation by data of ports 1 to 4 depends on, and a function of the blend."""
         if moved and not control_points:
             raise ValueError(
                 "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
@@ -180,11 +225,11 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         settings |= {"cut_frame": cut_frame, "device": self.GetDevice() or None}
         state += (shapes, self.GetHandles(), limits, *settings.values())
 
-        def make():
+        def make(blend):
             rest, deformed, weights, handles = self._all_handles(
                 control_points, moved, names, shapes
             )
-            blend, (mask, faces) = options.BLEND.checked(self.GetBlend(), "Blend"), limits
+            blend, (mask, faces) = options.BLEND.checked(blend, "Blend"), limits
             if blend != 1:
                 deformed = rest + blend * (deformed - rest)
                 handles = [blended(handle, blend) for handle in handles]
@@ -199,7 +244,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
                 **settings,
             )
 
-        return self._deformation_cache.of(state, make)
+        return state, make
 
     def _all_handles(self, control_points, moved, names, shapes):
         """p, q and weights of points, and the other handles."""
