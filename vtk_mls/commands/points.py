@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 
-from vtk_mls.commands import map_options, remarks
+from vtk_mls.commands import map_options
 from vtk_mls.commands.running import draw_bar, read, shows_progress
 from vtk_mls.commands.supervision import step
 

@@ -338,8 +338,8 @@ CELL_QUALITY = (
         """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's scaled
         Jacobian of the deformed cells, and of the same cells at rest. It is 1 for regular cells,
         and 0 or less for cells that are inverted or, of quads, concave.""",
-        more="""NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or pyramids.
-        Surfaces have no inside: that a triangle is turned over shows in InvertedCells only.""",
+        more="""NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or
+        pyramids. That a triangle or quad is turned over shows in InvertedCells only.""",
     ),
     Flag(
         "GenerateLargestBlend",

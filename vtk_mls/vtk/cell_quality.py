@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
+from vtkmodules.vtkFiltersCore import vtkPointDataToCellData
 from vtkmodules.vtkFiltersVerdict import vtkCellQuality
 
 from vtk_mls.vtk import arrays
@@ -39,7 +40,18 @@ def scaled_jacobians(mesh, positions):
     quality.SetUnsupportedGeometry(np.nan)
     quality.Update()
     data = quality.GetOutput().GetCellData()
-    values = arrays.to_numpy(data.GetArray("CellQuality"))
-    # points at NaN, or all at one place, have any value, up to 1e30
-    result[~is_empty(moved)] = np.where(np.abs(values) <= 1 + 1e-9, values, np.nan)
+    values = arrays.to_numpy(data.GetArray("CellQuality")).copy()
+    values[np.abs(values) > 1 + 1e-9] = np.nan  # 1e30 if all corners are at one place
+    if not np.isfinite(positions).all():
+        values[~_are_finite(filled, positions)] = np.nan
+    result[~is_empty(moved)] = values
     return result
+
+
+def _are_finite(mesh, positions):
+    """Which cells have finite points only: (m,) bool. Others have any quality by VTK."""
+    arrays.add(mesh.GetPointData(), "sum", positions.sum(axis=1, dtype=np.float64))
+    means = vtkPointDataToCellData()
+    means.SetInputData(mesh)
+    means.Update()
+    return np.isfinite(arrays.to_numpy(means.GetOutput().GetCellData().GetArray("sum")))
