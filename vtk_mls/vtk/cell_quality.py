@@ -10,6 +10,8 @@ from vtkmodules.vtkFiltersVerdict import vtkCellQuality
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty, set_positions, without_empty
 
+_MAX_QUALITY = 2  # that of inverted wedges is down to -1.2
+
 
 def scaled_jacobians(mesh, positions):
     """VTK's scaled Jacobian of the cells of a mesh with its points at `positions`.
@@ -41,7 +43,7 @@ def scaled_jacobians(mesh, positions):
     quality.Update()
     data = quality.GetOutput().GetCellData()
     values = arrays.to_numpy(data.GetArray("CellQuality")).copy()
-    values[np.abs(values) > 1 + 1e-9] = np.nan  # 1e30 if all corners are at one place
+    values[np.abs(values) > _MAX_QUALITY] = np.nan  # 1e30 if all corners are at one place
     if not np.isfinite(positions).all():
         values[~_are_finite(filled, positions)] = np.nan
     result[~is_empty(moved)] = values

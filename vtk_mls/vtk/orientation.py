@@ -148,14 +148,11 @@ class _Margins:
             return np.where(margin <= 0, margin, np.nan)
         if cell_type == VTK_TRIANGLE_STRIP:
             triangles = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
-            margins, finite = _margins(self._areas(triangles.reshape(-1, 3)))
+            margins, finite = _margins(*self._areas(triangles.reshape(-1, 3)))
             shape = triangles.shape[:2]
             return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
         points = points[:, _AREAS.get(cell_type, range(points.shape[1]))]
-        measures = [self._areas(points)]
-        if points.shape[1] == 4 and cell_type != VTK_POLYGON:
-            measures += self._corner_areas(points)
-        return _least(measures)
+        return _least(self._areas(points, at_corners=cell_type in (VTK_QUAD, VTK_PIXEL)))
 
     def of_polyhedra(self, faces):
         """Margins of the polyhedra of a `_Faces`."""
@@ -224,27 +221,26 @@ class _Margins:
         rounding = self._rounding[corners].max(axis=1)
         return _triple(*before), _triple(*after), rounding * _error_factor(*before)
 
-    def _areas(self, points):
-        """Vector areas of polygons, along the normals that the map carries: J_G^T n (Eq. 29)."""
-        _, after, normal, carried, error = self._carried(points)
-        area = np.einsum("nj,nj->n", _vector_area(after), carried)
-        return np.linalg.norm(normal, axis=1), area, error
+    def _areas(self, points, at_corners=False):
+        """Areas of polygons along the normals that the map carries: J_G^T n (Eq. 29).
 
-    def _corner_areas(self, points):
-        """Areas that the edges at each corner of quads span, along the same normals."""
-        before, after, normal, carried, error = self._carried(points)
-        length = np.linalg.norm(normal, axis=1)
-        sizes = _corner_normals(before) @ (normal / length[:, None])[..., None]
-        areas = _corner_normals(after) @ carried[..., None]
-        return [(sizes[:, corner, 0], areas[:, corner, 0], error) for corner in range(4)]
-
-    def _carried(self, points):
-        """Corners of polygons before and after, vector areas, carried normals, rounding errors."""
+        Returns
+        -------
+        measures : list
+            The vector areas; and if `at_corners`, those that the edges at each corner span.
+        """
         before, after = (x[points].astype(np.float64) for x in self._rows)
         normal = _vector_area(before)
-        perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
+        length = np.linalg.norm(normal, axis=1)
         carried = np.einsum("nij,ni->nj", self._jacobian[points].mean(axis=1), normal)
-        return before, after, normal, carried, self._rounding[points].max(axis=1) * perimeter
+        perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
+        error = self._rounding[points].max(axis=1) * perimeter
+        measures = [(length, np.einsum("nj,nj->n", _vector_area(after), carried), error)]
+        if at_corners:
+            sizes = np.einsum("nkj,nj->kn", _corner_normals(before), normal) / length
+            areas = np.einsum("nkj,nj->kn", _corner_normals(after), carried)
+            measures += [(size, area, error) for size, area in zip(sizes, areas)]
+        return measures
 
 
 def _least(measures):
