@@ -35,10 +35,10 @@ def scenes(rest, deformed):
         RegionHandle(_ball_of_labels(), _turn(-0.2, (1, 0, -1))),
     ]
     masks = BallMask(CENTER, 14, 8), ImageMask(_bump(), IMAGE_GRID)
-    plane, face = Plane((2, 0, 0), (1, 0, 0.1)), _curved_face()
-    shapes = {"handles": [curve, *regions], "smoothing": 0.5}
-    limits = {"mask": masks[0], "constraints": [FixedFace(plane, 6)]}
-    other_limits = {"mask": masks[1], "constraints": [SlidingFace(plane, 6), face]}
+    plane, face = Plane((14, 0, 0), (1, 0, 0.1)), _curved_face()
+    shapes = {"handles": [curve, *regions], "smoothing": 3.0}
+    limits = {"mask": masks[0], "constraints": [FixedFace(plane, 8)]}
+    other_limits = {"mask": masks[1], "constraints": [SlidingFace(plane, 8), face]}
     options = {
         "affine, curves": {"handles": [curve], "alpha": 1},
         "affine, regions and limits": {"handles": regions, **limits},
