@@ -493,7 +493,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
         Where cells are inverted, it is found by bisection and rounded down to a multiple of
         0.01: no cell is inverted there, and some cell is at 0.01 more. The mesh is moved about
-        eight times for that.
+        eight times for that. If the output is made in pieces, it is the blend of each piece.
 
         True or False; default: False.
         """
