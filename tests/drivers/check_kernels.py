@@ -14,6 +14,7 @@ import sys
 import time
 from pathlib import Path
 
+import handle_scenes
 import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
@@ -100,6 +101,13 @@ def steps(engine):
         yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
         yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
         yield f"{name}: inverse", lambda d=d: inverse(d)
+    for name, d in handle_scenes.scenes(rest, deformed).items():
+        yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
+        if d.degree < 3:  # slopes of degree 3 are less exact
+            yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
+        if name == "rigid, shapes and other limits":
+            yield f"{name}: grid", lambda d=d: difference("displacement_field", d, GRID) / EXTENT
+            yield f"{name}: inverse", lambda d=d: inverse(d)
     gentle = deformed + 0.02 * (rest - deformed)
     d = Deformation(gentle[:2], deformed[:2], "affine", map_tolerance=0.005, device="reference")
     yield (

@@ -1,5 +1,7 @@
 """Colors in .ply, what the command says of other arrays, and of cells that are inside out."""
 
+import re
+
 import numpy as np
 import pytest
 from vtk_fixtures import DEFORMED, REST, TYPES, add_array, update
@@ -151,22 +153,45 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     moved[4:, 0] += (push, -push)
     lines = [",".join(map(str, (*p, *q))) for p, q in zip(PINCHED, moved)]
     (folder / "p.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
-    assert cli.main(["deform", "plate.vts", "p.csv", "o.vts", "--allow-identity"]) == 0
+    # alpha 2 turns the plate over between the two handles, which areas in its plane cannot tell
+    options = ["--alpha", "1", "--allow-identity"]
+    assert cli.main(["deform", "plate.vts", "p.csv", "o.vts", *options]) == 0
     said = capsys.readouterr().out
     output = io.read_dataset("o.vts")
     x = arrays.to_numpy(output.GetPoints().GetData()).reshape(21, 21, 3)
     corners = [x[:-1, :-1], x[:-1, 1:], x[1:, 1:], x[1:, :-1]]
-    around = zip(corners, corners[1:] + corners[:1])
-    areas = sum(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0] for a, b in around) / 2
-    count = (areas <= 0).sum()
+    edges = [b - a for a, b in zip(corners, corners[1:] + corners[:1])]
+    turns = [np.cross(a, b)[..., 2] for a, b in zip(edges, edges[1:] + edges[:1])]
+    count = (np.min(turns, axis=0) <= 0).sum()
     assert (count > 0) == (push > 0)
     assert ("inside out" in said) == (push > 0)
     if push:
-        assert f"; {count} cells inside out" in said
+        assert f"; {count} cells inside out (at most --blend " in said
+        blend = float(re.search(r"at most --blend (.+) inverts no cell\)", said)[1])
+        for more in (0, 0.01):
+            options = ["--alpha", "1", "--blend", str(blend + more)]
+            assert cli.main(["deform", "plate.vts", "p.csv", "p.vts", *options]) == 0
+            assert ("inside out" in capsys.readouterr().out) == (more > 0)
     # the file is as it was before anybody counted
     assert not output.GetPointData().HasArray("JacobianDeterminant")
-    for name in ("InvertedCells", "UncheckedCells"):
+    for name in ("InvertedCells", "UncheckedCells", "LargestBlend"):
         assert not output.GetFieldData().HasArray(name)
+
+
+@pytest.mark.parametrize("output", ["o.vtp", "o.stl"])
+def test_the_command_writes_the_quality_of_cells(output, folder, capsys):
+    mesh = scan()
+    mesh.GetPointData().Initialize()
+    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
+    assert cli.main(["deform", "scan.vtp", "h.csv", output, "--cell-quality"]) == 0
+    said, names = capsys.readouterr().out, ("CellQuality", "CellQualityBefore")
+    if output == "o.stl":
+        assert "; without `CellQualityBefore`, `CellQuality`, which .stl cannot hold" in said
+        return
+    data = io.read_dataset(output).GetCellData()
+    after, before = (values(data, name) for name in names)
+    assert ((after > 0) & (after <= 1)).all()
+    assert np.abs(after - before).max() > 1e-3
 
 
 @pytest.mark.parametrize("ending", [".vtu", ".vts", ".vtk"])

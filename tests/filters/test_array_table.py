@@ -29,6 +29,7 @@ from vtk_mls.vtk.array_table import (
 CUT = Plane((4.2, 4.1, 3.3), (1, 0, 0))
 KINDS = {POINTS: "GetPointData", CELLS: "GetCellData", FIELD: "GetFieldData"}
 SWITCHES = "GenerateOverlap", "GenerateJacobian", "GenerateJacobianDeterminant"
+DEFORM_SWITCHES = (*SWITCHES, "GenerateCellQuality", "GenerateLargestBlend")
 
 
 def names(dataset):
@@ -66,8 +67,8 @@ def written(algorithm, dataset, cut, **properties):
     return names(update(algorithm)) - names(dataset)
 
 
-def switched():
-    return {name: True for name in SWITCHES}
+def switched(names=DEFORM_SWITCHES):
+    return dict.fromkeys(names, True)
 
 
 def image():
@@ -100,7 +101,7 @@ def of_mesh():
 def of_map():
     found = set()
     for dataset, cut, switches, inverse in product(
-        (image(), sphere()), (False, True), ({}, switched()), (False, True)
+        (image(), sphere()), (False, True), ({}, switched(SWITCHES)), (False, True)
     ):
         field = MLSDisplacementField()
         field.SetSampleDimensions(4, 4, 4)

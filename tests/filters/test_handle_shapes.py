@@ -50,6 +50,20 @@ def test_a_closed_surface_moves_as_a_whole(device):
     assert np.abs(positions(by_points) - expected).max() > 1e-3
 
 
+def test_overlapping_bones_are_told_once(messages):
+    pushed = [moved(ball((x, 0, 0), 1), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
+    deform = deforming(joined(*pushed))
+    update(deform)
+    messages.assert_none()
+    pushed[1] = displaced(pushed[1], (2, 0, 0))
+    deform.SetInputData(1, joined(*pushed))
+    update(deform)
+    messages.assert_one("MLSDeform: rigid regions overlap where they were moved to: 1 and 2$")
+    deform.Modified()
+    update(deform)
+    messages.assert_none()
+
+
 def test_a_curve_is_carried_along_its_whole_length(device):
     """Between its nodes, too, where they turn by 90 degrees."""
     nodes = np.array([(-3, 0, 0), (0, 0, 0), (3, 0, 0)], float)

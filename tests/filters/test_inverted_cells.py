@@ -179,7 +179,7 @@ def test_random_hexahedra(rng):
 
 
 def plate(kind, side=20):
-    """A plate in the plane z = 3, of one type of cells; strips and polygons as vtkPolyData."""
+    """A plate in the plane z = 3, of one type of cells; strips as vtkPolyData."""
     t = np.linspace(1, 7, side + 1)
     x = np.array([(a, b, 3.0) for b in t for a in t])
     quads = [
@@ -191,11 +191,11 @@ def plate(kind, side=20):
     strips = [[q[k] for k in (0, 1, 3, 2)] for q in quads]
     members = {VTK_QUAD: quads, VTK_TRIANGLE: triangles, VTK_TRIANGLE_STRIP: strips}
     members[VTK_POLYGON] = quads
-    if kind in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
+    if kind == VTK_TRIANGLE_STRIP:
         mesh, some = vtkPolyData(), vtkCellArray()
         for ids in members[kind]:
             some.InsertNextCell(len(ids), ids)
-        (mesh.SetPolys if kind == VTK_POLYGON else mesh.SetStrips)(some)
+        mesh.SetStrips(some)
     else:
         mesh = vtkUnstructuredGrid()
     set_places(mesh, x)
@@ -235,6 +235,9 @@ def test_flat_cells_by_their_signed_areas(kind, turn):
     if kind == VTK_TRIANGLE_STRIP:
         signs = np.stack([areas(flat, corners[:, k]) for k in ([0, 1, 2], [1, 3, 2])])
         expected = (signs.min(axis=0) <= 0).sum()
+    elif kind == VTK_QUAD:
+        at_corners = [areas(flat, np.roll(corners, k, axis=1)[:, :3]) for k in range(4)]
+        expected = (np.min(at_corners, axis=0) <= 0).sum()
     else:
         expected = (areas(flat, corners) <= 0).sum()
     assert inverted == expected > 0
@@ -289,6 +292,29 @@ def test_flat_structured_grids():
         handles = control_points(FLAT_PINCHED, moved)
         expected = judged(plate(VTK_QUAD)[0], handles)[1:]
         assert judged(mesh, handles)[1:] == expected
+
+
+def test_quads_of_polydata_are_those_of_a_grid():
+    quads, surface = plate(VTK_QUAD)[0], vtkPolyData()
+    surface.SetPoints(quads.GetPoints())
+    surface.SetPolys(quads.GetCells())
+    moved = FLAT_PINCHED.copy()
+    moved[4:, 0] += (1.8, -1.8)
+    expected, found = (
+        judged(mesh, control_points(FLAT_PINCHED, moved))[1:] for mesh in (quads, surface)
+    )
+    assert found == expected
+    assert expected[0] > 0
+
+
+def test_blanked_cells_of_structured_grids_do_not_count():
+    mesh = structured()
+    mesh.BlankPoint(0)  # of one cell
+    mesh.BlankPoint(7 + 5 * 2 + 30)  # of eight cells
+    mirrored = control_points(REST, REST * [1, 1, -1])
+    visible = [mesh.IsCellVisible(i) for i in range(mesh.GetNumberOfCells())]
+    assert judged(mesh, mirrored, Kind="affine")[1:] == (sum(visible), 0)
+    assert sum(visible) == mesh.GetNumberOfCells() - 9
 
 
 def test_concave_polygons_are_not_inside_out():

@@ -297,6 +297,8 @@ class Scene:
             "GenerateOverlap": (True, False),
             "GenerateJacobian": (True, False),
             "GenerateJacobianDeterminant": (True, False),
+            "GenerateCellQuality": (True, False),
+            "GenerateLargestBlend": (True, False),
             "SampleDimensions": ((4, 5, 6), (2, 1, 3)),
             "OutputDimensions": ((5, 4, 3), (1, 1, 1)),
             "OutputSpacing": (tuple([self.size / 4] * 3),),

@@ -8,6 +8,7 @@ from paraview import servermanager, simple
 from scene import DEFORMED, REST, array, control_points, data, vtk_mls, wavelet
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkConnectivityFilter
+from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
 FOLDER = Path(sys.argv[1])
 source = wavelet()
@@ -44,6 +45,20 @@ inside = array(probe, "vtkValidPointMask") > 0
 apart = np.abs(array(probe, "RTData") - array(moved, "RTData"))[inside]
 assert inside.mean() > 0.4
 assert np.median(apart) < 0.04 * np.ptp(array(before, "RTData"))  # waves of few voxels
+
+# The quality of cells is that of VTK's filter for meshes.
+deform.GenerateCellQuality = deform.GenerateLargestBlend = 1
+shown = data(deform)
+for name, mesh in (("CellQualityBefore", before), ("CellQuality", shown)):
+    quality = vtkMeshQuality()
+    quality.SetInputData(mesh)
+    quality.SetTetQualityMeasureToScaledJacobian()
+    quality.Update()
+    expected = vtk_to_numpy(quality.GetOutput().GetCellData().GetArray("Quality"))
+    found = vtk_to_numpy(shown.GetCellData().GetArray(name))
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+assert count(shown, "LargestBlend") == 1
+deform.GenerateCellQuality = deform.GenerateLargestBlend = 0
 
 # Pulled apart, a cut opens it; where it is not cut it stays in one piece.
 pulled = DEFORMED + np.where(REST[:, :1] > 0, [[3.0, 0, 0]], [[-3.0, 0, 0]])

@@ -58,6 +58,7 @@ def add(commands):
         text="also count the points that material from both sides of a cut reaches; an image shows "
         "one side; .vti and .vtk get the point array Overlap",
     )
+    add("GenerateCellQuality", flag="--cell-quality")
     map_options.add(deform)
     deform.set_defaults(run=run)
 
@@ -94,9 +95,11 @@ def _deform_one(steps, deform, options):
             )
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
-    inverted_cells = remarks.InvertedCells(deform, dataset)
+    inverted_cells = remarks.InvertedCells(deform)
+    inverted_cells.prepare(dataset)
     update(deform, options)
-    inverted, output = inverted_cells.take(), deform.GetOutput()
+    inverted_cells.take()
+    output = deform.GetOutput()
     notes, are_empty = _notes(deform), [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
@@ -109,7 +112,7 @@ def _deform_one(steps, deform, options):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost_points(_failures(output))}"
-        summary += remarks.inverted_cells(inverted) + remarks.dropped_arrays(output, options.output)
+        summary += inverted_cells.note() + remarks.dropped_arrays(output, options.output)
     _report(summary + notes, are_empty, options)
     return 0
 
@@ -118,16 +121,17 @@ def _deform_all(steps, deform, options):
     """Deform and write one time step after the other."""
     from vtk_mls.commands import series
 
-    failures, inverted, are_empty, notes = 0, 0, [], ""
+    failures, are_empty, notes = 0, [], ""
+    inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
     map_options.apply(options, deform)
     with distinct_warnings(), series.writing(options.output) as write:
         for number, (time, read_step) in enumerate(steps):
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
-            inverted_cells = remarks.InvertedCells(deform, dataset)
+            inverted_cells.prepare(dataset)
             update(deform, options, number, len(steps))
-            inverted += inverted_cells.take()
+            inverted_cells.take()
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
             if number + 1 == len(steps):  # the map is the same for all
@@ -135,7 +139,7 @@ def _deform_all(steps, deform, options):
             with step("write", options.output):
                 write(time, deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
-    summary += remarks.inverted_cells(inverted) + notes
+    summary += inverted_cells.note() + notes
     _report(summary, are_empty, options)
     return 0
 

@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 
-from vtk_mls.commands import map_options, remarks
+from vtk_mls.commands import map_options
 from vtk_mls.commands.running import draw_bar, read, shows_progress
 from vtk_mls.commands.supervision import step
 
@@ -56,9 +56,16 @@ def run(options):
         moved = replace(landmarks, positions=_moved(landmarks, transform, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
-    notes = _losses(landmarks, moved, options, left_out > 0) + remarks.handles_note(deformation)
+    notes = _losses(landmarks, moved, options, left_out > 0) + _warnings(deformation)
     print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
     return 0
+
+
+def _warnings(deformation):
+    """Warnings about handles, for the end of a sentence."""
+    from vtk_mls.queries.handle_warnings import handle_warnings
+
+    return "".join(f"; {sentence}" for sentence in handle_warnings(deformation))
 
 
 def _moved(landmarks, transform, options):

@@ -8,9 +8,7 @@ from pathlib import Path
 from vtk_mls.commands import property_options
 
 MAX_SAMPLES = 32  # along each axis of a coarse grid
-_MET = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
-_MAX_PAIRS = 5  # in a note
-_COUNTS = ("InvertedCells", "UncheckedCells")
+_COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
 _DETERMINANT = "JacobianDeterminant"
 
 
@@ -32,54 +30,7 @@ def map_note(algorithm, is_field=False):
     cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
     if cells and algorithm.GetHandleShapes() == "points":
         return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
-    return handles_note(_transforms(algorithm)[1])
-
-
-def handles_note(deformation):
-    """A note on handles that limits hold, and on overlapping regions, for the end of a sentence."""
-    return _held_handles(deformation) + _overlapping_regions(deformation)
-
-
-def _held_handles(deformation):
-    """A clause about handles that a mask or a face keeps from their places; "" without any."""
-    import numpy as np
-
-    if not deformation.limits:
-        return ""
-    pairs = _handle_positions(deformation)
-    starts = np.cumsum([0, *(len(p) for p, _ in pairs[:-1])])
-    rest, deformed = (np.concatenate(points) for points in zip(*pairs))
-    factors = [limit.factor(deformed)[0] for limit in deformation.limits]
-    miss = np.linalg.norm(deformation.backward(deformed) - rest, axis=1)
-    misses = np.maximum.reduceat(np.where(np.min(factors, axis=0) < 1, miss, 0), starts)
-    positions = np.concatenate(deformation.handle_set.positions)
-    held = misses > _MET * np.ptp(positions, axis=0).max()
-    if not held.any():
-        return ""
-    return (
-        f"; {held.sum()} of {len(held)} handles are not met, by up to {misses.max():.3g}, for the "
-        "mask or a face holds them"
-    )
-
-
-def _handle_positions(deformation):
-    """p and q (n, 3) of each handle: a point, or points of a curve or on a region."""
-    points = zip(deformation.rest[:, None], deformation.deformed[:, None])
-    shapes = ((h.rest, h.deformed) for h in deformation.handles if hasattr(h, "rest"))
-    regions = [h for h in deformation.handles if hasattr(h, "shape")]
-    surfaces = ((h.shape.points, h.moved(h.shape.points)) for h in regions)
-    return [*points, *shapes, *surfaces]
-
-
-def _overlapping_regions(deformation):
-    """A clause about regions that overlap; "" without any."""
-    regions = [row for row, h in enumerate(deformation.handles) if hasattr(h, "shape")]
-    pairs = deformation.overlapping_regions if len(regions) > 1 else []
-    if not pairs:
-        return ""
-    names = [f"{regions.index(i)} and {regions.index(j)}" for i, j in pairs[:_MAX_PAIRS]]
-    more = f" and {len(pairs) - _MAX_PAIRS} more pairs" * (len(pairs) > _MAX_PAIRS)
-    return f"; surfaces overlap where they were moved to: {', '.join(names)}{more}"
+    return ""
 
 
 def warn(path, sentence):
@@ -153,43 +104,52 @@ def folds_of_images(algorithm):
 
 
 class InvertedCells:
-    """Counts cells that a filter inverts, without a trace in the output.
+    """Counts cells that a filter inverts in one or more runs, without a trace in the outputs.
 
     Parameters
     ----------
     deform : MLSDeform
-    dataset : vtkDataObject
-        Its input. Cells of images are not counted, since that takes long, nor those of a mesh that
-        already has the arrays of the filter.
     """
 
-    def __init__(self, deform, dataset):
+    def __init__(self, deform):
+        self._deform, self._is_counted = deform, False
+        self._count, self._largest_blends = 0, []
+
+    def prepare(self, dataset):
+        """Before the filter runs on a vtkDataObject.
+
+        Cells of images are not counted, since that takes long, nor those of a mesh that already has
+        the arrays of the filter.
+        """
         from vtk_mls.files.block_files import blocks
 
-        self._deform = deform
         self._is_counted = all(_can_count(block) for block in blocks(dataset))
-        deform.SetGenerateJacobianDeterminant(self._is_counted)
+        self._deform.SetGenerateJacobianDeterminant(self._is_counted)
+        self._deform.SetGenerateLargestBlend(self._is_counted)
 
     def take(self):
-        """The number of cells; removes the filter's arrays from the output."""
+        """Count the output's cells, and remove the filter's arrays from it."""
         from vtk_mls.files.block_files import blocks
 
         if not self._is_counted:
-            return 0
-        count = 0
+            return
         for block in blocks(self._deform.GetOutput()):
             field = block.GetFieldData()
-            inverted = field.GetArray(_COUNTS[0])
-            count += 0 if inverted is None else int(inverted.GetValue(0))
+            inverted, _, largest_blend = map(field.GetArray, _COUNTS)
+            if inverted is not None and inverted.GetValue(0) > 0:
+                self._count += int(inverted.GetValue(0))
+                self._largest_blends.append(largest_blend.GetValue(0))
             block.GetPointData().RemoveArray(_DETERMINANT)
             for name in _COUNTS:
                 field.RemoveArray(name)
-        return count
 
-
-def inverted_cells(count):
-    """The number of inverted cells, for the end of a sentence."""
-    return f"; {count} cell{'s' * (count != 1)} inside out" * (count > 0)
+    def note(self):
+        """The number of inverted cells and the remedy, for the end of a sentence."""
+        if self._count == 0:
+            return ""
+        text = f"; {self._count} cell{'s' * (self._count != 1)} inside out"
+        blend = min(self._largest_blends, key=abs)
+        return text + f" (at most --blend {blend:g} inverts no cell)" * (blend != 0)
 
 
 def dropped_arrays(output, path):
@@ -197,7 +157,8 @@ def dropped_arrays(output, path):
     from vtk_mls import io
     from vtk_mls.vtk import array_table
 
-    own = {array.name for array in array_table.TABLE if array_table.MESH in array.writers}
+    unasked = [a for a in array_table.TABLE if a.when != array_table.WITH_CELL_QUALITY]
+    own = {array.name for array in unasked if array_table.MESH in array.writers}
     names = [f"`{name}`" for name in io.left_out(output, path) if name not in own]
     if not names:
         return ""

@@ -500,6 +500,30 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateJacobianDeterminant(self) -> bool: ...
+    def SetGenerateCellQuality(self, value: bool) -> None:
+        """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's
+        scaled Jacobian of the deformed cells, and of the same cells at rest. It is 1 for
+        regular cells, and 0 or less for cells that are inverted or, of quads, concave.
+
+        NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or pyramids.
+        That a triangle or quad is turned over shows in InvertedCells only.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateCellQuality(self) -> bool: ...
+    def SetGenerateLargestBlend(self, value: bool) -> None:
+        """Whether to make the field array LargestBlend of a mesh: the largest Blend, up to that of
+        the filter, at which no cell is inverted.
+
+        Where cells are inverted, it is found by bisection and rounded down to a multiple of
+        0.01: no cell is inverted there, and some cell is at 0.01 more. The mesh is moved about
+        eight times for that. If the output is made in pieces, it is the blend of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateLargestBlend(self) -> bool: ...
     def SetMapTolerance(self, value: float) -> None:
         """How far displacements on grids may be off, in spacings of the grid: above 0 they are
         found faster, from fewer points. The default of Python and the shell, 0, finds each

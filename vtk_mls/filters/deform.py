@@ -164,21 +164,24 @@ class MLSDeform(DeformingFilter):
         if mesh.GetNumberOfPoints() == 0:
             output.ShallowCopy(mesh)
             return []
-        deformation = self._requested_deformation(inInfo)
-        self._check_reach(deformation, np.reshape(mesh.GetBounds(), (3, 2)).T)
+        deformations = self._requested_blends(inInfo)
+        transform = self._after_initial(deformations.whole)
+        self._check_reach(transform, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
-        initial, deformation = initial_transforms.divided(deformation)
+        initial, _ = initial_transforms.divided(transform)
         options = warping.MeshOptions(
             self._direction_arrays(),
             self.GetGenerateJacobian(),
             self.GetGenerateJacobianDeterminant(),
+            self.GetGenerateCellQuality(),
+            self.GetGenerateLargestBlend(),
         )
-        arguments = options, deformation, mesh, output, splits
+        arguments = options, deformations, mesh, output, splits
         if initial is None:
             tasks = warping.Warp(*arguments).tasks()
         else:
             tasks = initial_transforms.WarpAfter(initial, self._between, *arguments).tasks()
-        return tasks + self._step_tasks(deformation, output)
+        return tasks + self._step_tasks(deformations.whole, output)
 
     def _deform_image(self, image, inInfo, outInfo):
         """Functions of a Progress that deform an image."""

@@ -25,12 +25,14 @@ from vtk_mls.filters import (
     void_arrays,
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
+from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.shared_inputs import SharedInputs
 from vtk_mls.handles.handle_cells import handles_of_cells
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
+from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
@@ -87,6 +89,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
         self._deformation_cache, self._chain_cache = CachedValue(), CachedValue()
         self._initial_cache = CachedValue()
+        self._warned = CachedValue()
 
     def FillInputPortInformation(self, port, info):
         required = vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE()
@@ -168,7 +171,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
         data = self._control_data(lambda port: inputs(in_info, port))
-        return self._after_initial(self._deformation(*data))
+        return self._after_initial(self._warned_of(self._deformation(*data)))
 
     def _after_initial(self, deformation):
         """The deformation, or a chain of the InitialTransform and the deformation."""
@@ -178,8 +181,29 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         make = partial(Chain, [initial, deformation])
         return self._chain_cache.of((initial, deformation), make)
 
-    def _deformation(self, control_points, surfaces, masks, moved):
+    def _requested_blends(self, in_info):
+        """`Blends` of the deformation by the inputs of RequestData."""
+        data = self._control_data(lambda port: inputs(in_info, port))
+        _, make = self._recipe(*data)
+        return Blends(self.GetBlend(), self._warned_of(self._deformation(*data)), make)
+
+    def _warned_of(self, deformation):
+        """The deformation, after a warning once about its handles."""
+
+        def warn():
+            for sentence in handle_warnings(deformation):
+                self._warn(sentence)
+
+        self._warned.of(deformation, warn)
+        return deformation
+
+    def _deformation(self, *data):
         """The deformation by data of ports 1 to 4; the same object until something changes."""
+        state, make = self._recipe(*data)
+        return self._deformation_cache.of(state, lambda: make(self.GetBlend()))
+
+    def _recipe(self, control_points, surfaces, masks, moved):
+        """What the deformation by data of ports 1 to 4 depends on, and a function of the blend."""
         if moved and not control_points:
             raise ValueError(
                 "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
@@ -197,11 +221,11 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         settings |= {"cut_frame": cut_frame, "device": self.GetDevice() or None}
         state += (shapes, self.GetHandles(), limits, *settings.values())
 
-        def make():
+        def make(blend):
             rest, deformed, weights, handles = self._all_handles(
                 control_points, moved, names, shapes
             )
-            blend, (mask, faces) = options.BLEND.checked(self.GetBlend(), "Blend"), limits
+            blend, (mask, faces) = options.BLEND.checked(blend, "Blend"), limits
             if blend != 1:
                 deformed = rest + blend * (deformed - rest)
                 handles = [blended(handle, blend) for handle in handles]
@@ -216,7 +240,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
                 **settings,
             )
 
-        return self._deformation_cache.of(state, make)
+        return state, make
 
     def _all_handles(self, control_points, moved, names, shapes):
         """p, q and weights of points, and the other handles."""

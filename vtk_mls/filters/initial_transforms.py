@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -14,6 +13,7 @@ from vtk_mls.files.paths import existing_file
 from vtk_mls.files.transform_files import read_transform
 from vtk_mls.filters import warping
 from vtk_mls.filters.algorithm import run_all
+from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.queries.transform import Transform
 from vtk_mls.vtk import arrays
 
@@ -78,12 +78,12 @@ class WarpAfter(warping.Warp):
     def _begin(self, progress):
         """Make the mesh between both transforms."""
         # vectors are transformed by both, one after the other
-        options = replace(self.options, has_jacobian=False, has_determinant=False)
+        options = warping.MeshOptions(self.options.directions)
 
         def make():
             name = warping.output_type(self.input, False)
             moved = vtkDataObjectTypes.NewDataObject(name)
-            warp = warping.Warp(options, self.initial, self.input, moved, None)
+            warp = warping.Warp(options, Blends(1.0, self.initial), self.input, moved, None)
             run_all(warp.tasks(), progress)
             return moved
 
@@ -104,9 +104,9 @@ class WarpAfter(warping.Warp):
     def _rest(self):
         return self.before - self.earlier
 
-    def _jacobians(self, progress):
+    def _jacobians(self, deformation, moved, progress):
         between = self._off_cuts(self.before)
-        for part, jacobian in super()._jacobians(progress):
+        for part, jacobian in super()._jacobians(deformation, moved, progress):
             v = between[part]
             is_finite = np.isfinite(v).all(axis=1)
             jacobian[is_finite] = self.initial.jacobian(v[is_finite]) @ jacobian[is_finite]

@@ -343,6 +343,27 @@ JACOBIAN = (
     ),
 )
 
+CELL_QUALITY = (
+    Flag(
+        "GenerateCellQuality",
+        False,
+        """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's scaled
+        Jacobian of the deformed cells, and of the same cells at rest. It is 1 for regular cells,
+        and 0 or less for cells that are inverted or, of quads, concave.""",
+        more="""NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or
+        pyramids. That a triangle or quad is turned over shows in InvertedCells only.""",
+    ),
+    Flag(
+        "GenerateLargestBlend",
+        False,
+        """Whether to make the field array LargestBlend of a mesh: the largest Blend, up to that of
+        the filter, at which no cell is inverted.""",
+        more="""Where cells are inverted, it is found by bisection and rounded down to a multiple of
+        0.01: no cell is inverted there, and some cell is at 0.01 more. The mesh is moved about
+        eight times for that. If the output is made in pieces, it is the blend of each piece.""",
+    ),
+)
+
 INVERSE = Flag(
     "Inverse",
     False,
@@ -371,7 +392,7 @@ INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
 SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
-DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *COMPUTING)
+DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALITY, *COMPUTING)
 # MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)
 

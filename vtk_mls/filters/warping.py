@@ -20,8 +20,10 @@ from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
+from vtk_mls.filters.largest_blend import largest_blend
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cell_quality import scaled_jacobians
 from vtk_mls.vtk.cells import (
     FACES,
     is_empty,
@@ -106,11 +108,15 @@ class MeshOptions:
     directions : gradients.DirectionArrays
     has_jacobian, has_determinant : bool
         Whether "Jacobian", or "JacobianDeterminant" and the number of inverted cells are added.
+    has_quality, has_largest_blend : bool
+        Whether "CellQuality" and "CellQualityBefore", or "LargestBlend" are added.
     """
 
     directions: gradients.DirectionArrays
-    has_jacobian: bool
-    has_determinant: bool
+    has_jacobian: bool = False
+    has_determinant: bool = False
+    has_quality: bool = False
+    has_largest_blend: bool = False
 
 
 class Warp:
@@ -119,19 +125,20 @@ class Warp:
     Parameters
     ----------
     options : MeshOptions
-    deformation : Deformation
+    deformations : Blends
     mesh : vtkPointSet or vtkRectilinearGrid
     output : vtkPointSet
         Of the class that `output_type` names; it is filled.
     splits : MeshCache of divided meshes, or None to keep cells whole
     """
 
-    def __init__(self, options, deformation, mesh, output, splits):
-        self.options, self.deformation, self.mesh, self.output = options, deformation, mesh, output
+    def __init__(self, options, deformations, mesh, output, splits):
+        self.options, self.mesh, self.output = options, mesh, output
+        self.deformations, self.deformation = deformations, deformations.whole
         self.splits = splits if mesh.GetNumberOfCells() > 0 else None
-        self.keeps_whole = deformation.cuts and splits is None
-        self.divides = bool(deformation.cuts) and self.splits is not None
-        self.offset = None
+        self.keeps_whole = self.deformation.cuts and splits is None
+        self.divides = bool(self.deformation.cuts) and self.splits is not None
+        self.offset = self.inverted = None
 
     def tasks(self):
         """Functions of a Progress, in their order."""
@@ -160,6 +167,10 @@ class Warp:
         tasks = [self._move]
         if self.options.has_jacobian or self.options.has_determinant:
             tasks.append(self._add_jacobian)
+        if self.options.has_quality:
+            tasks.append(self._add_quality)
+        if self.options.has_largest_blend:
+            tasks.append(self._add_largest_blend)
         for attributes, positions in (
             (self.output.GetPointData(), self._of_points),
             (self.output.GetCellData(), self._of_centres),
@@ -190,35 +201,61 @@ class Warp:
         return field.displacement, field.found
 
     def _add_jacobian(self, progress):
-        rows = np.empty((self.output.GetNumberOfPoints(), 9), np.float32)
         mapping, measuring = progress.divided(3, 1)
-        for part, jacobian in self._jacobians(mapping):
-            rows[part] = jacobian.reshape(-1, 9)
+        jacobian = self._jacobian(self.deformation, self._points(), mapping)
         measuring.report(0)
-        jacobian = rows.reshape(-1, 3, 3)
         points = self.output.GetPointData()
         if self.options.has_jacobian:
             arrays.add(points, "Jacobian", jacobian.swapaxes(1, 2).reshape(-1, 9))
         if self.options.has_determinant:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
-            self._count_inverted(jacobian)
+            self.inverted, unchecked = self._count_inverted(self._points(), jacobian)
+            self._count("InvertedCells", self.inverted)
+            self._count("UncheckedCells", unchecked)
 
-    def _jacobians(self, progress):
-        """Slices of the points, and Jacobians there."""
-        return jacobians(self.deformation, *self._of_points(), progress)
+    def _jacobians(self, deformation, moved, progress):
+        """Slices of the points, and Jacobians where a deformation has `moved` them."""
+        return jacobians(deformation, *self._positions(deformation, moved), progress)
 
     def _rest(self):
         """The points in the undeformed space."""
         return self.before
 
-    def _count_inverted(self, jacobian):
-        """Count the cells that are inside out, and those that cannot be checked."""
+    def _jacobian(self, deformation, moved, progress):
+        """Jacobians (n, 3, 3) float32 at the points (n, 3) of the output."""
+        jacobian = np.empty((len(moved), 3, 3), np.float32)
+        for part, values in self._jacobians(deformation, moved, progress):
+            jacobian[part] = values
+        return jacobian
+
+    def _count_inverted(self, moved, jacobian):
+        """Numbers of cells that are inside out, and that cannot be checked."""
         ghosts = None if self.ghosts is None else arrays.to_numpy(self.ghosts)
-        positions = self._rest(), self._points()
-        inverted, unchecked = count_inverted(self.output, *positions, jacobian, ghosts)
-        self._count("InvertedCells", inverted)
-        self._count("UncheckedCells", unchecked)
+        return count_inverted(self.output, self._rest(), moved, jacobian, ghosts)
+
+    def _add_quality(self, progress):
+        cells = self.output.GetCellData()
+        arrays.add(cells, "CellQualityBefore", scaled_jacobians(self.output, self._rest()))
+        arrays.add(cells, "CellQuality", scaled_jacobians(self.output, self._points()))
+
+    def _add_largest_blend(self, progress):
+        blend, (checking, searching) = self.deformations.blend, progress.divided(1, 30)
+        if self.inverted is None:
+            jacobian = self._jacobian(self.deformation, self._points(), checking)
+            self.inverted, _ = self._count_inverted(self._points(), jacobian)
+        if self.inverted > 0:
+            blend = largest_blend(blend, self._inverts, searching)
+        arrays.add(self.output.GetFieldData(), "LargestBlend", np.array([blend], np.float64))
+
+    def _inverts(self, blend, progress):
+        """Whether some cell is inside out at a blend."""
+        moving, mapping = progress.divided(3, 1)
+        deformation = self.deformations.at(blend)
+        field = deformation.forward_field(self._off_cuts(self.before), moving)
+        moved = (self.before + field.displacement).astype(self._points().dtype)
+        jacobian = self._jacobian(deformation, moved, mapping)
+        return self._count_inverted(moved, jacobian)[0] > 0
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""
@@ -237,9 +274,13 @@ class Warp:
 
     def _of_points(self):
         """The output's points (n, 3), and where their material is from if that counts, or None."""
-        if self.deformation.in_rest_frame:
-            return self._points(), self._off_cuts(self.before)
-        return self._off_cuts(self._points()), None
+        return self._positions(self.deformation, self._points())
+
+    def _positions(self, deformation, moved):
+        """Points (n, 3) moved by a deformation; and where they are from if that counts, or None."""
+        if deformation.in_rest_frame:
+            return moved, self._off_cuts(self.before)
+        return self._off_cuts(moved), None
 
     def _of_centres(self):
         """The same for the centres of its cells."""

@@ -274,6 +274,7 @@ DEFORM = _filter_panel(
     tables.OVERLAP,
     *tables.VECTORS,
     *tables.JACOBIAN,
+    *tables.CELL_QUALITY,
 )
 
 DISPLACEMENT_FIELD = _filter_panel(

@@ -44,6 +44,7 @@ class Array:
 _CUTS = "With cuts"
 _WORLD = "3 float32, world coordinates"
 _COUNT = "1 int64"
+WITH_CELL_QUALITY = "With GenerateCellQuality"
 TABLE = (
     Array(
         "BackwardDisplacement",
@@ -198,6 +199,30 @@ TABLE = (
         "How many cells may be inside out or not: lines, vertices, curved cells, cells without "
         "a size.",
         "With GenerateJacobianDeterminant",
+    ),
+    Array(
+        "LargestBlend",
+        FIELD,
+        (MESH,),
+        "1 float64",
+        "The largest Blend, in steps of 0.01, at which no cell is inverted.",
+        "With GenerateLargestBlend",
+    ),
+    Array(
+        "CellQuality",
+        CELLS,
+        (MESH,),
+        "1 float64",
+        "VTK's scaled Jacobian of the deformed cell: 0 or less if it is inverted.",
+        WITH_CELL_QUALITY,
+    ),
+    Array(
+        "CellQualityBefore",
+        CELLS,
+        (MESH,),
+        "1 float64",
+        "VTK's scaled Jacobian of the cell at rest.",
+        WITH_CELL_QUALITY,
     ),
     Array("Displacement", POINTS, (CONTROL_POINTS,), "3 float64, world coordinates", "q - p."),
     Array("Displacement", POINTS, (ARROWS,), _WORLD, "q - p of the arrow's control point."),

@@ -88,9 +88,10 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     A solid cell is inside out if the edges at a corner, or the axes of a hexahedron, span a volume
     of another sign than before, or none: VTK's scaled Jacobian is not above 0 there. A polygon is
     inside out if its vector area points against the normal that the map carries, J_G^T n (Eq. 29);
-    a triangle strip if one of its triangles is. Vertices, lines, cells without a volume or area
-    before (to rounding), curved cells with a positive volume, and cells with a point that is not
-    finite cannot be checked.
+    a quad also if the edges at a corner span such an area; a triangle strip if one of its
+    triangles is inside out. Vertices, lines, cells without a volume or area before (to rounding),
+    curved cells with a positive volume, and cells with a point that is not finite cannot be
+    checked. Cells of a vtkStructuredGrid with a blanked point do not count.
 
     Parameters
     ----------
@@ -117,9 +118,11 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     if isinstance(mesh, vtkUnstructuredGrid):
         for rows, faces in _polyhedra(mesh):
             result[rows] = margins.of_polyhedra(faces)
+    counts = ~_blanked(mesh)
     if ghosts is not None:
         flags = vtkDataSetAttributes.DUPLICATECELL | vtkDataSetAttributes.HIDDENCELL
-        result = result[(ghosts & flags) == 0]
+        counts &= (ghosts & flags) == 0
+    result = result[counts]
     return np.count_nonzero(result <= 0), np.count_nonzero(np.isnan(result))
 
 
@@ -145,11 +148,11 @@ class _Margins:
             return np.where(margin <= 0, margin, np.nan)
         if cell_type == VTK_TRIANGLE_STRIP:
             triangles = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
-            margins, finite = _margins(self._areas(triangles.reshape(-1, 3)))
+            margins, finite = _margins(*self._areas(triangles.reshape(-1, 3)))
             shape = triangles.shape[:2]
             return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
-        order = _AREAS.get(cell_type, range(points.shape[1]))
-        return _least([self._areas(points[:, order])])
+        points = points[:, _AREAS.get(cell_type, range(points.shape[1]))]
+        return _least(self._areas(points, at_corners=cell_type in (VTK_QUAD, VTK_PIXEL)))
 
     def of_polyhedra(self, faces):
         """Margins of the polyhedra of a `_Faces`."""
@@ -218,14 +221,26 @@ class _Margins:
         rounding = self._rounding[corners].max(axis=1)
         return _triple(*before), _triple(*after), rounding * _error_factor(*before)
 
-    def _areas(self, points):
-        """Vector areas of polygons, along the normals that the map carries: J_G^T n (Eq. 29)."""
+    def _areas(self, points, at_corners=False):
+        """Areas of polygons along the normals that the map carries: J_G^T n (Eq. 29).
+
+        Returns
+        -------
+        measures : list
+            The vector areas; and if `at_corners`, those that the edges at each corner span.
+        """
         before, after = (x[points].astype(np.float64) for x in self._rows)
-        normal, area = _vector_area(before), _vector_area(after)
-        perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
+        normal = _vector_area(before)
+        length = np.linalg.norm(normal, axis=1)
         carried = np.einsum("nij,ni->nj", self._jacobian[points].mean(axis=1), normal)
+        perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
         error = self._rounding[points].max(axis=1) * perimeter
-        return np.linalg.norm(normal, axis=1), np.einsum("nj,nj->n", area, carried), error
+        measures = [(length, np.einsum("nj,nj->n", _vector_area(after), carried), error)]
+        if at_corners:
+            sizes = np.einsum("nkj,nj->kn", _corner_normals(before), normal) / length
+            areas = np.einsum("nkj,nj->kn", _corner_normals(after), carried)
+            measures += [(size, area, error) for size, area in zip(sizes, areas)]
+        return measures
 
 
 def _least(measures):
@@ -279,6 +294,26 @@ def _vector_area(x):
     return np.cross(edges[:, :-1], edges[:, 1:]).sum(axis=1)
 
 
+def _corner_normals(x):
+    """Cross products of the edges at the corners of polygons (n, k, 3)."""
+    return np.cross(np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x)
+
+
+def _blanked(mesh):
+    """Which cells of a vtkStructuredGrid have a point that is hidden: (n,) bool."""
+    if not (isinstance(mesh, vtkStructuredGrid) and mesh.HasAnyBlankPoints()):
+        return np.zeros(mesh.GetNumberOfCells(), bool)
+    flags = arrays.to_numpy(mesh.GetPointData().GetArray(arrays.GHOSTS))
+    hidden = (flags & vtkDataSetAttributes.HIDDENPOINT) != 0
+    extent = mesh.GetExtent()
+    hidden = hidden.reshape((np.subtract(extent[1::2], extent[::2]) + 1)[::-1])
+    for axis in range(3):
+        count = hidden.shape[axis]
+        if count > 1:
+            hidden = hidden.take(range(count - 1), axis) | hidden.take(range(1, count), axis)
+    return hidden.ravel()
+
+
 def _groups(mesh):
     """Type, indices (n,) and points (n, k) of cells with the same type and number of points."""
     if isinstance(mesh, vtkUnstructuredGrid):
@@ -288,7 +323,8 @@ def _groups(mesh):
         first = 0
         for cell_type, cells in polydata_cells(mesh):
             connectivity, offsets = connectivity_of(cells)
-            types = np.full(len(offsets) - 1, cell_type)
+            is_quad = (cell_type == VTK_POLYGON) & (np.diff(offsets) == 4)  # as VTK says
+            types = np.where(is_quad, VTK_QUAD, cell_type)
             yield from _by_size(types, connectivity, offsets, first)
             first += len(types)
     elif isinstance(mesh, vtkExplicitStructuredGrid):

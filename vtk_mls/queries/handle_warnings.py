@@ -1,0 +1,51 @@
+"""What users are warned of: handles that limits hold, and rigid regions that overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_MET = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
+_MAX_PAIRS = 5  # in a sentence
+
+
+def handle_warnings(deformation):
+    """Sentences, without a capital and a full stop, about the handles of a Deformation."""
+    return [*_held_handles(deformation), *_overlapping_regions(deformation)]
+
+
+def _held_handles(deformation):
+    """A sentence about handles that a mask or a face keeps from their places."""
+    if not deformation.limits:
+        return
+    pairs = _handle_positions(deformation)
+    starts = np.cumsum([0, *(len(p) for p, _ in pairs[:-1])])
+    rest, deformed = (np.concatenate(points) for points in zip(*pairs))
+    factors = [limit.factor(deformed)[0] for limit in deformation.limits]
+    miss = np.linalg.norm(deformation.backward(deformed) - rest, axis=1)
+    misses = np.maximum.reduceat(np.where(np.min(factors, axis=0) < 1, miss, 0), starts)
+    positions = np.concatenate(deformation.handle_set.positions)
+    held = misses > _MET * np.ptp(positions, axis=0).max()
+    if held.any():
+        yield (
+            f"{held.sum()} of {len(held)} handles are not met, by up to {misses.max():.3g}, for "
+            "the mask or a face holds them"
+        )
+
+
+def _handle_positions(deformation):
+    """p and q (n, 3) of each handle: a point, or points of a curve or on a region."""
+    points = zip(deformation.rest[:, None], deformation.deformed[:, None])
+    shapes = ((h.rest, h.deformed) for h in deformation.handles if hasattr(h, "rest"))
+    regions = [h for h in deformation.handles if hasattr(h, "shape")]
+    surfaces = ((h.shape.points, h.moved(h.shape.points)) for h in regions)
+    return [*points, *shapes, *surfaces]
+
+
+def _overlapping_regions(deformation):
+    """A sentence about rigid regions that overlap."""
+    regions = [row for row, h in enumerate(deformation.handles) if hasattr(h, "shape")]
+    pairs = deformation.overlapping_regions if len(regions) > 1 else []
+    if pairs:
+        names = [f"{regions.index(i)} and {regions.index(j)}" for i, j in pairs[:_MAX_PAIRS]]
+        more = f" and {len(pairs) - _MAX_PAIRS} more pairs" * (len(pairs) > _MAX_PAIRS)
+        yield f"rigid regions overlap where they were moved to: {', '.join(names)}{more}"
