@@ -8,6 +8,7 @@ import numpy as np
 
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
+from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import only_region
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
@@ -82,7 +83,9 @@ class View:
     def __init__(self, interactor, datasets):
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
-        self.slices, self.cut_widget = Slices(self.scene), CutWidget(interactor, self.scene)
+        self.distortion = Distortion(self.scene.bounds)
+        self.slices = Slices(self.scene, self.distortion)
+        self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = False
@@ -107,8 +110,8 @@ class View:
             If the state has no map, or the device fails.
         """
         deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
-
         self.slices.regions = state.regions
+        self.distortion.deformation = deformation
 
         def make_map(nodes):
             self.scene.show(deformation, nodes, is_final)
