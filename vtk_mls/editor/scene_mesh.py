@@ -65,7 +65,7 @@ class SceneMesh:
     def set_coarseness(self, pixels):
         """Nothing changes: no rays are cast for meshes."""
 
-    def show(self, deformation, nodes, is_final):
+    def show(self, deformation, nodes, distortion, is_final):
         """Deform the mesh; None for the identity."""
         if deformation is None:
             self._deformed.detach()

@@ -114,7 +114,7 @@ class View:
         self.distortion.deformation = deformation
 
         def make_map(nodes):
-            self.scene.show(deformation, nodes, is_final)
+            self.scene.show(deformation, nodes, self.distortion, is_final)
             self.slices.show(is_final)
 
         if deformation is None:
