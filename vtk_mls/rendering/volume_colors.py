@@ -7,7 +7,7 @@ of the determinant, which is continuous where space starts to fold, while the ra
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
+from vtkmodules.vtkCommonCore import vtkLookupTable
 
 FOLDED = (0.80, 0.02, 0.12)  # where the determinant is not positive
 MAX_DOUBLINGS = 2.0  # of the volume, up or down, beyond which colors stay the same
@@ -21,6 +21,7 @@ _NODES = (
 )
 _STEPS = 33  # of the table for VTK, which interpolates linearly in the determinant
 _SMALLEST = 1e-6  # determinant that is drawn as not folded
+_TABLE_SIZE, _TABLE_MARGIN = 1024, 0.125
 _DARKEST = 0.35  # share of a color that is visible on black
 
 
@@ -58,19 +59,21 @@ def table():
     return np.column_stack([determinants, colors_of(determinants)])
 
 
-def color_function():
-    """`table` as a vtkColorTransferFunction."""
-    function = vtkColorTransferFunction()
-    for row in table():
-        function.AddRGBPoint(*row)
-    return function
+def lookup_table():
+    """A vtkLookupTable of determinants; beyond its range colors stay the same."""
+    table = vtkLookupTable()
+    table.SetTableRange(-_TABLE_MARGIN, 2**MAX_DOUBLINGS + _TABLE_MARGIN)
+    table.SetNumberOfTableValues(_TABLE_SIZE)
+    for number, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), _TABLE_SIZE))):
+        table.SetTableValue(number, *color)
+    return table
 
 
 def shader_function(name):
-    """GLSL of a function `vec3 name(float determinant)` with these colors."""
-    lines = [f"vec3 {name}(float determinant)", "{"]
-    lines.append(f"  if (!(determinant > 0.0)) return {_vec3(FOLDED)};")
-    lines.append("  float change = -log2(determinant);")
+    """GLSL of a function `vec3 name(float volume)` with these colors."""
+    lines = [f"vec3 {name}(float volume)", "{"]
+    lines.append(f"  if (!(volume > 0.0)) return {_vec3(FOLDED)};")
+    lines.append("  float change = -log2(volume);")
     lines.append(f"  vec3 color = {_vec3(_NODES[0][1])};")
     for (low, _), (high, color) in zip(_NODES, _NODES[1:]):
         share = f"clamp((change - {low}) / {high - low}, 0.0, 1.0)"

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.rendering import volume_colors
+from vtk_mls.rendering.mesh_paint import LINE_COLOR
 
 _TAG = "//VTK::ComputeColor::Dec"
 _LINE_WIDTH = 0.035  # of a step of the grid
-_LINE_COLOR = "vec3(0.04, 0.20, 0.22)"
 
 _FUNCTIONS = """
 {volume_color}
@@ -96,7 +96,7 @@ def install(shader):
     """Add the shader code to a vtkShaderProperty, after that of `shader`."""
     text = _FUNCTIONS.format(
         volume_color=volume_colors.shader_function("mlsVolumeColor"),
-        line_color=_LINE_COLOR,
+        line_color=LINE_COLOR,
         tag=_TAG,
     )
     shader.AddFragmentShaderReplacement(_TAG, True, text, False)
