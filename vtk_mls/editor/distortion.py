@@ -8,6 +8,13 @@ from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_colors import tinted
 
 MODES = ("nothing", "grid", "volume", "grid and volume")
+# What the window says of each.
+TEXTS = (
+    "The grid and the colors of the volume are hidden.",
+    "A grid of cubes, deformed with the data.",
+    "Orange: the volume grows. Blue: it shrinks. Red: space folds.",
+    "A deformed grid, and the change of volume; red where space folds.",
+)
 _CUBES = 12  # of the grid along the longest side of the data
 
 

@@ -27,6 +27,7 @@ float mlsLayer(vec3 t)
 {{
   vec3 m = t * mls_map_scale + mls_map_bias;
   m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low);
+  if (mls_layers == 1.0) return 0.0;
   float found = 0.0, largest = texture(mls_map, m).a;
   for (float layer = 1.0; layer < mls_layers; layer += 1.0)
   {{
