@@ -7,7 +7,7 @@ import numpy as np
 from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_colors import tinted
 
-MODES = ("nothing", "grid", "volume", "grid and volume")
+MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
 # What the window says of each.
 TEXTS = (
     "The grid and the colors of the volume are hidden.",

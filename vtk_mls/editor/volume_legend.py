@@ -13,8 +13,8 @@ from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 # Sizes in pixels.
 _WIDTH, _HEIGHT, _MARGIN, _GAP, _FONT_SIZE = 14, 180, 18, 10, 13
 _BANDS = 60
-_TITLE, _FOLD = "volume", "folds"
-_LABELS = (2, "4 x"), (1, "2 x"), (0, "1"), (-1, "1/2"), (-2, "1/4")  # doublings, text
+_TITLE, _FOLD = "volume \N{MULTIPLICATION SIGN}", "folds"
+_LABELS = (2, "4"), (1, "2"), (0, "1"), (-1, "1/2"), (-2, "1/4")  # doublings, text
 _TEXT_COLOR = (0.74, 0.80, 0.87)
 
 

@@ -21,7 +21,7 @@ _NODES = (
 )
 _STEPS = 33  # of the table for VTK, which interpolates linearly in the determinant
 _SMALLEST = 1e-6  # determinant that is drawn as not folded
-_TABLE_SIZE, _TABLE_MARGIN = 1024, 0.125
+TABLE_SIZE, _TABLE_MARGIN = 1024, 0.125  # of tables of determinants, linear in these
 _DARKEST = 0.35  # share of a color that is visible on black
 
 
@@ -55,7 +55,7 @@ def tinted(colors, determinants):
 def table():
     """(determinant, red, green, blue) in increasing order, for linear interpolation."""
     change = np.linspace(MAX_DOUBLINGS, -MAX_DOUBLINGS, _STEPS)
-    determinants = np.concatenate([[-1.0, 0.0, _SMALLEST], 2.0**-change])
+    determinants = np.concatenate([[-_TABLE_MARGIN, 0.0, _SMALLEST], 2.0**-change])
     return np.column_stack([determinants, colors_of(determinants)])
 
 
@@ -63,8 +63,8 @@ def lookup_table():
     """A vtkLookupTable of determinants; beyond its range colors stay the same."""
     table = vtkLookupTable()
     table.SetTableRange(-_TABLE_MARGIN, 2**MAX_DOUBLINGS + _TABLE_MARGIN)
-    table.SetNumberOfTableValues(_TABLE_SIZE)
-    for number, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), _TABLE_SIZE))):
+    table.SetNumberOfTableValues(TABLE_SIZE)
+    for number, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), TABLE_SIZE))):
         table.SetTableValue(number, *color)
     return table
 
