@@ -38,7 +38,7 @@ class SceneMesh:
         self._range = scalars.GetRange() if scalars else (0, 1)
         self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
         self._actor.SetMapper(self._mapper)
-        self._has_volume_colors = False
+        self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
         material = self._actor.GetProperty()
         material.SetColor(_COLOR)
@@ -76,8 +76,7 @@ class SceneMesh:
         else:
             self._deformed.update(deformation, is_final, distortion.mode > 0)
         self._color()
-        if mapper := self._surface_mapper():
-            mesh_paint.show(self._actor, mapper, distortion.lines if distortion.has_grid else None)
+        self._draw_lines(distortion.lines if distortion.has_grid else None)
 
     def nearest(self, points):
         """The points of the undeformed mesh nearest to `points` (n, 3): (n, 3)."""
@@ -116,11 +115,14 @@ class SceneMesh:
             mapper.SetScalarModeToUsePointData()
             mapper.SetScalarRange(self._range)
 
-    def _surface_mapper(self):
-        """The vtkPolyDataMapper that draws; None before the first picture of other datasets."""
-        if isinstance(self._mapper, vtkPolyDataMapper):
-            return self._mapper
-        return self._mapper.GetPolyDataMapper()
+    def _draw_lines(self, lines):
+        """Draw a `RestLines` on the mesh, or none for None."""
+        mapper = self._mapper
+        if not isinstance(mapper, vtkPolyDataMapper):
+            mapper = mapper.GetPolyDataMapper()  # None before the first picture
+        if lines is not self._lines and mapper is not None:
+            mesh_paint.show(self._actor, mapper, lines)
+            self._lines = lines
 
     @cached_property
     def _solid(self):
@@ -137,6 +139,9 @@ class SceneMesh:
 
     def detach(self):
         """Leave the mesh undeformed."""
+        self._has_volume_colors = False
+        self._color()
+        self._draw_lines(None)
         self._deformed.detach()
 
 
