@@ -54,10 +54,20 @@ simple.ResetCamera(view)
 # cells at the border of a fold are partly red
 assert abs(share_of_folds("folds_slice.png") - is_folded[:-1, :-1].mean()) < 0.03
 
-# The range stays that of the table when the data change.
+# The range stays that of the table when the data change, and when the GUI colors a display.
 deform.DeformedPoints = list(np.ravel(REST + 0.5 * DRAG))
 simple.Render(view)
+display.RescaleTransferFunctionToDataRange(True, False)
 np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=1e-6)
+
+# A coarse image as a mesh shows the deformed grid.
+coarse = simple.ResampleToImage(Input=source, SamplingDimensions=[5, 5, 5])
+lines = simple.MLSDeform(Input=simple.AppendDatasets(Input=[coarse]))
+lines.RestPoints, lines.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
+rest = np.array([data(coarse).GetPoint(i) for i in range(125)])
+moved = np.array([data(lines).GetPoint(i) for i in range(125)])
+d = vtk_mls.Deformation(REST, REST + DRAG, alpha=lines.Alpha)
+np.testing.assert_allclose(d.backward(moved), rest, atol=1e-3)
 
 # A mesh has the array, too.
 plane = simple.Plane(Origin=[-8, -8, 0], Point1=[8, -8, 0], Point2=[-8, 8, 0], XResolution=60)

@@ -96,7 +96,9 @@ def test_meshes_get_the_change_of_volume(opengl):
     has_inverse = values > 0.05
     assert has_inverse.mean() > 0.9
     tetrahedra = after[has_inverse, None].astype(float) + TETRAHEDRON
-    origins = Deformation(d.rest, d.deformed, device="reference").backward(tetrahedra.reshape(-1, 3))
+    origins = Deformation(d.rest, d.deformed, device="reference").backward(
+        tetrahedra.reshape(-1, 3)
+    )
     ratios = volumes(origins.reshape(-1, 4, 3)) / volumes(TETRAHEDRON[None])
     np.testing.assert_allclose(values[has_inverse], ratios, rtol=0.02, atol=0.01)
 

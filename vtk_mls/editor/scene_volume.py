@@ -99,7 +99,9 @@ class SceneVolume:
         self._deformed.paint(lines, distortion.has_colors)
         if deformation is not None:
             self._deformed.update(deformation, nodes)
-        elif self._deformed.uploads > 0 or lines is not None:  # keeps the shader: to build another takes a second
+        elif (
+            self._deformed.uploads > 0 or lines is not None
+        ):  # keeps the shader: to build another takes a second
             corner = self._grid.corners()[:1]
             self._deformed.update(Deformation(corner, corner), 2)
 

@@ -6,6 +6,8 @@ of the determinant, which is continuous where space starts to fold, while the ra
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable
 
@@ -75,7 +77,7 @@ def shader_function(name):
     lines.append(f"  if (!(volume > 0.0)) return {_vec3(FOLDED)};")
     lines.append("  float change = -log2(volume);")
     lines.append(f"  vec3 color = {_vec3(_NODES[0][1])};")
-    for (low, _), (high, color) in zip(_NODES, _NODES[1:]):
+    for (low, _), (high, color) in itertools.pairwise(_NODES):
         share = f"clamp((change - {low}) / {high - low}, 0.0, 1.0)"
         lines.append(f"  color = mix(color, {_vec3(color)}, {share});")
     return "\n".join([*lines, "  return color;", "}", ""])

@@ -83,7 +83,7 @@ vec4 mlsPainted(vec4 color)
   }}
   return color;
 }}
-#define computeLighting(color, component, label) computeLighting(mlsPainted(color), component, label)
+#define computeLighting(color, part, label) computeLighting(mlsPainted(color), part, label)
 {tag}
 """
 NAMES = (
