@@ -64,6 +64,7 @@ class _Editor:
     is_drawing_curve = False
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None)
+    view = SimpleNamespace(distortion=SimpleNamespace(mode=0))
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 
     def __init__(self, state):

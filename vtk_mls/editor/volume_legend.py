@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
 from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -53,7 +55,7 @@ class VolumeLegend:
         width, height = self._renderer.GetSize()
         right, low = width - _MARGIN, (height - _HEIGHT) / 2
         heights = low + np.linspace(0, _HEIGHT, _BANDS + 1)
-        bands = [(low - _GAP - _WIDTH, low - _GAP), *zip(heights, heights[1:])]
+        bands = [(low - _GAP - _WIDTH, low - _GAP), *itertools.pairwise(heights)]
         left = right - _WIDTH
         corners = [
             corner
