@@ -64,6 +64,7 @@ class _Editor:
     is_drawing_curve = False
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None)
+    view = SimpleNamespace(distortion=SimpleNamespace(mode=0))
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 
     def __init__(self, state):
@@ -208,3 +209,15 @@ def test_slices_have_the_look_that_the_panel_sets(monkeypatch):
     monkeypatch.setattr(session.editor.slices, "show", lambda is_final: shown.append(is_final))
     do(session, "look", 0)
     assert shown == [True]
+
+
+def test_the_panel_sets_what_is_shown_of_the_deformation():
+    session = opened(ball_mesh())
+    do(session, "distortion", 3)
+    assert session.editor.view.distortion.has_grid
+    assert session.editor.view.distortion.has_colors
+    assert session._panel["distortion"] == 3
+    session.call(lambda: session.editor.do("change_distortion")).result()
+    assert session._panel["distortion"] == 0
+    do(session, "distortion", "grid")  # the page never sends it
+    assert session.editor.view.distortion.mode == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.editor.cut_tool import CutTool
+from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import FAILURES, Document, sentence_of
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
@@ -263,6 +264,16 @@ class Editor(ShapeEdits):
         """Draw the data with their next presets of colors and opacities."""
         self.say(self.view.change_preset())
         self.document.draw()
+
+    def change_distortion(self):
+        """Show the deformed grid, the change of volume, both, or neither, in this order."""
+        self.set_distortion(self.view.distortion.mode + 1)
+
+    def set_distortion(self, mode):
+        """Show what a mode of `distortion.MODES`, an int, says of the deformation."""
+        self.view.set_distortion(mode)
+        self.say(TEXTS[self.view.distortion.mode])
+        self.document.show()
 
     def toggle_slices(self):
         """Show or hide three slices beside the 3-D view."""

@@ -37,6 +37,7 @@ KEYS = (
     ("", "", ("]",), "change_nu", 1.25),
     ("B", "show the data before and after", ("b",), "compare", None),
     ("M", "show or hide slices", ("m",), "toggle_slices", None),
+    ("J", "deformed grid, change of volume, folds", ("j",), "change_distortion", None),
     ("V", "next colors and opacities", ("v",), "change_look", None),
     ("Space", "hide handles and texts", (" ",), "hide_handles", None),
     ("T", "show computing times", ("t",), "time", None),

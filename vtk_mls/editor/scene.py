@@ -63,10 +63,10 @@ class Scene:
         """The current `Projection`."""
         return Projection(self.renderer)
 
-    def show(self, deformation, nodes, is_final):
+    def show(self, deformation, nodes, distortion, is_final):
         """Deform the data from the next picture on; None for the identity."""
         for item in self.items:
-            item.show(deformation, nodes, is_final)
+            item.show(deformation, nodes, distortion, is_final)
 
     def set_preset(self, number):
         """Draw each dataset with one of its presets; their names."""

@@ -12,9 +12,10 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
-from vtk_mls import Solid
+from vtk_mls import Deformation, Solid
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.rendering import DeformedMesh
+from vtk_mls.rendering import DeformedMesh, mesh_paint, volume_colors
+from vtk_mls.rendering.rest_surface import DETERMINANT
 from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)
@@ -37,6 +38,7 @@ class SceneMesh:
         self._range = scalars.GetRange() if scalars else (0, 1)
         self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
         self._actor.SetMapper(self._mapper)
+        self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
         material = self._actor.GetProperty()
         material.SetColor(_COLOR)
@@ -56,21 +58,25 @@ class SceneMesh:
 
     def set_preset(self, number):
         """Color the mesh; the name of the preset."""
-        number %= len(self.preset_names)
-        self._mapper.SetScalarVisibility(number > 0)
-        self._mapper.SetScalarModeToUsePointData()
-        self._mapper.SetScalarRange(self._range)
-        return self.preset_names[number]
+        self._preset = number % len(self.preset_names)
+        self._color()
+        return self.preset_names[self._preset]
 
     def set_coarseness(self, pixels):
         """Nothing changes: no rays are cast for meshes."""
 
-    def show(self, deformation, nodes, is_final):
+    def show(self, deformation, nodes, distortion, is_final):
         """Deform the mesh; None for the identity."""
+        self._has_volume_colors = distortion.has_colors
+        if deformation is None and distortion.mode:
+            corner = self.bounds[:1]
+            deformation = Deformation(corner, corner)
         if deformation is None:
             self._deformed.detach()
         else:
-            self._deformed.update(deformation, exact=is_final)
+            self._deformed.update(deformation, is_final, distortion.mode > 0)
+        self._color()
+        self._draw_lines(distortion.lines if distortion.has_grid else None)
 
     def nearest(self, points):
         """The points of the undeformed mesh nearest to `points` (n, 3): (n, 3)."""
@@ -93,6 +99,31 @@ class SceneMesh:
         hit = self.surface().hit(near, far)
         return hit and (hit[0], lambda: self._solid)
 
+    def _color(self):
+        """Color by the preset, or by the change of volume."""
+        mapper = self._mapper
+        mapper.SetScalarVisibility(self._preset > 0 or self._has_volume_colors)
+        mapper.SetInterpolateScalarsBeforeMapping(self._has_volume_colors)
+        if self._has_volume_colors:
+            table = volume_colors.lookup_table()
+            mapper.SetLookupTable(table)
+            mapper.SetScalarModeToUsePointFieldData()
+            mapper.SelectColorArray(DETERMINANT)
+            mapper.SetScalarRange(table.GetTableRange())
+        else:
+            mapper.SetLookupTable(None)
+            mapper.SetScalarModeToUsePointData()
+            mapper.SetScalarRange(self._range)
+
+    def _draw_lines(self, lines):
+        """Draw a `RestLines` on the mesh, or none for None."""
+        mapper = self._mapper
+        if not isinstance(mapper, vtkPolyDataMapper):
+            mapper = mapper.GetPolyDataMapper()  # None before the first picture
+        if lines is not self._lines and mapper is not None:
+            mesh_paint.show(self._actor, mapper, lines)
+            self._lines = lines
+
     @cached_property
     def _solid(self):
         """The undeformed mesh as a Solid.
@@ -108,6 +139,9 @@ class SceneMesh:
 
     def detach(self):
         """Leave the mesh undeformed."""
+        self._has_volume_colors = False
+        self._color()
+        self._draw_lines(None)
         self._deformed.detach()
 
 

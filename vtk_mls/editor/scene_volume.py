@@ -92,12 +92,16 @@ class SceneVolume:
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
 
-    def show(self, deformation, nodes, is_final):
+    def show(self, deformation, nodes, distortion, is_final):
         """Deform the volume; None for the identity."""
         self._deformation = deformation
+        lines = distortion.lines if distortion.has_grid else None
+        self._deformed.paint(lines, distortion.has_colors)
         if deformation is not None:
             self._deformed.update(deformation, nodes)
-        elif self._deformed.uploads > 0:  # keeps the shader: to build another takes a second
+        elif (
+            self._deformed.uploads > 0 or lines is not None
+        ):  # keeps the shader: to build another takes a second
             corner = self._grid.corners()[:1]
             self._deformed.update(Deformation(corner, corner), 2)
 

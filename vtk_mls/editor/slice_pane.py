@@ -25,6 +25,7 @@ _EYE = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
 _UP = np.array([(0.0, 0, 1), (0, 0, 1), (0, -1, 0)])
 _AXIS_COLORS = (0.95, 0.40, 0.40), (0.95, 0.85, 0.35), (0.45, 0.70, 1.0)
 _OUTLINE_COLOR = (0.95, 0.80, 0.55)
+_GRID_COLOR, _GRID_OPACITY = (0.45, 0.95, 0.85), 0.75
 
 
 class SlicePane:
@@ -53,12 +54,14 @@ class SlicePane:
         outlines = polydata.unlit_actor(self._outlines, _OUTLINE_COLOR, 2)
         outlines.SetPosition(*(self._size * 1e-3 * _EYE[axis]))  # in front of the image
         cross = polydata.unlit_actor(self._cross)
+        self._lines = vtkPolyData()
+        lines = polydata.unlit_actor(self._lines, _GRID_COLOR, 1.2, _GRID_OPACITY)
         self._handles, self._label = _ball_actor(self._balls), vtkTextActor()
         self._label.SetPosition(8, 8)
         self._label.PickableOff()
         self._label.GetTextProperty().SetFontSize(13)
         self._label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
-        for prop in (image, outlines, cross, self._handles, self._label):
+        for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
@@ -78,10 +81,11 @@ class SlicePane:
         fraction = (self._position - near[self.axis]) / (far - near)[self.axis]
         return near + fraction * (far - near)
 
-    def show(self, items, surfaces, point, count):
+    def show(self, items, surfaces, point, count, distortion):
         """Draw the slice through a point, with `count` samples along its longer side.
 
-        `surfaces` are vtkPolyData whose outlines are drawn, as those of meshes.
+        `surfaces` are vtkPolyData whose outlines are drawn, as those of meshes; `distortion` is a
+        `Distortion`.
         """
         self._fit()
         self._position = point[self.axis]
@@ -92,11 +96,13 @@ class SlicePane:
             if sampled is not None:
                 has_material, item_colors = sampled
                 colors[has_material] = item_colors[has_material]
+        colors = distortion.tinted(points, colors)
         image = vtkImageData()
         ImageGeometry.of_grid(grid).apply_to(image)
         arrays.add(image.GetPointData(), "colors", colors)
         image.GetPointData().SetActiveScalars("colors")
         self._mapper.SetInputData(image)
+        self._draw_lines(distortion.lines_in(self.axis, grid))
         self._draw_outlines([*(item.mesh() for item in items), *surfaces])
         self._draw_cross(point)
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
@@ -119,6 +125,12 @@ class SlicePane:
         first = self._visible_box[0].copy()
         dimensions[self.axis], first[self.axis] = 1, self._position
         return Grid(dimensions, first, spacing)
+
+    def _draw_lines(self, ends):
+        """Draw segments (n, 2, 3)."""
+        self._lines.SetPoints(polydata.points(self._in_front(ends, 0.5)))
+        self._lines.SetLines(polydata.cells(np.arange(2 * len(ends)).reshape(-1, 2)))
+        self._lines.Modified()
 
     def _draw_outlines(self, meshes):
         plane, append = vtkPlane(), vtkAppendPolyData()

@@ -25,8 +25,9 @@ class Slices:
         Slices show their outlines.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene, distortion):
         self._scene, self._panes, self.is_visible, self.regions = scene, [], False, []
+        self._distortion = distortion
         self._viewport = scene.renderer.GetViewport()
         self._bounds = scene.bounds
         self.point = self._bounds.mean(axis=0)
@@ -60,7 +61,7 @@ class Slices:
         panes = self._visible_panes
         surfaces = [moved_surface(region) for region in self.regions] if panes else []
         for pane in panes:
-            pane.show(self._scene.items, surfaces, self.point, samples)
+            pane.show(self._scene.items, surfaces, self.point, samples, self._distortion)
 
     def show_handles(self, positions, colors, are_visible):
         """Draw the handles that are near slices, from positions and colors (n, 3)."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
+from vtk_mls.editor.distortion import MODES, Distortion
 from vtk_mls.editor.grips import only_region
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
@@ -15,6 +16,7 @@ from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
+from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
@@ -68,6 +70,7 @@ class View:
     scene : Scene
     slices : Slices
     overlay : Overlay
+    distortion : Distortion
     cut_widget : CutWidget
     motion_widget : MotionWidget
     has_timer : bool
@@ -82,17 +85,20 @@ class View:
     def __init__(self, interactor, datasets):
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
-        self.slices, self.cut_widget = Slices(self.scene), CutWidget(interactor, self.scene)
+        self.distortion = Distortion(self.scene.bounds)
+        self.slices = Slices(self.scene, self.distortion)
+        self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = False
         self.drawn_message = ""
+        self._legend = VolumeLegend(self.scene.overlay)
         self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
         self._preset, self._shows_times, self._moved_at = 0, False, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
-                (window, "StartEvent", lambda *_: self.overlay.lay_out()),
+                (window, "StartEvent", self._lay_out),
                 (style, "StartInteractionEvent", self._start_camera),
                 (style, "EndInteractionEvent", self._stop_camera),
             )
@@ -107,17 +113,22 @@ class View:
             If the state has no map, or the device fails.
         """
         deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
-
         self.slices.regions = state.regions
+        self.distortion.deformation = deformation
 
         def make_map(nodes):
-            self.scene.show(deformation, nodes, is_final)
+            self.scene.show(deformation, nodes, self.distortion, is_final)
             self.slices.show(is_final)
 
         if deformation is None:
             make_map(self._pace.nodes)
         else:
             self._pace.make(make_map, not is_final)
+
+    def set_distortion(self, mode):
+        """Show what a mode of `distortion.MODES` says, from the next `show` on."""
+        self.distortion.mode = mode % len(MODES)
+        self._legend.set_visible(self.distortion.has_colors)
 
     def change_preset(self):
         """Draw the data with their next presets; the names of these."""
@@ -197,6 +208,10 @@ class View:
         self.scene.glyphs.show(state, colors, hovered)
         self._shapes.show(state, selected)
         self.slices.show_handles(state.grips.deformed, colors, not self.hides_handles)
+
+    def _lay_out(self, window, event):
+        self.overlay.lay_out()
+        self._legend.lay_out()
 
     def _start_camera(self, style, event):
         self.scene.set_coarseness(self._pace.pixels_while_moving())

@@ -8,11 +8,12 @@ from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter
 from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
 from vtkmodules.vtkRenderingCore import vtkDataSetMapper, vtkPolyDataMapper, vtkProperty
 
-from vtk_mls.paraview.displays import BlockSettings, apply_colors, block_settings
+from vtk_mls.paraview.displays import BlockSettings, apply_colors, block_settings, color_array
 from vtk_mls.paraview.live_prop import LiveProp
 from vtk_mls.paraview.server_manager import input_data
 from vtk_mls.rendering import DeformedMesh
 from vtk_mls.rendering.deformed_mesh import MeshDeformer
+from vtk_mls.rendering.rest_surface import DETERMINANT
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 FEATURE_EDGES = "Feature Edges"
@@ -32,6 +33,7 @@ class LiveMesh(LiveProp):
         apply_colors(mapper, display)
         super().__init__(display, mesh, renderer, mapper)
         self._deformed = DeformedMesh(self._prop)
+        self._has_distortion = color_array(display)[1] == DETERMINANT
         blocks = BlockSettings(display, input_data(display))
         color, opacity = blocks.color(index), blocks.opacities.get(index)
         if index in blocks.colors:
@@ -48,7 +50,7 @@ class LiveMesh(LiveProp):
         return LiveProp.settings(display), block_settings(display)
 
     def _show(self, pending, is_dragging):
-        self._deformed.update(pending.deformation, exact=not is_dragging)
+        self._deformed.update(pending.deformation, not is_dragging, self._has_distortion)
 
     def end(self):
         self._deformed.detach()

@@ -8,9 +8,10 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
+from vtk_mls.base.interpolation import sample
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries.vector_fields import covariant
-from vtk_mls.rendering.rest_surface import jacobians
+from vtk_mls.rendering.rest_surface import determinants, jacobians
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.splitting import height_function
 
@@ -44,15 +45,29 @@ class CoarseForward:
         self._rest.SetPoints(surface.surface.GetPoints())
         self._rest.GetPointData().SetNormals(surface.surface.GetPointData().GetNormals())
 
-    def moved(self, deformation):
-        """The deformed surface as vtkPolyData."""
+    def moved(self, deformation, has_distortion=False):
+        """The deformed surface as vtkPolyData, with arrays as of `RestSurface.moved`."""
         field = deformation.forward_field(self._nodes)
         moved = self._interpolated(field.displacement)
         points, normals = moved.GetPoints(), moved.GetPointData().GetNormals()
         rows = np.flatnonzero(self._is_exact(field)[self._cell])
+        values = self._determinants(field) if has_distortion else None
         if len(rows) > 0:
-            self._move_exactly(deformation, rows, points, normals)
-        return self._surface.with_points(points, normals)
+            self._move_exactly(deformation, rows, points, normals, values)
+        output = self._surface.with_points(points, normals)
+        if has_distortion:
+            self._surface.add_distortion(output, values)
+        return output
+
+    def _determinants(self, field):
+        """det J_G at the points, from differences between the nodes: (n,) float32."""
+        values = field.displacement.reshape(*self._grid.shape, 3)
+        slopes = [np.gradient(values, h, axis=2 - i) for i, h in enumerate(self._grid.spacing)]
+        forward = np.linalg.det(np.eye(3) + np.stack(slopes, axis=-1))
+        with np.errstate(divide="ignore"):
+            nodes = np.where(field.found.reshape(forward.shape), 1 / forward, 0)
+        index = self._grid.index_of(self._surface.positions)
+        return sample(nodes.astype(np.float32), index, "linear", 1.0, self._grid)
 
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
@@ -86,12 +101,16 @@ class CoarseForward:
         corners = [wrong[k : k + nz, j : j + ny, i : i + nx] for i, j, k in _CORNERS]
         return self._is_crossed | np.append(np.any(corners, axis=0), True)
 
-    def _move_exactly(self, deformation, rows, points, normals):
-        """Move the points of some rows, and their normals or None, by the exact map."""
+    def _move_exactly(self, deformation, rows, points, normals, values):
+        """Set points of some rows, and their normals and determinants or None, exactly."""
         surface, material = self._surface, self._surface.material(deformation)[rows]
         before = surface.positions[rows]
-        positions = before + deformation.forward_field(material).displacement
+        field = deformation.forward_field(material)
+        positions = before + field.displacement
         arrays.to_numpy(points.GetData())[rows] = positions
+        if values is not None:
+            parts = jacobians(deformation, positions, before, material)
+            values[rows] = determinants(parts, field.found)
         if normals is None:
             return
         exact = arrays.to_numpy(surface.surface.GetPointData().GetNormals())[rows]

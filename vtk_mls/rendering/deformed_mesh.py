@@ -49,7 +49,9 @@ class DeformedMesh:
         self._actor, self._deformer = actor, MeshDeformer()
         self._mapper, self._observers = None, []
 
-    def update(self, deformation: Deformation, exact: bool = True) -> None:
+    def update(
+        self, deformation: Deformation, exact: bool = True, has_distortion: bool = False
+    ) -> None:
         """Draw the mesh deformed by `deformation` from the next Render on.
 
         Parameters
@@ -59,6 +61,9 @@ class DeformedMesh:
             False while the mouse drags: a mesh with more than 262144 points is then moved by a map
             that is interpolated between some 64 x 64 x 64 points, with an error of at most about
             1/2000 of the mesh's size. Smaller meshes and points at cuts are always exact.
+        has_distortion : bool
+            Whether the drawn mesh has the point arrays "RestPosition", x of the undeformed space,
+            and "JacobianDeterminant", det J_G, which is not positive where space folds.
 
         Raises
         ------
@@ -70,7 +75,7 @@ class DeformedMesh:
         if not self._observers:
             self._observe(self._actor)
         self._follow()
-        self._deformer.deform(deformation, exact)
+        self._deformer.deform(deformation, exact, has_distortion)
 
     def detach(self) -> None:
         """Draw the undeformed mesh; an update deforms it again."""
@@ -119,27 +124,29 @@ class MeshDeformer(Algorithm):
     def __init__(self):
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
         self.OutputType = "vtkPolyData"
-        self._deformation, self._is_exact = None, True
+        self._deformation, self._is_exact, self._has_distortion = None, True, False
         self._rest_surface, self._coarse_map = CachedValue(), CachedValue()
         self._output = CachedValue()
 
-    def deform(self, deformation, exact):
+    def deform(self, deformation, exact, has_distortion=False):
         """Set the Deformation, and update the output; unchanged after an error."""
+        options = exact, has_distortion
         has_input = self.GetNumberOfInputConnections(0) > 0
         if has_input:
-            self._polydata(self._update_input(0), deformation, exact)
-        self._deformation, self._is_exact = deformation, exact
+            self._polydata(self._update_input(0), deformation, *options)
+        self._deformation, (self._is_exact, self._has_distortion) = deformation, options
         self.Modified()
         if has_input:  # static mappers do not update it
             self.Update()
 
     def RequestData(self, request, inInfo, outInfo):
         mesh, output = vtkDataSet.GetData(inInfo[0]), vtkPolyData.GetData(outInfo)
-        output.ShallowCopy(self._polydata(mesh, self._deformation, self._is_exact))
+        options = self._is_exact, self._has_distortion
+        output.ShallowCopy(self._polydata(mesh, self._deformation, *options))
         output.GetFieldData().ShallowCopy(mesh.GetFieldData())
         return 1
 
-    def _polydata(self, mesh, deformation, exact):
+    def _polydata(self, mesh, deformation, exact, has_distortion):
         """The deformed surface of `mesh`."""
         cuts = () if deformation is None else deformation.cuts
         state = stamps(mesh), state_of(cuts)
@@ -155,10 +162,10 @@ class MeshDeformer(Algorithm):
             mover = surface
             if is_coarse:
                 mover = self._coarse_map.of(surface, lambda: CoarseForward(surface, cuts))
-            return mover.moved(deformation)
+            return mover.moved(deformation, has_distortion)
 
         with np.errstate(all="ignore"):  # points may be NaN or far away
-            return self._output.of((surface, deformation, is_coarse), moved)
+            return self._output.of((surface, deformation, is_coarse, has_distortion), moved)
 
 
 def _is_mesh_mapper(mapper):

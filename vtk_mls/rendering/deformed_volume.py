@@ -10,9 +10,10 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
 
 from vtk_mls import Deformation, Grid
-from vtk_mls.rendering import shader, volume_checks
+from vtk_mls.rendering import shader, volume_checks, volume_paint
 from vtk_mls.rendering.map_box import MapBox
 from vtk_mls.rendering.map_layers import layers
+from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_checks import RenderingError
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -65,7 +66,7 @@ class DeformedVolume:
         self._deformation, self._nodes, self._within = None, None, None
         self._source, self._source_time = None, 0
         self._checked_times, self._messages = None, None
-        self._observers = []
+        self._observers, self._paint, self._is_painted = [], (None, False), False
 
     @property
     def uploads(self) -> int:
@@ -118,6 +119,19 @@ class DeformedVolume:
         self._show(box, grid, values)
         _drawn[self._volume] = self._source, deformation, ref(self)
 
+    def paint(self, lines: RestLines | None = None, has_colors: bool = False) -> None:
+        """Paint the deformation on the volume, from the next `update` on.
+
+        Parameters
+        ----------
+        lines : RestLines, optional
+            A grid of the undeformed space, whose planes are lines on the surface of the material.
+        has_colors : bool
+            Whether samples have the colors of the change of volume, red where space folds. It is
+            that of the map between its nodes.
+        """
+        self._paint = lines, has_colors
+
     def detach(self) -> None:
         """Draw the volume undeformed again, and restore its mapper and shader."""
         observers, self._observers = self._observers, []
@@ -129,7 +143,9 @@ class DeformedVolume:
             if self._mapper.GetInput() is self._stretched:
                 producer, port = self._producer
                 self._mapper.SetInputConnection(producer.GetOutputPort(port))
-            shader.remove(self._volume.GetShaderProperty())
+            volume_paint.remove(self._volume.GetShaderProperty())
+            shader.remove(self._volume.GetShaderProperty(), volume_paint.NAMES)
+            self._is_painted = False
             self._texture.free()
         self._box = self._source = self._stretched = None
 
@@ -148,7 +164,17 @@ class DeformedVolume:
             ):
                 self._observers.append(self._renderer.AddObserver(event, callback))
             self._checked_times = None
+        self._update_paint(box, grid)
         self._volume.Modified()
+
+    def _update_paint(self, box, grid):
+        """Set the shader code and the values of what is painted, for a box and its map's grid."""
+        material, is_painted = self._volume.GetShaderProperty(), self._paint != (None, False)
+        if is_painted:
+            shader.set_values(material, volume_paint.values_of(box, grid, *self._paint))
+        if is_painted != self._is_painted:
+            (volume_paint.install if is_painted else volume_paint.remove)(material)
+            self._is_painted, self._checked_times = is_painted, None
 
     def _stretch(self, box):
         """Give the mapper the voxels stretched over a box, so that rays traverse all of it."""

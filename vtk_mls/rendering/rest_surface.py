@@ -14,6 +14,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty, make_points_real, set_positions, without_empty
 from vtk_mls.vtk.splitting import split
 
+REST_POSITION, DETERMINANT = "RestPosition", "JacobianDeterminant"  # names of arrays
 _POINT = "_Point"  # name of an array of point ids
 
 
@@ -61,11 +62,14 @@ class RestSurface:
         x[on_cut] += warping.offset_from_cuts(deformation, x[on_cut], self._closest, self._side)
         return x
 
-    def moved(self, deformation):
-        """The surface as vtkPolyData, deformed by the exact forward map."""
+    def moved(self, deformation, has_distortion=False):
+        """The surface as vtkPolyData, deformed by the exact forward map.
+
+        With `has_distortion` it has the point arrays of `add_distortion`.
+        """
         output, material = self._copy(), self.material(deformation)
-        displacement = deformation.forward_field(material).displacement
-        positions = self.positions + displacement
+        field = deformation.forward_field(material)
+        positions = self.positions + field.displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
         none = gradients.DirectionArrays((), (), False)
@@ -78,7 +82,15 @@ class RestSurface:
             parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
             warping.transform(data[1], cell_arrays, parts, unit=True)
+        if has_distortion:
+            parts = jacobians(deformation, positions, self.positions, material)
+            self.add_distortion(output, determinants(parts, field.found))
         return output
+
+    def add_distortion(self, output, values):
+        """Add the point arrays "RestPosition" and "JacobianDeterminant", `values` (n,)."""
+        arrays.add(output.GetPointData(), REST_POSITION, self.positions.astype(np.float32))
+        arrays.add(output.GetPointData(), DETERMINANT, values)
 
     def with_points(self, points, normals):
         """The surface with other vtkPoints, and other point normals or None.
@@ -105,6 +117,14 @@ def jacobians(deformation, moved, before, material):
     if deformation.in_rest_frame:
         return warping.jacobians(deformation, moved, material, SILENT)
     return warping.jacobians(deformation, moved + (material - before), None, SILENT)
+
+
+def determinants(parts, found):
+    """det J_G (n,) float32 from parts of `jacobians`; not above 0 where F has no value."""
+    values = np.empty(len(found), np.float32)
+    for part, jacobian in parts:
+        values[part] = np.linalg.det(jacobian)
+    return np.where(found, values, np.minimum(values, 0))
 
 
 def state_of(cuts):

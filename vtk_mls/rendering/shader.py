@@ -131,11 +131,11 @@ def install(shader):
         shader.AddFragmentShaderReplacement(tag, True, text.format(tag=tag), False)
 
 
-def remove(shader):
-    """Undo `install` and `set_values`."""
+def remove(shader, names=()):
+    """Undo `install`, and `set_values` of its own names and of others."""
     for tag in _REPLACEMENTS:
         shader.ClearFragmentShaderReplacement(tag, True)
-    for name in _NAMES:
+    for name in (*_NAMES, *names):
         shader.GetFragmentCustomUniforms().RemoveUniform(name)
 
 

@@ -53,6 +53,8 @@ def _apply(session, editor, name, value):
         _set_cut(editor, value)
     elif name == "look":
         session.set_look(int(value))
+    elif name == "distortion":
+        editor.set_distortion(int(value))
     elif name == "select":
         count = len(editor.state.grips)
         editor.select(sorted({int(row) for row in value if 0 <= int(row) < count}))

@@ -6,6 +6,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
+from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
 from vtk_mls.web.transfers import MAX_HANDLE_BYTES
 
@@ -37,8 +38,20 @@ def build(edit, max_bytes):
             label="Colors and opacities",
             **_FIELDS,
         )
+        v.VSelect(
+            items=("distortions", _items(text.capitalize() for text in MODES)),
+            model_value=("distortion",),
+            update_modelValue=(edit, "['distortion', $event]"),
+            label="Show of the deformation (J)",
+            **_FIELDS,
+        )
         _section("Files")
         _files(edit, max_bytes)
+
+
+def _items(titles):
+    """Items of a list whose values are numbers."""
+    return [{"title": title, "value": value} for value, title in enumerate(titles)]
 
 
 def _section(title):

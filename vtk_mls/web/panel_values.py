@@ -34,6 +34,7 @@ def values_of(editor, previous, look):
         status=editor.status,
         looks=looks,
         look=look % len(looks),
+        distortion=editor.view.distortion.mode,
         count=len(state),
         has_mask=state.mask is not None,
         is_drawing=editor.is_drawing_curve,

@@ -1,0 +1,82 @@
+"""Folds are red in the default colors of JacobianDeterminant."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from paraview import simple
+from scene import array, data, screenshot, vtk_mls, wavelet
+
+from vtk_mls.rendering import volume_colors
+
+FOLDER = Path(sys.argv[1])
+REST = np.array([(x, y, z) for z in (-5.0, 5.0) for y in (-6.0, 6.0) for x in (-6.0, 6.0)])
+DRAG = np.zeros_like(REST)
+DRAG[0] = 9.0, 9.0, 0.0  # past the middle
+
+source = wavelet()
+deform = simple.MLSDeform(Input=source, GenerateJacobianDeterminant=1)
+deform.RestPoints, deform.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
+values = array(data(deform), "JacobianDeterminant")
+k = int(np.argmax((values <= 0).sum(axis=(1, 2))))
+is_folded = values[k] <= 0
+assert 0.02 < is_folded.mean() < 0.5
+
+view = simple.CreateView("RenderView")
+view.ViewSize = [340, 320]
+view.OrientationAxesVisibility = 0
+display = simple.Show(deform, view)
+table = simple.GetColorTransferFunction("JacobianDeterminant")
+
+
+def color(display):
+    """Color a display as the GUI does; `simple.ColorBy` would fit the table to the data."""
+    display.ColorArrayName, display.LookupTable = ["POINTS", "JacobianDeterminant"], table
+
+
+color(display)
+display.SetRepresentationType("Slice")  # of a display without colors would fit a table, too
+display.SliceMode, display.Slice = "XY Plane", k
+np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=1e-6)
+
+
+def share_of_folds(name):
+    """The share of the data's pixels that are red."""
+    picture = screenshot(view, FOLDER / name) / 255
+    nothing = picture[0, 0]
+    is_data = np.abs(picture - nothing).max(axis=-1) > 0.02
+    is_red = np.abs(picture - volume_colors.FOLDED).max(axis=-1) < 0.03
+    return is_red.sum() / is_data.sum()
+
+
+view.CameraParallelProjection = 1
+simple.ResetCamera(view)
+# cells at the border of a fold are partly red
+assert abs(share_of_folds("folds_slice.png") - is_folded[:-1, :-1].mean()) < 0.03
+
+# The range stays that of the table when the data change, and when the GUI colors a display.
+deform.DeformedPoints = list(np.ravel(REST + 0.5 * DRAG))
+simple.Render(view)
+display.RescaleTransferFunctionToDataRange(True, False)
+np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=1e-6)
+
+# A coarse image as a mesh shows the deformed grid.
+coarse = simple.ResampleToImage(Input=source, SamplingDimensions=[5, 5, 5])
+lines = simple.MLSDeform(Input=simple.AppendDatasets(Input=[coarse]))
+lines.RestPoints, lines.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
+rest = np.array([data(coarse).GetPoint(i) for i in range(125)])
+moved = np.array([data(lines).GetPoint(i) for i in range(125)])
+d = vtk_mls.Deformation(REST, REST + DRAG, alpha=lines.Alpha)
+np.testing.assert_allclose(d.backward(moved), rest, atol=1e-3)
+
+# A mesh has the array, too.
+plane = simple.Plane(Origin=[-8, -8, 0], Point1=[8, -8, 0], Point2=[-8, 8, 0], XResolution=60)
+warped = simple.MLSDeform(Input=plane, GenerateJacobianDeterminant=1)
+warped.RestPoints, warped.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
+d = vtk_mls.Deformation(REST, REST + DRAG, alpha=warped.Alpha)
+moved = np.array([data(warped).GetPoint(i) for i in (10, 90)])
+np.testing.assert_allclose(
+    array(data(warped), "JacobianDeterminant")[[10, 90]],
+    np.linalg.det(d.jacobian(moved)),
+    rtol=1e-3,
+)

@@ -1,0 +1,77 @@
+"""How the deformation distorts space: colors of the change of volume, and a deformed grid."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.rendering.rest_lines import RestLines
+from vtk_mls.rendering.volume_colors import tinted
+
+MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
+# What the window says of each.
+TEXTS = (
+    "The grid and the colors of the volume are hidden.",
+    "A grid of cubes, deformed with the data.",
+    "Orange: the volume grows. Blue: it shrinks. Red: space folds.",
+    "A deformed grid, and the change of volume; red where space folds.",
+)
+_CUBES = 12  # of the grid along the longest side of the data
+
+
+class Distortion:
+    """What is shown of the current deformation beside the data.
+
+    Parameters
+    ----------
+    bounds : (2, 3)
+        Corners of the data at rest.
+
+    Attributes
+    ----------
+    mode : int
+        Index in `MODES`.
+    lines : RestLines
+    deformation : Deformation or None
+        None for the identity.
+    """
+
+    def __init__(self, bounds):
+        self.mode, self.lines, self.deformation = 0, RestLines.over(bounds, _CUBES), None
+
+    @property
+    def has_grid(self):
+        """Whether the grid is shown."""
+        return "grid" in MODES[self.mode]
+
+    @property
+    def has_colors(self):
+        """Whether the change of volume is shown."""
+        return "volume" in MODES[self.mode]
+
+    def tinted(self, points, colors):
+        """Colors (n, 3), 0 to 255, of a slice at points (n, 3), as they are to be shown."""
+        if not self.has_colors or self.deformation is None:
+            return colors
+        origins, has_material = self._material(points)
+        rows = np.flatnonzero(has_material)
+        result = colors.copy()
+        jacobian = self.deformation.jacobian(points[rows], origins=origins[rows])
+        result[rows] = tinted(colors[rows], np.linalg.det(jacobian))
+        return result
+
+    def lines_in(self, axis, grid):
+        """Segments (m, 2, 3) of the grid in a slice, as of `RestLines.in_slice`."""
+        if not self.has_grid:
+            return np.zeros((0, 2, 3))
+        return self.lines.in_slice(axis, grid, *self._material(grid.points(), False))
+
+    def _material(self, points, is_inside=True):
+        """Origins (n, 3) of points (n, 3), and which are material, of the grid if `is_inside`."""
+        origins, has_material = points, np.ones(len(points), bool)
+        if self.deformation is not None:
+            origins = self.deformation.backward(points)
+            if self.deformation.cuts:
+                has_material = ~self.deformation.void(points)
+        if is_inside:
+            has_material &= self.lines.covers(self.lines.coordinates(origins))
+        return origins, has_material

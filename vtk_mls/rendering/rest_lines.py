@@ -1,0 +1,116 @@
+"""Lines of a regular grid of the undeformed space, as the deformation carries them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from vtkmodules.vtkCommonCore import VTK_DOUBLE
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkFlyingEdges2D
+
+from vtk_mls.vtk import arrays
+
+_ROUNDING = 1e-3  # of a step, by which lines may leave the grid
+
+
+@dataclass(frozen=True, eq=False)
+class RestLines:
+    """A grid of cubes in the undeformed space, along the axes of the world.
+
+    Attributes
+    ----------
+    origin : (3,) float64, world coordinates
+    step : float, world units
+    counts : (3,) ints
+        Cubes along each axis.
+    """
+
+    origin: np.ndarray
+    step: float
+    counts: np.ndarray
+
+    @classmethod
+    def over(cls, bounds, count):
+        """The grid around a box (2, 3), with `count` cubes along its longest side."""
+        size, middle = np.ptp(bounds, axis=0), np.mean(bounds, axis=0)
+        step = float(size.max() / count) or 1.0
+        counts = np.maximum(np.ceil(size / step - _ROUNDING).astype(int), 1)
+        return cls(middle - step * counts / 2, step, counts)
+
+    def coordinates(self, points):
+        """Coordinates (n, 3) of points (n, 3): a line passes where two of them are integers."""
+        return (points - self.origin) / self.step
+
+    def covers(self, coordinates):
+        """Whether coordinates (n, 3) are inside: (n,) bool."""
+        inside = (coordinates >= -_ROUNDING) & (coordinates <= self.counts + _ROUNDING)
+        return inside.all(axis=1)
+
+    def in_slice(self, axis, grid, origins, has_material):
+        """Where the lines are in a slice of the deformed space.
+
+        Parameters
+        ----------
+        axis : int
+            Across the slice. Lines along the axis are not drawn.
+        grid : Grid
+            Of samples in the slice, along the axes of the world, one along `axis`.
+        origins : (n, 3)
+            G(v) of the samples v.
+        has_material : (n,) bool
+            Of the samples.
+
+        Returns
+        -------
+        (m, 2, 3) float64
+            Ends of short segments.
+        """
+        across = [other for other in range(3) if other != axis]
+        shape = [grid.dimensions[other] for other in across]
+        coordinates = self.coordinates(origins).reshape(*shape[::-1], 3)
+        usable = np.asarray(has_material).reshape(shape[::-1])
+        segments = []
+        for other in across:
+            values = np.arange(self.counts[other] + 1)
+            ends = _level_segments(coordinates[..., other], values)
+            low = np.floor(ends).astype(int)
+            high = np.minimum(low + 1, np.array(shape) - 1)
+            inside = np.ones(len(ends), bool)
+            for i, j in ((low, low), (low, high), (high, low), (high, high)):
+                inside &= usable[j[..., 1], i[..., 0]].all(axis=1)
+            inside &= self.covers(_linear(coordinates, ends.reshape(-1, 2))).reshape(-1, 2).all(1)
+            segments.append(ends[inside])
+        index = np.zeros((sum(map(len, segments)), 2, 3))
+        index[..., across] = np.concatenate(segments)
+        return grid.at(index.reshape(-1, 3)).reshape(-1, 2, 3)
+
+
+def _level_segments(values, levels):
+    """Segments (m, 2, 2) of the lines at which values (nj, ni) have some levels, as indices."""
+    image, lines = vtkImageData(), vtkFlyingEdges2D()
+    image.SetDimensions(*values.shape[::-1], 1)
+    image.GetPointData().SetScalars(arrays.from_numpy(values.ravel(), VTK_DOUBLE))
+    lines.SetInputData(image)
+    lines.SetNumberOfContours(len(levels))
+    for number, level in enumerate(levels.tolist()):
+        lines.SetValue(number, level)
+    lines.Update()
+    output = lines.GetOutput()
+    if output.GetNumberOfLines() == 0:
+        return np.zeros((0, 2, 2))
+    points = arrays.to_numpy(output.GetPoints().GetData())[:, :2].astype(float)
+    ids = arrays.to_numpy(output.GetLines().GetConnectivityArray())
+    ends = points[ids.reshape(-1, 2)]
+    return ends[np.isfinite(ends).all(axis=(1, 2))]
+
+
+def _linear(values, index):
+    """Values (n, 3) of an array (nj, ni, 3) at indices (n, 2) = (i, j)."""
+    last = np.array(values.shape[1::-1]) - 1
+    low = np.clip(np.floor(index).astype(int), 0, last - 1)
+    s, t = (index - low).T[..., None]
+    i, j = low.T
+    below = (1 - s) * values[j, i] + s * values[j, i + 1]
+    above = (1 - s) * values[j + 1, i] + s * values[j + 1, i + 1]
+    return (1 - t) * below + t * above
