@@ -68,7 +68,7 @@ def written(algorithm, dataset, cut, **properties):
 
 
 def switched(names=DEFORM_SWITCHES):
-    return dict.fromkeys(names, True)
+    return {"Steps": 0, **dict.fromkeys(names, True)}
 
 
 def image():

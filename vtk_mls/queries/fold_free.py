@@ -13,11 +13,13 @@ from vtk_mls.model.options import MAX_STEPS
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
-_LATTICE = 16  # points along each axis of a box or grid; their middles are looked at, too
+_LATTICE = 20  # points along each axis of a box or grid; their middles are looked at, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
-# Next to handles, as fractions of the way to each of the nearest others, and on the other side.
+# Next to handles, as fractions of the way to each of the nearest others: on the way and on the
+# other side, and beside the way.
 _FRACTIONS = -0.25, 0.1, 0.25, 0.5
+_BESIDE = 0.15, 0.35, 0.6
 _NEIGHBORS = 4
 _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
 
@@ -112,4 +114,8 @@ def _near_handles(handles):
     first = np.argsort(distance.min(axis=1) / np.maximum(moved, 1e-300))[:_MAX_HANDLES]
     start = deformed[rows[first]][:, None]
     away = deformed[nearest[first]] - start
-    return np.concatenate([(start + share * away).reshape(-1, 3) for share in _FRACTIONS])
+    on_way = [start + share * away for share in _FRACTIONS]
+    length = np.linalg.norm(away, axis=2, keepdims=True)
+    sides = np.concatenate([np.eye(3), -np.eye(3)])
+    beside = [start + away / 2 + share * length * side for share in _BESIDE for side in sides]
+    return np.concatenate(on_way + beside).reshape(-1, 3)

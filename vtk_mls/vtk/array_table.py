@@ -179,7 +179,7 @@ TABLE = (
         "SmallestDeterminant",
         FIELD,
         (IMAGE, MESH, MAP),
-        "float64",
+        "1 float64",
         "The smallest determinant of the Jacobian of a step.",
         "With Steps 0",
     ),

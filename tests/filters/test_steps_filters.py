@@ -1,0 +1,107 @@
+"""Filters in steps: nothing folds, and images and meshes stay registered."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import VTK_TETRA
+from vtkmodules.vtkFiltersCore import vtkProbeFilter
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
+
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+
+COUNT = 8  # cells along each axis
+
+
+@pytest.fixture
+def handles(rng):
+    rest = rng.uniform(1, COUNT - 1, (15, 3))
+    return rest, rest + rng.normal(0, 0.15 * COUNT, rest.shape)
+
+
+def _tetrahedra():
+    source = vtkCellTypeSource()
+    source.SetCellType(VTK_TETRA)
+    source.SetBlocksDimensions(COUNT, COUNT, COUNT)
+    source.Update()
+    return source.GetOutput()
+
+
+def _deformed(dataset, handles, steps, algorithm=MLSDeform, **properties):
+    deform = algorithm()
+    deform.SetInputData(dataset)
+    deform.SetRestPoints(handles[0])
+    deform.SetDeformedPoints(handles[1])
+    deform.SetDevice(FAST)
+    deform.SetSteps(steps)
+    for name, value in properties.items():
+        getattr(deform, f"Set{name}")(value)
+    return update(deform)
+
+
+def _of_field(dataset, name):
+    return vtk_to_numpy(dataset.GetFieldData().GetArray(name))[0]
+
+
+def test_every_point_of_a_mesh_has_a_place(handles):
+    once, safe = (
+        _deformed(_tetrahedra(), handles, steps, GenerateJacobianDeterminant=True)
+        for steps in (1, 0)
+    )
+    assert not once.GetFieldData().HasArray("StepsUsed")
+    determinants = [
+        vtk_to_numpy(mesh.GetPointData().GetArray("JacobianDeterminant")) for mesh in (once, safe)
+    ]
+    assert _of_field(once, "FailedInverses") > 0 or np.nanmin(determinants[0]) < 0
+    assert _of_field(safe, "FailedInverses") == 0
+    assert determinants[1].min() > 0
+    assert _of_field(safe, "StepsUsed") > 1
+    assert _of_field(safe, "SmallestDeterminant") > 0.1
+    # cells are larger than the deformation is fine: some stay inverted
+    assert _of_field(safe, "InvertedCells") < 0.6 * _of_field(once, "InvertedCells")
+
+
+def test_images_and_meshes_stay_registered(handles):
+    image = make_image((COUNT + 1,) * 3)
+    x = np.array([image.GetPoint(i) for i in range(image.GetNumberOfPoints())])
+    add_array(image.GetPointData(), "x", x[:, 0])
+    mesh = _tetrahedra()
+    corner = np.array(image.GetBounds()[::2])
+    scale = np.array(image.GetSpacing())
+    points = vtk_to_numpy(mesh.GetPoints().GetData())
+    points[:] = corner + points * scale
+    placed = [corner + places * scale for places in handles]
+    moved = _deformed(mesh, placed, 0)
+    volume = _deformed(image, placed, 0)
+    field = _deformed(image, placed, 0, MLSDisplacementField)
+    assert len({_of_field(d, "StepsUsed") for d in (moved, volume, field)}) == 1
+    probe = vtkProbeFilter()
+    probe.SetInputData(moved)
+    probe.SetSourceData(field)
+    probe.Update()
+    data = probe.GetOutput().GetPointData()
+    back = vtk_to_numpy(data.GetArray("BackwardDisplacement"))
+    inside = vtk_to_numpy(data.GetArray("vtkValidPointMask")) > 0
+    at = vtk_to_numpy(moved.GetPoints().GetData())
+    off = np.linalg.norm((at + back - points) / scale, axis=1)[inside]
+    assert inside.sum() > 100
+    assert np.median(off) < 0.1  # a field with few points is interpolated linearly
+
+
+def test_as_many_steps_as_given(handles):
+    field = _deformed(make_image(), handles, 4, MLSDisplacementField)
+    same = _deformed(make_image(), handles, 1, MLSDisplacementField)
+    assert not field.GetFieldData().HasArray("StepsUsed")
+    a, b = (vtk_to_numpy(d.GetPointData().GetArray("BackwardDisplacement")) for d in (field, same))
+    assert np.abs(a - b).max() > 0.01
+
+
+def test_bad_steps_are_told(messages):
+    deform = MLSDeform()
+    connect(deform, make_image(), control_points())
+    deform.SetSteps(1000)
+    deform.Update()
+    messages.assert_one("`steps` must be an integer from 1 to 256")
+    deform.SetSteps(2)
+    assert deform.GetExecutive().Update()
+    assert deform.GetOutputDataObject(0).GetNumberOfPoints() > 0
