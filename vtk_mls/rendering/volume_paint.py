@@ -45,10 +45,12 @@ mat3 mlsSlope(vec3 t)
   mat3 slope = mat3(mls_axis_x, mls_axis_y, mls_axis_z);
   for (int axis = 0; axis < 3; ++axis)
   {{
-    vec3 step = vec3(0.0);
-    step[axis] = mls_node[axis];
-    vec3 change = mlsDisplacement(t + step, layer) - mlsDisplacement(t - step, layer);
-    slope[axis] += change / (2.0 * mls_node_size[axis]);
+    vec3 low = t, high = t;
+    low[axis] = max(t[axis] - mls_node[axis], mls_end[axis]);
+    high[axis] = min(t[axis] + mls_node[axis], 1.0 - mls_end[axis]);
+    float count = max((high[axis] - low[axis]) / mls_node[axis], 1e-3);  // of nodes
+    vec3 change = mlsDisplacement(high, layer) - mlsDisplacement(low, layer);
+    slope[axis] += change / (count * mls_node_size[axis]);
   }}
   return slope;
 }}
