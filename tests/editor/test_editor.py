@@ -277,6 +277,11 @@ def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch)
     assert "smoothing" in hands.editor.status
     hands.press("comma")
     assert hands.state.deformation().smoothing == 0
+    hands.press("o")
+    assert hands.state.deformation().steps == 0
+    assert "folds prevented" in hands.editor.status
+    hands.press("o")
+    assert hands.state.deformation().steps == 1
 
 
 def test_keys_change_values_outside_the_range_of_sliders():
