@@ -12,6 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from vtk_mls import Deformation, HalfPlane, io
 from vtk_mls.commands import demo
+from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
@@ -61,7 +62,7 @@ class OpenedBrain:
         (found,) = re.findall(r"AddCut\(HalfPlane\((.*)\)\)", (saved / "deform.py").read_text())
         cut = HalfPlane(*ast.literal_eval(f"({found})"))
         opened = Deformation(rest, deformed, cuts=cut)
-        self._scene.show(opened, 32, True)
+        self._scene.show(opened, 32, Distortion(self._scene.bounds), True)
         width, height = self._size
         pixels = [(x, y) for x in range(0, width, _EVERY) for y in range(0, height, _EVERY)]
         picker = self._scene.picker()

@@ -313,7 +313,7 @@ def test_processes_that_start_together(tmp_path, home):
         )
         for _ in range(2)
     ]
-    said = [process.communicate(timeout=180) for process in children]
+    said = [process.communicate(timeout=400) for process in children]
     assert [out for out, _ in said] == ["[[4.0, 3.0, 2.0]]\n"] * 2, said
     if device_check.fcntl is not None:
         assert sorted(err.count("Testing OpenCL") for _, err in said) == [0, 1], said
