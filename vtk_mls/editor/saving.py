@@ -12,6 +12,7 @@ from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Surface, io
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import polydata, script
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files
@@ -50,7 +51,7 @@ class Saver:
     def __init__(self, datasets, paths=()):
         self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
-        self.progress, self._done = None, 0
+        self.progress, self._done, self._warnings = None, 0, []
 
     def save(self, state, window):
         """Save a `State`, and the picture in a vtkRenderWindow.
@@ -60,7 +61,7 @@ class Saver:
         Returns
         -------
         str
-            A sentence with the folder.
+            A sentence with the folder, and the warnings of the filters.
 
         Raises
         ------
@@ -74,7 +75,7 @@ class Saver:
         surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
         deform.keeps_images = False  # each image is deformed once
-        self._done = 0
+        self._done, self._warnings = 0, []
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
         targets = []
@@ -88,10 +89,13 @@ class Saver:
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
         self.files = sorted(path for path, _ in _versions(folder) - before)
-        return f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
+        said = f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
+        warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
+        return " ".join([said, *warnings])
 
     def _update(self, algorithm):
-        update(algorithm, self._note_progress)
+        with message_handlers(None, self._warnings.append):
+            update(algorithm, self._note_progress)
         self._done += 1
 
     def _note_progress(self, fraction):
