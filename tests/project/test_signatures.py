@@ -13,7 +13,7 @@ from vtk_mls.reference import engine as reference
 PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 MAX_PARAMETERS = 8
 QUESTIONS = (
-    *("backward", "void_distance", "forward", "jacobian"),
+    *("backward", "void_distance", "forward", "jacobian", "least_determinant"),
     *("displacement_field", "jacobian_field"),
     *("resample", "gradient", "source_bounds", "origins_from", "sample"),
     *("void_by_corners", "void_distance_listed"),
