@@ -26,6 +26,11 @@ without a cell are points, lines are curves, and closed surfaces that move rigid
 regions; cells with a volume count by their outer faces. In `.mrk.json` markups of the types Curve
 and ClosedCurve are curves, straight from point to point. `vtk_mls.io.write_handles` writes `.vtp`
 and `.vtk`.
+
+The places of control points between p and q are the point array `Path` of `.vtp`, `.vtu`, `.vts`
+and `.vtk`, with 3 k components: the displacements from p to the places at k equally spaced times.
+`write_handles(..., between=)` writes it. Or each time has a file of positions, of any format above,
+and `--path` names the series: `.pvd`, `.series` or a pattern in quotes (`'turn_*.csv'`).
 """
 COLUMNS = """The columns of a table are what its header says, in any order and letters of any case:
 

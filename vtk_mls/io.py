@@ -43,7 +43,7 @@ from vtk_mls.handles.handle_set import Handle, checked_handles
 from vtk_mls.model import arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
 from vtk_mls.vtk.handle_cells import cells_of
 
 __all__ = [
@@ -243,7 +243,8 @@ def read_control_points(
     ----------
     path, deformed_path, space
         As of `control_point_files.read`, or a path of VTK's points (.vtp, .vtu, .vts, .vtk) with
-        points p and point vectors "Displacement" q - p; as `deformed_path` the points are q.
+        points p, point vectors "Displacement" q - p and perhaps "Path"; as `deformed_path` the
+        points are q.
 
     Returns
     -------
@@ -302,6 +303,7 @@ def write_handles(
     deformed: ArrayLike = (),
     weights: ArrayLike | None = None,
     handles: Sequence[Handle] = (),
+    between: ArrayLike | None = None,
 ) -> None:
     """Write control points, curves and rigid regions, for `read_handles`.
 
@@ -314,6 +316,8 @@ def write_handles(
     weights : (n,) array_like, optional
     handles : sequence of CurveHandle and RegionHandle
         Regions must have the shape Solid.
+    between : (k, n, 3) array_like, LPS, optional
+        Intermediate places of points, the `path` of a `Deformation`.
 
     Raises
     ------
@@ -328,13 +332,16 @@ def write_handles(
         raise ValueError(
             f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
         )
+    places = arguments.path(between, len(p), "between")
     all_p, all_q, cells = cells_of_handles(p, q, shaped)
     factors = None
     if weights is not None:
         factors = np.ones(len(all_p))
         factors[: len(p)] = arguments.positive_weights(weights, len(p))
     polydata = vtkPolyData()
-    fill_polydata(polydata, all_p, all_q, factors, cells=cells)
+    path_of_all = np.tile(all_p, (len(places), 1, 1))  # that of shapes does not count
+    path_of_all[:, : len(p)] = places
+    fill_polydata(polydata, all_p, all_q, factors, cells=cells, path=path_of_all)
     metadata.store(polydata, metadata.SPACE, ["LPS"])
     write_dataset(polydata, path)
 
@@ -372,11 +379,12 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
 
 def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmarks:
     """Points in the frame of their file. They must have partners if the file `is_alone`."""
-    data, partners = point_set.GetPointData(), None
+    data, partners, more = point_set.GetPointData(), None, {}
     weight = "Weight" if data.HasArray("Weight") else None
     if is_alone or data.HasArray("Displacement"):
         points, partners, weights = arrays.control_points(point_set, "Displacement", weight)
         validation.points("deformed", partners)
+        more["places"] = path_of(point_set)
     else:
         points = arrays.to_numpy(point_set.GetPoints().GetData()).astype(float)
         weights = weight and arrays.to_numpy(data.GetArray(weight)).astype(float)
@@ -393,16 +401,19 @@ def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmar
         partners=partners,
         weights=weights,
         cells=cells if cells.has_shapes else None,
+        **more,
     )
 
 
-def control_points(rest: Landmarks, deformed: Landmarks | None = None) -> vtkPolyData:
-    """Control-point polydata of `landmarks.paired(rest, deformed)`, checked as for a map."""
-    pairs = paired(rest, deformed)
+def control_points(
+    rest: Landmarks, deformed: Landmarks | None = None, between: Sequence[Landmarks] = ()
+) -> vtkPolyData:
+    """Control-point polydata of `landmarks.paired(...)`, checked as for a map."""
+    pairs = paired(rest, deformed, between)
     polydata = vtkPolyData()
     with failures_named(rest.path):
         points = pairs.rest, pairs.deformed, pairs.weights
-        fill_polydata(polydata, *points, pairs.labels, pairs.cells)
+        fill_polydata(polydata, *points, pairs.labels, pairs.cells, pairs.places)
         validation.points("rest", pairs.rest)
         validation.points("deformed", pairs.deformed)
         arguments.positive_weights(pairs.weights, len(pairs.rest))

@@ -17,6 +17,7 @@ from vtk_mls import (
     RegionHandle,
     SlidingFace,
 )
+from vtk_mls.handles.paths import blended_path
 
 EVERYWHERE = ["reference", *DEVICES]
 KINDS = [("rigid", 2), ("similarity", 2), ("affine", 2), ("polynomial", 2)]
@@ -203,6 +204,21 @@ def test_a_whole_turn_by_a_path(device, rng):
     assert np.abs(moved[:, :2] - expected).max() < 0.06
     once = Deformation(rest, turned(1), device=device)
     assert np.linalg.det(once.jacobian(rng.random((4000, 3)))).min() < 0
+
+
+def test_a_share_of_a_path(rng):
+    rest, deformed, *path = rng.normal(size=(5, 4, 3))
+    places = [rest, *path, deformed]  # 4 lines
+    end, between = blended_path(rest, deformed, np.array(path), 0.5)
+    expected = [(places[0] + places[1]) / 2, places[1], (places[1] + places[2]) / 2, places[2]]
+    np.testing.assert_allclose([*between, end], expected, atol=1e-15)
+    end, between = blended_path(rest, deformed, np.array(path), 1.25)
+    np.testing.assert_allclose(end, deformed + (deformed - places[3]), atol=1e-12)
+    end, between = blended_path(rest, deformed, np.array(path), -0.25)
+    np.testing.assert_allclose(end, rest - (places[1] - rest), atol=1e-12)
+    end, between = blended_path(rest, deformed, (), 0.3)
+    np.testing.assert_array_equal(end, rest + 0.3 * (deformed - rest))
+    assert between.shape == (0, 4, 3)
 
 
 @pytest.mark.parametrize("device", EVERYWHERE)

@@ -5,9 +5,15 @@ import json
 import numpy as np
 import pytest
 from handle_surfaces import ball, displaced, positions
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkIOLegacy import vtkPolyDataReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 from vtk_mls import Ball, CurveHandle, RegionHandle, Solid, io
+from vtk_mls.files import metadata
 from vtk_mls.vtk.cells import connectivity_of
+from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
 
 TURN = np.array([[0, -1, 0, 3], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]], float)
 
@@ -36,6 +42,37 @@ def test_all_shapes_come_back(tmp_path, rng, name):
         np.testing.assert_array_equal(found.shape.points, region.shape.points)
         np.testing.assert_array_equal(found.shape.triangles, region.shape.triangles)
         np.testing.assert_allclose(found.motion, region.motion, atol=1e-13)
+
+
+@pytest.mark.parametrize("ending", [".vtp", ".vtk"])
+@pytest.mark.parametrize("space", ["", "LPS", "RAS"])
+def test_a_path_comes_back(tmp_path, rng, ending, space):
+    rest, deformed, *path = rng.normal(size=(5, 5, 3))
+    curve = CurveHandle(*rng.normal(size=(2, 4, 3)))
+    name = tmp_path / f"handles{ending}"
+    io.write_handles(name, rest, deformed, handles=[curve], between=path)
+    polydata = io.read_dataset(name)
+    if space:
+        metadata.store(polydata, metadata.FILE_SPACE, [space])
+        io.write_dataset(polydata, name)
+    raw = vtkXMLPolyDataReader() if ending == ".vtp" else vtkPolyDataReader()
+    raw.SetFileName(str(name))
+    raw.Update()
+    array = vtk_to_numpy(raw.GetOutput().GetPointData().GetArray("Path"))
+    signs = np.tile([-1, -1, 1], 3) if space == "RAS" else 1
+    np.testing.assert_allclose(array[:5], np.hstack(path - rest) * signs, atol=1e-14)
+    np.testing.assert_array_equal(array[5:], 0)
+    found = path_of(io.read_control_points(name))
+    np.testing.assert_allclose(found[:, :5], path, atol=1e-14)
+
+
+def test_a_path_in_the_frame_of_the_caller(tmp_path, rng):
+    rest, deformed, *path = rng.normal(size=(5, 5, 3))
+    polydata = vtkPolyData()
+    fill_polydata(polydata, rest, deformed, None, path=path)
+    io.write_dataset(polydata, tmp_path / "handles.vtp")
+    found = path_of(io.read_control_points(tmp_path / "handles.vtp", space="RAS"))
+    np.testing.assert_allclose(found, path * np.array([-1, -1, 1]), atol=1e-14)
 
 
 def test_points_alone(tmp_path, rng):
@@ -75,6 +112,8 @@ def test_bad_files(tmp_path):
         io.write_handles(path, handles=[RegionHandle(Ball((0, 0, 0), 1), TURN)])
     with pytest.raises(ValueError, match="same number of points, got 1 and 2"):
         io.write_handles(path, np.zeros((1, 3)), np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="`between` must be finite numbers of shape"):
+        io.write_handles(path, np.zeros((1, 3)), np.zeros((1, 3)), between=np.zeros((2, 3)))
     with pytest.raises(TypeError, match="`handles` must be CurveHandle or RegionHandle, got 3"):
         io.write_handles(path, handles=[3])
     for name in ("handles.stl", "handles.vti"):

@@ -25,6 +25,7 @@ from vtk_mls import CUT_FRAMES, INTERPOLATIONS, HalfPlane, Plane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, parallel
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
 OPENED = HalfPlane((3, 4, 3), (0, 1, 0), (1, 0, 0))
@@ -285,6 +286,21 @@ def test_control_points_of_several_processes(processes):
     ):
         processes(before, after)
         np.testing.assert_array_equal(values(deformed(own)), expected)
+
+
+def test_a_path_of_several_processes(processes):
+    def shared(part):
+        polydata = vtkPolyData()
+        path = [(REST + DEFORMED) / 2 + (0.5, 0, 0), DEFORMED + (0, 0.5, 0)]
+        points = REST[part], DEFORMED[part], None
+        fill_polydata(polydata, *points, path=[places[part] for places in path])
+        return polydata
+
+    expected = values(deformed(shared(slice(None))))
+    straight = values(deformed(handles()))
+    assert np.abs(expected - straight).max() > 0.01
+    processes([[shared(slice(0, 3))], [vtkPolyData()]], [[shared(slice(5, 8))]])
+    np.testing.assert_array_equal(values(deformed(shared(slice(3, 5)))), expected)
 
 
 def test_processes_talk_only_after_a_change(processes):

@@ -13,8 +13,8 @@ HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
     "header that names the columns (see docs/formats.md), or the landmarks of BigWarp (p "
     "moving, q target); .vtp .vtu .vts .vtk with point vectors Displacement, whose lines and "
-    "closed surfaces are curves and rigid regions by --handle-shapes cells; or, with --deformed, "
-    "positions p alone, among them curves (.mrk.json)"
+    "closed surfaces are curves and rigid regions by --handle-shapes cells; or, with --deformed "
+    "or --path, positions p alone, among them curves (.mrk.json)"
 )
 
 
@@ -42,6 +42,16 @@ def add(parser, is_interactive=False):
         "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
         "points with the same labels if each point has one of its own, else in their order",
     )
+    parser.set_defaults(path=None)
+    if not is_interactive:
+        add(
+            "--path",
+            metavar="FILES",
+            help="instead of --deformed, the way of the control points from p to q: a series of "
+            "such files (.pvd .series, or a pattern in quotes as 'turn_*.vtp') with their "
+            "positions at equal times. The last are q; the first may be p. Curves and regions "
+            "have no path. With it handles turn by more than 180 degrees",
+        )
     add(
         "--handles-space",
         choices=SPACE.choices,
@@ -115,16 +125,22 @@ def apply(options, algorithm):
 def deformation(options):
     """The `Deformation` of the options."""
     from vtk_mls import Deformation
+    from vtk_mls.handles.paths import blended_path
     from vtk_mls.handles.rigid_motion import blended
 
-    rest, deformed, weights, handles = _handles_of(options, _moving_control_points(options))
+    rest, deformed, weights, path, handles = _handles_of(options, _moving_control_points(options))
     if options.blend != 1:
-        deformed = rest + options.blend * (deformed - rest)
+        deformed, path = blended_path(rest, deformed, path, options.blend)
         handles = [blended(handle, options.blend) for handle in handles]
     mask, faces = limit_options.limits(options)
     limits = {"mask": mask, "constraints": faces}
     return Deformation(
-        rest, deformed, weights=weights, handles=handles, **limits, **map_arguments(options)
+        *(rest, deformed),
+        weights=weights,
+        path=path,
+        handles=handles,
+        **limits,
+        **map_arguments(options),
     )
 
 
@@ -155,18 +171,18 @@ def _moving_control_points(options):
     ValueError
         If nothing moves, without `--allow-identity`.
     """
-    from vtk_mls.vtk import arrays
+    from vtk_mls.vtk.control_point_polydata import is_moving
 
     handles, has_partners = _read_control_points(options)
-    displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
-    is_identity = not displacement.any() or options.blend == 0
+    is_identity = not is_moving(handles) or options.blend == 0
     if options.allow_identity or options.initial_transform or not is_identity:
         return handles
-    count, remedy = len(displacement), "add --allow-identity to go on"
-    if options.blend == 0 and displacement.any():
+    count, remedy = handles.GetNumberOfPoints(), "add --allow-identity to go on"
+    if options.blend == 0 and is_moving(handles):
         raise ValueError(f"nothing moves: `--blend` is 0; give another, or {remedy}")
-    if options.deformed:
-        reason = f"the {count} positions of `{options.deformed}` are those of `{options.handles}`"
+    moved = options.deformed or options.path
+    if moved:
+        reason = f"the {count} positions of `{moved}` are those of `{options.handles}`"
     elif has_partners:
         reason = (
             f"`{options.handles}` has {count} control points, and each goes where it is (p = q)"
@@ -180,20 +196,25 @@ def _moving_control_points(options):
 
 
 def _handles_of(options, polydata):
-    """p, q and weights (or None) of points, and the other handles, of control-point polydata."""
+    """p, q, weights (or None) and path of points, and the other handles."""
     from vtk_mls import io
     from vtk_mls.vtk import arrays
+    from vtk_mls.vtk.control_point_polydata import path_of
+    from vtk_mls.vtk.handle_cells import cells_of
 
+    path = path_of(polydata)
     if options.handle_shapes == "cells":
         with files_named(options):
-            return io.handles_of(polydata)
+            *points, handles = io.handles_of(polydata)
+        return *points, path[:, cells_of(polydata).point_rows], handles
     weight = "Weight" if polydata.GetPointData().HasArray("Weight") else None
-    return *arrays.control_points(polydata, "Displacement", weight), []
+    return *arrays.control_points(polydata, "Displacement", weight), path, []
 
 
 def _read_control_points(options):
     """Control-point polydata of the files, and whether the files have q."""
     from vtk_mls import io
+    from vtk_mls.commands import series
 
     reader = partial(io.read_landmarks, space=options.handles_space)
     if not Path(options.handles).exists():
@@ -201,6 +222,12 @@ def _read_control_points(options):
             f"there is no file `{options.handles}`; `vtk-mls view` makes one: drag handles over "
             "the data, then press S"
         )
+    if options.path and options.deformed:
+        raise ValueError("`--path` ends with the positions q: leave `--deformed` out")
+    if options.path:
+        files = read(series.files_in_time, options.path)
+        rest, *between, last = (read(reader, path) for path in (options.handles, *files))
+        return io.control_points(rest, last, between), True
     if options.deformed:
         rest, deformed = (read(reader, path) for path in (options.handles, options.deformed))
         return io.control_points(rest, deformed), True

@@ -14,11 +14,10 @@ _DETERMINANT = "JacobianDeterminant"
 
 def map_note(algorithm, is_field=False):
     """A note on the map of a filter, for the end of a sentence; "" without one."""
-    from vtk_mls.vtk import arrays
+    from vtk_mls.vtk.control_point_polydata import is_moving
 
     handles = algorithm.GetInputDataObject(1, 0)
-    displacement = handles.GetPointData().GetArray("Displacement")
-    moves = algorithm.GetBlend() and arrays.to_numpy(displacement).any()
+    moves = algorithm.GetBlend() and is_moving(handles)
     if not (moves or algorithm.GetInitialTransform()):
         return "; nothing moves, for all control points rest"
     far = _far(algorithm, is_field)

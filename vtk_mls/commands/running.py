@@ -70,10 +70,14 @@ def files_named(options):
     try:
         yield
     except ValueError as error:
-        names = [f"`{path}`" for path in (options.handles, options.deformed) if path]
+        names = [f"`{path}`" for path in _handle_files(options) if path]
         text = str(error).replace("`ControlPoints`", " and ".join(names))
         text = text.replace("where the data are", f"where the data of `{options.input}` are")
         raise ValueError(text) from error
+
+
+def _handle_files(options):
+    return options.handles, options.deformed, options.path
 
 
 def shows_progress(options):

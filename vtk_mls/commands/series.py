@@ -45,17 +45,44 @@ def read_steps(path):
         Naming the file; only ValueError when datasets are read.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
+    if _is_series(path) or formats.find(path, reads=(formats.BLOCKS,)) is None:
+        return [(time, _reader(files)) for time, files in _files(path)]
+    times, read = io.open_dataset(path)
+    return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
+
+
+def files_in_time(path):
+    """The files of a series, one for each time, in the order of times.
+
+    Parameters
+    ----------
+    path : path
+        A pattern, a .pvd or .series file, or a single file.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = Path(path) if os.fspath(path) else existing_file(path)
+    steps = _files(path)
+    for time, files in steps:
+        if len(files) > 1:
+            raise ValueError(
+                f"`{path}` must have one file for each time, got {len(files)} at {time}"
+            )
+    return [file for _, (file,) in steps]
+
+
+def _files(path):
+    """List of (time, files) in the order of times."""
     if _is_pattern(path):
         files = sorted(glob.glob(str(path)), key=_by_number)
         if not files:
             raise FileNotFoundError(f"there are no files `{path}`")
-        return [(float(time), _reader([Path(file)])) for time, file in enumerate(files)]
-    is_one = formats.find(path, reads=(formats.BLOCKS,)) is None
-    if path.suffix.lower() not in _INDICES and is_one:
-        return [(0.0, _reader([path]))]
-    if path.suffix.lower() not in _INDICES:
-        times, read = io.open_dataset(path)
-        return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
+        return [(float(time), [Path(file)]) for time, file in enumerate(files)]
+    if not _is_series(path):
+        return [(0.0, [path])]
     existing_file(path)
     try:
         named = _INDICES[path.suffix.lower()](path)
@@ -68,7 +95,7 @@ def read_steps(path):
             raise ValueError("it names no files")
     except ValueError as error:
         raise ValueError(f"`{path}` is no time series: {error}") from None
-    return [(time, _reader(files[time])) for time in sorted(files)]
+    return [(time, files[time]) for time in sorted(files)]
 
 
 @contextmanager
@@ -128,6 +155,10 @@ def _reader(files):
             raise ValueError(str(error)) from error
 
     return read
+
+
+def _is_series(path):
+    return _is_pattern(path) or path.suffix.lower() in _INDICES
 
 
 def _is_pattern(path):

@@ -9,7 +9,14 @@ from vtk_mls import RegionHandle, Solid, io
 from vtk_mls.files import metadata
 from vtk_mls.handles.handle_cells import cells_of_handles
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, LABEL, WEIGHT, fill_polydata
+from vtk_mls.vtk.control_point_polydata import (
+    DISPLACEMENT,
+    LABEL,
+    PATH,
+    WEIGHT,
+    fill_polydata,
+    path_of,
+)
 from vtk_mls.vtk.handle_cells import cells_of
 from vtk_mls.vtk.shape_surfaces import surface_of
 
@@ -43,12 +50,13 @@ def handle_values(polydata, shapes):
     Raises
     ------
     ValueError
-        If a cell is no handle.
+        If a cell is no handle, or points have a path.
     """
+    check_no_path(polydata)
     labels = arrays.texts(polydata.GetPointData(), LABEL)
     if shapes == "cells":
         *points, handles = io.handles_of(polydata)
-        labels = [labels[row] for row in np.unique(cells_of(polydata).vertices)] if labels else []
+        labels = [labels[row] for row in cells_of(polydata).point_rows] if labels else []
     else:
         weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
         points, handles = arrays.control_points(polydata, DISPLACEMENT, weight), []
@@ -60,6 +68,15 @@ def handle_values(polydata, shapes):
         "labels": labels,
         "handles": handles,
     }
+
+
+def check_no_path(polydata):
+    """Raise if control points have intermediate places, which a `State` cannot hold."""
+    if len(path_of(polydata)):
+        raise ValueError(
+            f"`ControlPoints` must have no array `{PATH}` in the editor, where handles go "
+            "straight; remove the array to edit them"
+        )
 
 
 def _as_surface(handle):

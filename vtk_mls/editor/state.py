@@ -76,10 +76,12 @@ class State(_Options):
         Raises
         ------
         TypeError, ValueError
-            For constraints, and masks that are no balls: the editor does not have them.
+            For constraints, paths, and masks that are no balls: the editor does not have them.
         """
         if deformation.constraints:
             raise ValueError("`constraints` must be empty in the editor, which has none")
+        if len(deformation.path):
+            raise ValueError("`path` must be empty in the editor, where handles go straight")
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():

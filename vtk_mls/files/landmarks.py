@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,10 @@ from vtk_mls.handles.handle_cells import HandleCells
 
 _MAX_TEXT, _MAX_LABELS = 60, 5  # in an error
 _NUMBERED = re.compile(r"(?:(?P<list>.*)-)?(?P<number>\d{1,9})", re.DOTALL)
+
+
+def _nowhere():
+    return np.zeros((0, 0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +35,8 @@ class Landmarks:
         "" without.
     partners : (n, 3) float64 or None
         Where the points go, if the file has pairs; NaN for a pair that does not count.
+    places : (k, n, 3) float64
+        Where they are between; k may be 0.
     weights : (n,) float64 or None
     cells : HandleCells or None
         Curves and surfaces of the points, if there are any.
@@ -44,6 +50,7 @@ class Landmarks:
     partners: np.ndarray | None = None
     weights: np.ndarray | None = None
     cells: HandleCells | None = None
+    places: np.ndarray = field(default_factory=_nowhere)
 
     def __post_init__(self):
         for name in ("labels", "descriptions"):
@@ -53,7 +60,13 @@ class Landmarks:
         """These points in LPS; `space` is the frame of a file that does not say its own."""
         factors = signs(self.frame or space)
         partners = None if self.partners is None else self.partners * factors
-        return replace(self, positions=self.positions * factors, partners=partners, frame="LPS")
+        return replace(
+            self,
+            positions=self.positions * factors,
+            partners=partners,
+            places=self.places * factors,
+            frame="LPS",
+        )
 
     @property
     def is_placed(self):
@@ -73,6 +86,8 @@ class Pairs:
     labels : list of n str
     cells : HandleCells or None
         Curves and surfaces of the points, if there are any.
+    places : (k, n, 3) float64
+        Between p and q; k may be 0.
     """
 
     rest: np.ndarray
@@ -80,10 +95,11 @@ class Pairs:
     weights: np.ndarray | None
     labels: list
     cells: HandleCells | None = None
+    places: np.ndarray = field(default_factory=_nowhere)
 
 
-def paired(rest, deformed=None):
-    """The control points of one file, or of two.
+def paired(rest, deformed=None, between=()):
+    """The control points of one file, of two, or of a series.
 
     Parameters
     ----------
@@ -94,6 +110,9 @@ def paired(rest, deformed=None):
         Their positions are q instead. If the labels are unique in both files, q belongs to p of
         the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as in
         3D Slicer), to p of the same number. Otherwise q belongs to p of the same index.
+    between : sequence of Landmarks, optional
+        Their positions are intermediate places, paired in the same way. If the first are p, they do
+        not count.
 
     Returns
     -------
@@ -105,23 +124,22 @@ def paired(rest, deformed=None):
     ValueError
         If labels or numbers of points differ, or no pair is left.
     """
-    p, q = rest.positions, rest.partners
+    p, q, places = rest.positions, rest.partners, rest.places
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
     if deformed is not None:
-        if deformed.partners is not None and (deformed.partners != deformed.positions).any():
-            raise ValueError(
-                f"`{deformed.path}` has two positions for a point; a file of deformed positions "
-                "must have one"
-            )
-        q = deformed.positions[_order(rest, deformed)]
-        is_pair &= np.isfinite(q).all(axis=1)
+        *places, q = [_moved(rest, moved) for moved in (*between, deformed)]
+        places = np.reshape(places, (len(between), *p.shape))
+        is_pair &= np.isfinite([*places, q]).all(axis=(0, 2))
     if not is_pair.any():
         other = "" if deformed is None else f", nor pairs with those of `{deformed.path}`"
         raise ValueError(f"`{rest.path}` holds no control points{other}: none is placed")
     weights = None if rest.weights is None else rest.weights[is_pair]
     labels = [label for label, is_used in zip(rest.labels, is_pair) if is_used]
     p, cells = p[is_pair], rest.cells and rest.cells.of_rows(is_pair)
-    return Pairs(p, p if q is None else q[is_pair], weights, labels, cells)
+    places = places[:, is_pair] if len(places) else places
+    if len(between) and (places[0] == p).all():
+        places = places[1:]
+    return Pairs(p, p if q is None else q[is_pair], weights, labels, cells, places)
 
 
 def shortened(text):
@@ -134,6 +152,16 @@ def listed(labels):
     """The first labels, for a sentence."""
     more = f" and {len(labels) - _MAX_LABELS} more" * (len(labels) > _MAX_LABELS)
     return ", ".join(shortened(label or "?") for label in labels[:_MAX_LABELS]) + more
+
+
+def _moved(rest, deformed):
+    """Positions (n, 3) of the partners in `deformed` of the points of `rest`."""
+    if deformed.partners is not None and (deformed.partners != deformed.positions).any():
+        raise ValueError(
+            f"`{deformed.path}` has two positions for a point; a file of deformed positions "
+            "must have one"
+        )
+    return deformed.positions[_order(rest, deformed)]
 
 
 def _order(rest, deformed):

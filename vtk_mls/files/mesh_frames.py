@@ -2,8 +2,8 @@
 
 It is in the title of .vtk, the header of .stl, a comment of .ply and .obj, and in a field array
 "SPACE" of VTK's XML files. Such meshes are converted to LPS when they are read, with their active
-vectors, normals and displacements of control points, and back when they are written. Meshes without
-it are not converted, as in Slicer.
+vectors, normals, and displacements and paths of control points, and back when they are written.
+Meshes without it are not converted, as in Slicer.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from vtkmodules.vtkCommonDataModel import vtkPointSet
 
 from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
 
 _FIELD = "SPACE"
-_DISPLACEMENT = "Displacement"
 
 
 def read(reader, path):
@@ -92,11 +92,14 @@ def _mirrored(mesh, space):
         points.SetData(_times(mesh.GetPoints().GetData(), signs))
         mirrored.SetPoints(points)
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
-        roles = attributes.GetVectors(), attributes.GetNormals(), attributes.GetArray(_DISPLACEMENT)
+        roles = [attributes.GetVectors(), attributes.GetNormals()]
+        roles += [attributes.GetArray(name) for name in (DISPLACEMENT, PATH)]
         for name in {array.GetName() for array in roles if array is not None}:
-            if attributes.GetArray(name).GetNumberOfComponents() == 3:
+            components = attributes.GetArray(name).GetNumberOfComponents()
+            if components == 3 or (name == PATH and components % 3 == 0):
                 values = arrays.to_numpy(attributes.GetArray(name))
-                arrays.replace(attributes, name, (values * signs).astype(values.dtype))
+                factors = np.tile(signs, components // 3)
+                arrays.replace(attributes, name, (values * factors).astype(values.dtype))
     return mirrored
 
 

@@ -266,7 +266,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
         Curves are carried along their whole length. Each connected surface moves by the
         rotation and translation that its points have in common; cells with a volume count by
-        their outer faces. Weights are those of points.
+        their outer faces. Weights and paths are those of points.
 
         One of "points", "cells"; default: "points".
         """
@@ -715,7 +715,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
         Curves are carried along their whole length. Each connected surface moves by the
         rotation and translation that its points have in common; cells with a volume count by
-        their outer faces. Weights are those of points.
+        their outer faces. Weights and paths are those of points.
 
         One of "points", "cells"; default: "points".
         """

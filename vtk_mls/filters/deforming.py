@@ -30,12 +30,13 @@ from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.shared_inputs import SharedInputs
 from vtk_mls.handles.handle_cells import handles_of_cells
+from vtk_mls.handles.paths import blended_path
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
 from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
@@ -51,9 +52,12 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     point vector array holds the displacement q - p. That is the array "Displacement", unless
     `SetInputArrayToProcess(0, 1, 0, POINTS, name)` names another;
     `SetInputArrayToProcess(1, 1, 0, POINTS, name)` names an array with a positive factor for each,
-    "Weight" by default, which may be absent. Otherwise they are those of the properties RestPoints,
-    DeformedPoints and Weights; without any, nothing moves. With HandleShapes "cells" the cells of
-    port 1 are handles, and the points of these count only there.
+    "Weight" by default, which may be absent. The array "Path" of 3 k components, if it is there,
+    holds the displacements from p to k intermediate places, at equal times between p and q: points
+    can turn by more than 180 degrees. Otherwise control points are those of the properties
+    RestPoints, DeformedPoints and Weights; without any, nothing moves. With HandleShapes "cells"
+    the cells of port 1 are handles, and the points of these count only there: curves and regions
+    have no path.
 
     A vtkPointSet on input port 4 is that of port 1, moved: its points, by number, are q then, and
     there is no displacement array. So a surface and the output of its vtkTransformFilter are a
@@ -222,17 +226,18 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         state += (shapes, self.GetHandles(), limits, *settings.values())
 
         def make(blend):
-            rest, deformed, weights, handles = self._all_handles(
+            rest, deformed, weights, path, handles = self._all_handles(
                 control_points, moved, names, shapes
             )
             blend, (mask, faces) = options.BLEND.checked(blend, "Blend"), limits
             if blend != 1:
-                deformed = rest + blend * (deformed - rest)
+                deformed, path = blended_path(rest, deformed, path, blend)
                 handles = [blended(handle, blend) for handle in handles]
             return Deformation(
                 rest,
                 deformed,
                 weights=weights,
+                path=path,
                 handles=handles,
                 cuts=cuts,
                 mask=mask,
@@ -243,16 +248,19 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         return state, make
 
     def _all_handles(self, control_points, moved, names, shapes):
-        """p, q and weights of points, and the other handles."""
+        """p, q, weights and path of points, and the other handles."""
         handles = list(self.GetHandles())
         if not control_points:
-            return *self._own_control_points(), handles
+            return *self._own_control_points(), (), handles
         points = arrays.control_points(*control_points, *names, *moved)
+        path = path_of(*control_points)
         if shapes == "cells":
-            *points, shaped = handles_of_cells(*points, cells_of(*control_points), self._solids)
+            cells = cells_of(*control_points)
+            path = path[:, cells.point_rows]
+            *points, shaped = handles_of_cells(*points, cells, self._solids)
             self._solids = [item.shape for item in shaped if isinstance(item, RegionHandle)]
             handles += shaped
-        return *points, handles
+        return *points, path, handles
 
     def _all_limits(self, images):
         """Mask and faces; the same objects until one of them changes."""

@@ -137,7 +137,7 @@ HANDLE_SHAPES_CHOICE = Choice(
     without a cell, are points, lines are curves, and closed surfaces are rigid regions.""",
     more="""Curves are carried along their whole length. Each connected surface moves by the
     rotation and translation that its points have in common; cells with a volume count by their
-    outer faces. Weights are those of points.""",
+    outer faces. Weights and paths are those of points.""",
     choices=HANDLE_SHAPES,
     hidden_when=("ControlPoints", None),
 )

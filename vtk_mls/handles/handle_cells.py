@@ -43,6 +43,11 @@ class HandleCells:
         return cls(np.arange(count))
 
     @property
+    def point_rows(self) -> NDArray[np.int64]:
+        """Rows (k,) of the handles that are points, in the order of `handles_of_cells`."""
+        return np.unique(self.vertices)
+
+    @property
     def has_shapes(self) -> bool:
         """Whether there are curves or surfaces."""
         return bool(self.lines) or len(self.triangles) > 0
@@ -96,7 +101,7 @@ def handles_of_cells(
     ]
     parts = _connected(rest, cells.triangles)
     handles += [_region(rest, deformed, part, n, solids) for n, part in enumerate(parts)]
-    rows = np.unique(cells.vertices)
+    rows = cells.point_rows
     return rest[rows], deformed[rows], None if weights is None else weights[rows], handles
 
 

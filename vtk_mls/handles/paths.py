@@ -66,15 +66,43 @@ def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
     )
 
 
+def blended_path(rest, deformed, path, blend):
+    """Where points end, and their path, if they go a share of their way.
+
+    Above 1 and below 0 they go straight on from the ends of the path.
+
+    Parameters
+    ----------
+    rest, deformed : (n, 3) float64, world coordinates
+    path : (k, n, 3) float64, world coordinates
+    blend : float
+
+    Returns
+    -------
+    deformed : (n, 3) float64, world coordinates
+    path : (k, n, 3) float64, world coordinates
+        At k times again, equally spaced.
+    """
+    places = [rest, *path, deformed]
+    legs = len(places) - 1
+    ends = [_along(places, blend * (k / legs)) for k in range(1, legs + 1)]
+    return ends[-1], np.reshape(ends[:-1], (legs - 1, *rest.shape))
+
+
 def _positions(handles, share, motions):
     """Places (n, 3) of the points and proxies at a `share` of the path."""
-    places = [handles.rest, *handles.path.swapaxes(0, 1), handles.deformed]
-    leg = min(int(share * (len(places) - 1)), len(places) - 2)
-    result = _lerp(places[leg], places[leg + 1], share * (len(places) - 1) - leg)
+    result = _along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
     for row, motion in enumerate(motions):
         proxies = handles.region == row
         result[proxies] = _moved(motion, handles.rest[proxies])
     return result
+
+
+def _along(places, share):
+    """The place (n, 3) at a `share` of the way through `places`."""
+    time = share * (len(places) - 1)
+    leg = min(max(int(time), 0), len(places) - 2)
+    return _lerp(places[leg], places[leg + 1], time - leg)
 
 
 def _lerp(a, b, share):

@@ -29,14 +29,14 @@ def control_points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def path(value: ArrayLike | None, count: int) -> NDArray[np.float64]:
+def path(value: ArrayLike | None, count: int, name: str = "path") -> NDArray[np.float64]:
     """Intermediate places (k, count, 3) of the control points; none for None."""
     if value is None or np.size(value) == 0:
         return np.zeros((0, count, 3))
-    places = as_float("path", value, "numbers of shape (k, n, 3)")
+    places = as_float(name, value, "numbers of shape (k, n, 3)")
     if places.ndim != 3 or places.shape[1:] != (count, 3) or not np.isfinite(places).all():
         raise ValueError(
-            f"`path` must be finite numbers of shape (k, {count}, 3), places of each control "
+            f"`{name}` must be finite numbers of shape (k, {count}, 3), places of each control "
             f"point, got {short_repr(value)}"
         )
     return places

@@ -169,6 +169,7 @@ class Edit:
 def _state(control_points, cuts, options):
     """A State of arguments and options."""
     from vtk_mls.editor import State
+    from vtk_mls.editor.handle_polydata import check_no_path
 
     names = [row.option for row in _OPTIONS]
     unknown = options.keys() - set(names)
@@ -183,6 +184,7 @@ def _state(control_points, cuts, options):
         state.deformation()  # raises errors now instead of at the first drag
         return state.with_handles_at(np.zeros((0, 3)))
     polydata = arguments.control_points(*control_points)
+    check_no_path(polydata)
     weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
     rest, deformed, weights = arrays.control_points(polydata, DISPLACEMENT, weight)
     return State(rest, deformed, weights, cuts=shapes, **options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
@@ -10,10 +11,10 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.handle_cells import cells_of, set_cells
 
 # Names of the point arrays.
-DISPLACEMENT, WEIGHT, LABEL = "Displacement", "Weight", "Label"
+DISPLACEMENT, WEIGHT, LABEL, PATH = "Displacement", "Weight", "Label", "Path"
 
 
-def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None):
+def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None, path=()):
     """Make control-point polydata, what `arrays.control_points` reads.
 
     Parameters
@@ -27,6 +28,9 @@ def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None):
         Become the point array "Label" if any is not empty.
     cells : HandleCells, optional
         By default a vertex for each p.
+    path : (k, n, 3) float64, world coordinates, optional
+        Intermediate places. They become the point array "Path" of 3 k components, the displacements
+        from p to each.
     """
     points = vtkPoints()
     points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
@@ -38,6 +42,46 @@ def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None):
         arrays.add(polydata.GetPointData(), WEIGHT, weights)
     if any(labels):
         arrays.add_texts(polydata.GetPointData(), LABEL, labels)
+    if len(path):
+        arrays.add(polydata.GetPointData(), PATH, np.hstack([places - rest for places in path]))
+
+
+def path_of(point_set):
+    """Intermediate places of control points, from their array "Path".
+
+    Parameters
+    ----------
+    point_set : vtkPointSet
+
+    Returns
+    -------
+    (k, n, 3) float64, world coordinates
+        k is 0 without the array.
+
+    Raises
+    ------
+    ValueError
+        If the array is not finite or has the wrong shape.
+    """
+    count, array = point_set.GetNumberOfPoints(), point_set.GetPointData().GetArray(PATH)
+    if array is None or count == 0:
+        return np.zeros((0, count, 3))
+    components, tuples = array.GetNumberOfComponents(), array.GetNumberOfTuples()
+    if components % 3 or tuples != count:
+        raise ValueError(
+            f"array `{PATH}` of `ControlPoints` must have 3 components per intermediate place and "
+            f"one tuple for each of {count} points, got {components} components, {tuples} tuples"
+        )
+    moves = arrays.to_numpy(array).astype(np.float64).reshape(count, -1, 3)
+    if not np.isfinite(moves).all():
+        raise ValueError(f"array `{PATH}` of `ControlPoints` must be finite")
+    return arrays.to_numpy(point_set.GetPoints().GetData()) + moves.swapaxes(0, 1)
+
+
+def is_moving(polydata):
+    """Whether any displacement of control-point polydata, also on the way, is not 0."""
+    data = [polydata.GetPointData().GetArray(name) for name in (DISPLACEMENT, PATH)]
+    return any(arrays.to_numpy(array).any() for array in data if array is not None)
 
 
 def as_polydata(point_set):

@@ -1,0 +1,127 @@
+"""Paths of control points in filters: the array "Path"."""
+
+import numpy as np
+import pytest
+from vtk_fixtures import FAST, add_array, connect, make_image, update
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vtk_mls import CurveHandle, Deformation
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.control_point_polydata import fill_polydata
+
+CENTER = np.array([4.0, 3.5, 0])
+SIDES = np.array([(a, b) for a in (1.5, 4, 6.5) for b in (1.5, 3.5, 5.5)])
+REST = np.array([(*side, z) for z in (0.0, 2.2, 4.4, 6.6) for side in SIDES])
+LEGS = 12
+
+
+def turned(share, rest=REST):
+    """A column after a share of a turn of its top by 360 degrees."""
+    angle = 2 * np.pi * share * rest[:, 2] / 6.6
+    x, y = (rest[:, :2] - CENTER[:2]).T
+    c, s = np.cos(angle), np.sin(angle)
+    return np.c_[c * x - s * y, s * x + c * y, rest[:, 2]] + CENTER
+
+
+PATH = np.array([turned(k / LEGS) for k in range(1, LEGS)])
+
+
+def handles(path=PATH, **more):
+    polydata = vtkPolyData()
+    fill_polydata(polydata, REST, turned(1), None, path=path, **more)
+    return polydata
+
+
+def field_of(control_points, **properties):
+    field = connect(MLSDisplacementField(), make_image(), control_points)
+    for name, value in {"Device": FAST, **properties}.items():
+        getattr(field, f"Set{name}")(value)
+    output = update(field).GetPointData().GetArray("BackwardDisplacement")
+    return vtk_to_numpy(output), field
+
+
+def expected(*handles, **options):
+    grid = ImageGeometry.of_image(make_image()).grid
+    d = Deformation(*handles, device=FAST, **options)
+    return d.displacement_field(grid).displacement.reshape(-1, 3)
+
+
+def test_a_path_is_that_of_a_deformation():
+    found, field = field_of(handles())
+    np.testing.assert_allclose(found, expected(REST, turned(1), path=PATH), atol=1e-6)
+    assert field.updated_deformation().smallest_determinant > 0.1
+    straight, _ = field_of(handles(()))
+    assert np.abs(found - straight).max() > 1
+
+
+def test_a_new_path_counts():
+    polydata = handles()
+    first, field = field_of(polydata)
+    polydata.GetPointData().RemoveArray("Path")
+    polydata.Modified()
+    second = vtk_to_numpy(update(field).GetPointData().GetArray("BackwardDisplacement"))
+    np.testing.assert_allclose(second, expected(REST, turned(1)), atol=1e-6)
+    assert np.abs(first - second).max() > 1
+
+
+@pytest.mark.parametrize("blend", [0.5, 0.25])
+def test_a_blend_stops_on_the_way(blend):
+    found, field = field_of(handles(), Blend=blend)
+    there = [turned(blend * k / LEGS) for k in range(1, LEGS + 1)]
+    deformation = field.updated_deformation()
+    np.testing.assert_allclose(deformation.deformed, there[-1], atol=1e-12)
+    off = np.abs(found - expected(REST, there[-1], path=there[:-1])).max()
+    assert off < 0.1  # the way between the places of the array is straight
+    half = np.abs(found - expected(REST, REST + blend * (turned(1) - REST))).max()
+    assert half > 1
+
+
+def test_meshes_and_images_take_a_path():
+    image = make_image()
+    grid = ImageGeometry.of_image(image).grid
+    add_array(image.GetPointData(), "x", grid.points()[:, 0])
+    deform = connect(MLSDeform(), image, handles())
+    deform.SetDevice(FAST)
+    moved = vtk_to_numpy(update(deform).GetPointData().GetArray("x")).reshape(grid.shape)
+    came_from = grid.points() + expected(REST, turned(1), path=PATH)
+    x, inside = came_from[:, 0], grid.covers(grid.index_of(came_from))
+    assert inside.sum() > 100
+    x = np.clip(x, *image.GetBounds()[:2])  # up to half a voxel outside, the border counts
+    np.testing.assert_allclose(moved.ravel()[inside], x[inside], atol=1e-4)
+    mesh = vtkPolyData()
+    fill_polydata(mesh, REST + (0.3, 0.2, 0), REST, None)
+    deform.SetInputData(0, mesh)
+    points = vtk_to_numpy(update(deform).GetPoints().GetData())
+    d = Deformation(REST, turned(1), path=PATH, device=FAST)
+    np.testing.assert_allclose(points, d.forward(REST + (0.3, 0.2, 0)), atol=1e-5)
+
+
+def test_curves_have_no_path():
+    rows = np.arange(len(REST))
+    cells = HandleCells(rows[9:], (rows[:9],))
+    found, _ = field_of(handles(cells=cells), HandleShapes="cells")
+    curve = CurveHandle(REST[:9], turned(1)[:9])
+    other = expected(REST[9:], turned(1)[9:], path=PATH[:, 9:], handles=[curve])
+    np.testing.assert_allclose(found, other, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("values", "match"),
+    [
+        (np.zeros((len(REST), 4)), "array `Path` of `ControlPoints` must have 3 components per"),
+        (np.zeros(len(REST)), "got 1 components"),
+        (np.full((len(REST), 6), np.nan), "array `Path` of `ControlPoints` must be finite"),
+    ],
+)
+def test_bad_paths_are_told(values, match, messages):
+    polydata = handles(())
+    add_array(polydata.GetPointData(), "Path", values, 11)
+    deform = connect(MLSDeform(), make_image(), polydata)
+    deform.Update()
+    messages.assert_one(match)
+    polydata.GetPointData().RemoveArray("Path")
+    deform.Update()
+    assert deform.GetOutputDataObject(0).GetNumberOfPoints() > 0
