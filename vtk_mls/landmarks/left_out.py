@@ -103,7 +103,7 @@ def _parts(rows, count, points):
     return [*_slices(rows, count * max(points.kind.functions(points) + 3, 6))]
 
 
-def _slices(rows, numbers_per_row) -> Iterator[NDArray[np.int64]]:
+def _slices(rows: NDArray[np.int64], numbers_per_row: int) -> Iterator[NDArray[np.int64]]:
     step = max(1, _MAX_NUMBERS // numbers_per_row)
     for start in range(0, len(rows), step):
         yield rows[start : start + step]

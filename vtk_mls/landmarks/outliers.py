@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.landmarks.left_out import nearby_predictions, nearest
+from vtk_mls.landmarks.left_out import PointPairs, nearby_predictions, nearest
+from vtk_mls.landmarks.settings import Settings
 
 _MAX_PREDICTORS = 64  # the nearest pairs, from which each is predicted here
 _NEIGHBORS = 12  # whose errors say what is usual at a place
@@ -18,7 +19,7 @@ _ROUNDING = 1e-9  # of the extent of the pairs: errors that do not matter
 _CLEARLY = 0.5  # how much nearer, as a factor, a swapped pair is predicted to the other's place
 
 
-def find(pairs, settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """The outliers (n,), and p of each pair (n, 3) as the pairs that are no outliers predict it.
 
     The worst pair of each neighborhood is taken out until all others are predicted within the
@@ -44,7 +45,9 @@ def find(pairs, settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
         kept = np.setdiff1d(kept, worst)
 
 
-def swapped(pairs, is_outlier, predicted) -> NDArray[np.int64]:
+def swapped(
+    pairs: PointPairs, is_outlier: NDArray[np.bool_], predicted: NDArray[np.float64]
+) -> NDArray[np.int64]:
     """The outlier whose place each outlier has, and which has its place: (n,) rows, -1 for none.
 
     Parameters

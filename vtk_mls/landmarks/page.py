@@ -6,6 +6,7 @@ from html import escape
 
 import numpy as np
 
+from vtk_mls.landmarks.pair_report import Report
 from vtk_mls.landmarks.text import heading, pair_rows, setting_rows, worst_first
 
 _SIZE, _MARGIN = 320, 12  # of a picture, pixels
@@ -25,7 +26,7 @@ code { background: #eee; padding: 1px 4px } .outlier { color: #c62828 } .swapped
 """
 
 
-def page(report) -> str:
+def page(report: Report) -> str:
     """The text of the page of a `Report`."""
     views = "".join(_projection(report, *view) for view in _VIEWS)
     legend = "Lines from p (dot) to q; red: outliers, orange: labels that look swapped."

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vtk_mls.kinds.polynomials import MONOMIAL_COUNT
 
@@ -95,7 +96,7 @@ def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Setti
     ]
 
 
-def spacing_of(points) -> float:
+def spacing_of(points: NDArray[np.float64]) -> float:
     """Median distance of points (n, 3) to the nearest other; of many, of a part of them."""
     some = points[:: -(-len(points) // 500)]
     nearest = []

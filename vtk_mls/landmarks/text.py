@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
+
+from vtk_mls.landmarks.pair_report import Report
 
 _MAX_NAMES = 10  # in a sentence
 _MAX_SETTINGS = 8
 
 
-def heading(report) -> list[str]:
+def heading(report: Report) -> list[str]:
     """Sentences that say what was found, and what to take."""
     median = report.tried[report.recommended]
     baseline = report.baseline
@@ -29,14 +33,14 @@ def heading(report) -> list[str]:
     lines.append(f"labels that look swapped: {_listed(pairs) or 'none'}")
     determinant = report.smallest_determinant
     verdict = "does not fold" if determinant > 0 else "folds"
-    remedy = "" if determinant > 0 else "; smoothing, or --steps auto, avoids folds"
+    remedy = "" if determinant > 0 else "; more smoothing, or --steps auto, avoids folds"
     if determinant <= 0 and report.recommended.kind == "polynomial":
-        remedy = "; smoothing, or the kind affine with --steps auto, avoids folds"
+        remedy = "; more smoothing, or the kind affine with --steps auto, avoids folds"
     lines.append(f"the map {verdict}: smallest determinant {determinant:.3g}{remedy}")
     return lines
 
 
-def setting_rows(report) -> list[list[str]]:
+def setting_rows(report: Report) -> list[list[str]]:
     """A head and rows of the best settings, and of one map for all."""
     best = sorted(report.tried, key=report.tried.__getitem__)[:_MAX_SETTINGS]
     rows = [["settings", "median error"]]
@@ -44,7 +48,7 @@ def setting_rows(report) -> list[list[str]]:
     return rows + [[f"one {name} map", f"{m:.4g}"] for name, m in report.baseline.items()]
 
 
-def pair_rows(report, rows) -> list[list[str]]:
+def pair_rows(report: Report, rows: Iterable[int]) -> list[list[str]]:
     """A head and a row for each of the pairs `rows`."""
     lines = [["pair", "moved", "error", ""]]
     for i in rows:
@@ -56,12 +60,12 @@ def pair_rows(report, rows) -> list[list[str]]:
     return lines
 
 
-def worst_first(report) -> list[int]:
+def worst_first(report: Report) -> list[int]:
     """Rows of all pairs: outliers first, then by error."""
     return [int(i) for i in np.lexsort([-report.error, ~report.outlier])]
 
 
-def aligned(rows) -> list[str]:
+def aligned(rows: list[list[str]]) -> list[str]:
     """Lines of a table for a terminal: first and last column to the left, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(*rows)]
     last = len(widths) - 1
