@@ -83,7 +83,7 @@ def _with_values(arguments):
 def _parser():
     import argparse
 
-    from vtk_mls.commands import deform, demo, field, paraview, points, view
+    from vtk_mls.commands import check, deform, demo, field, paraview, points, view
 
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
@@ -93,6 +93,7 @@ def _parser():
     deform.add(commands)
     field.add(commands)
     points.add(commands)
+    check.add(commands)
     view.add(commands)
     info = commands.add_parser(
         "doctor",

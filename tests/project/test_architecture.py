@@ -22,6 +22,7 @@ ROOMS = {
     "engine": {"numpy", "pyopencl"},
     "deformation": {"numpy"},
     "transforms": {"numpy"},
+    "landmarks": {"numpy"},
     "__init__": set(),
     "vtk": {"numpy", "vtkmodules"},
     "files": {"SimpleITK", "meshio", "nibabel", "numpy", "vtkmodules"},

@@ -9,7 +9,10 @@ from pkgutil import resolve_name
 import pytest
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "api.md"
-PUBLIC = ("vtk_mls", *(f"vtk_mls.{room}" for room in ("cuts", "editor", "filters", "io")))
+PUBLIC = (
+    "vtk_mls",
+    *(f"vtk_mls.{room}" for room in ("cuts", "editor", "filters", "io", "landmarks")),
+)
 PUBLIC += ("vtk_mls.pyvista", "vtk_mls.rendering")
 
 

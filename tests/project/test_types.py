@@ -5,17 +5,17 @@ from __future__ import annotations
 import inspect
 
 import vtk_mls
-from vtk_mls import io, rendering
+from vtk_mls import io, landmarks, rendering
 from vtk_mls.files import field_files
 
 
 def public():
     """(name, function) of each public function and method that users call."""
-    for module in (vtk_mls, rendering, io, field_files):
+    for module in (vtk_mls, rendering, io, landmarks, field_files):
         for name in getattr(module, "__all__", vars(module)):
             value = getattr(module, name)
             if inspect.isclass(value) and (
-                module in (vtk_mls, rendering) or value.__module__ == module.__name__
+                module in (vtk_mls, rendering, landmarks) or value.__module__ == module.__name__
             ):
                 yield from methods(value)
             elif is_own_function(module, name):

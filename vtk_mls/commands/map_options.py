@@ -30,18 +30,10 @@ def add(parser, is_interactive=False):
         INITIAL_TRANSFORM,
         INTERACTIVE_COMPUTING,
         MAP,
-        SPACE,
     )
 
     add = parser.add_argument
-    add(
-        "--deformed",
-        metavar="FILE",
-        help="the positions q that the control points have moved to, any of the files of points: "
-        "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
-        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
-        "points with the same labels if each point has one of its own, else in their order",
-    )
+    add_files(parser)
     parser.set_defaults(path=None)
     if not is_interactive:
         add(
@@ -52,14 +44,6 @@ def add(parser, is_interactive=False):
             "positions at equal times. The last are q; the first may be p. Curves and regions "
             "have no path. With it handles turn by more than 180 degrees",
         )
-    add(
-        "--handles-space",
-        choices=SPACE.choices,
-        default=SPACE.default,
-        help="frame of files of points that do not declare one (markups and tables of 3D Slicer "
-        "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
-        "default: %(default)s",
-    )
     property_options.add(
         parser,
         HANDLE_SHAPES_CHOICE,
@@ -84,6 +68,29 @@ def add(parser, is_interactive=False):
         add("--progress", action="store_true", help="show a progress bar even without a terminal")
         text = "continue if all control points rest and nothing moves, instead of an error"
         add("--allow-identity", action="store_true", help=text)
+
+
+def add_files(parser):
+    """Add the options of files of control points."""
+    from vtk_mls.filters.property_tables import SPACE
+
+    add = parser.add_argument
+    add(
+        "--deformed",
+        metavar="FILE",
+        help="the positions q that the control points have moved to, any of the files of points: "
+        "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
+        "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
+        "points with the same labels if each point has one of its own, else in their order",
+    )
+    add(
+        "--handles-space",
+        choices=SPACE.choices,
+        default=SPACE.default,
+        help="frame of files of points that do not declare one (markups and tables of 3D Slicer "
+        "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
+        "default: %(default)s",
+    )
 
 
 def _add_cuts(parser):

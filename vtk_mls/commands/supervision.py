@@ -21,7 +21,13 @@ from contextlib import contextmanager, suppress
 from vtk_mls.base import child_process
 
 MIN_SECONDS, BYTES_PER_SECOND = 120, 200_000  # many times what any reader takes
-_VERBS = {"read": "read", "deform": "deformed", "write": "written", "show": "shown"}
+_VERBS = {
+    "read": "read",
+    "deform": "deformed",
+    "write": "written",
+    "show": "shown",
+    "check": "checked",
+}
 _DONE = "done"
 
 _folder = None  # of this process, if it is a supervised child

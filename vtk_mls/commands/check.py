@@ -1,0 +1,111 @@
+"""`vtk-mls check`: how well pairs of landmarks agree, and which settings suit them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import contextmanager
+from functools import partial
+
+from vtk_mls.commands import map_options, property_options
+from vtk_mls.commands.running import draw_bar, read, shows_progress
+from vtk_mls.commands.supervision import step
+
+_MAX_ROWS = 20  # in the terminal, beside outliers
+
+
+def add(commands):
+    """Add the command to its parent's parsers."""
+    check = commands.add_parser(
+        "check",
+        help="find bad pairs of landmarks, and the settings that suit them",
+        description="Predict each pair of landmarks from all others, by maps of several kinds. "
+        "Shows the error of each pair, outliers, pairs whose labels look swapped, and the settings "
+        "for `vtk-mls deform` that predict best.",
+    )
+    add = check.add_argument
+    add("handles", metavar="pairs", help=map_options.HANDLES)
+    map_options.add_files(check)
+    add("--json", metavar="FILE", help="write the whole report as JSON")
+    add("--html", metavar="FILE", help="write the report with pictures, as a page")
+    property_options.add(check, "Device")
+    add("--progress", action="store_true", help="show a progress bar even without a terminal")
+    check.set_defaults(run=run)
+
+
+def run(options):
+    """Run the command."""
+    from vtk_mls.files.paths import check_replaceable, replacing
+    from vtk_mls.landmarks.page import page
+
+    outputs = [path for path in (options.json, options.html) if path is not None]
+    for path in outputs:
+        check_replaceable(path)
+    pairs = _pairs(options)
+    names = [label or str(i + 1) for i, label in enumerate(pairs.labels)]
+    with step("check", options.handles), _files_named(options):
+        found = _report(pairs, names, options)
+    print("\n".join(_lines(found)))
+    for path, text in ((options.json, _json), (options.html, page)):
+        if path is not None:
+            with step("write", path), replacing(path) as new:
+                new.write_text(text(found), encoding="utf-8")
+    return 0
+
+
+def _report(pairs, names, options):
+    from vtk_mls.landmarks import report
+
+    bar = draw_bar if shows_progress(options) else None
+    settings = {"weights": pairs.weights, "device": options.device or None, "progress": bar}
+    try:
+        return report(pairs.rest, pairs.deformed, names, **settings)
+    finally:
+        if bar:
+            print(file=sys.stderr)
+
+
+@contextmanager
+def _files_named(options):
+    """Replace the names of arguments in errors by those of files."""
+    rest, deformed = options.handles, options.deformed or options.handles
+    both = f"`{rest}`" if rest == deformed else f"`{rest}` and `{deformed}`"
+    try:
+        yield
+    except ValueError as error:
+        text = str(error).replace("`rest` and `deformed`", both)
+        text = text.replace("`rest`", f"p of `{rest}`").replace("`deformed`", f"q of `{deformed}`")
+        raise ValueError(text) from error
+
+
+def _json(report):
+    return json.dumps(report.as_dict(), indent=1, ensure_ascii=False) + "\n"
+
+
+def _lines(report):
+    """What to print."""
+    from vtk_mls.landmarks.text import aligned, heading, pair_rows, setting_rows, worst_first
+
+    rows = worst_first(report)
+    shown = rows[: max(_MAX_ROWS, int(report.outlier.sum()))]
+    lines = [*aligned(pair_rows(report, shown))]
+    if len(shown) < len(rows):
+        lines.append(f"... and {len(rows) - len(shown)} more; --json and --html have all")
+    return [*lines, "", *aligned(setting_rows(report)), "", *heading(report)]
+
+
+def _pairs(options):
+    """The `Pairs` of the files."""
+    from vtk_mls import io
+    from vtk_mls.files.landmarks import paired
+
+    reader = partial(io.read_landmarks, space=options.handles_space)
+    if options.deformed:
+        return paired(*(read(reader, path) for path in (options.handles, options.deformed)))
+    rest = read(partial(reader, is_alone=True), options.handles)
+    if rest.partners is None:
+        raise ValueError(
+            f"`{options.handles}` has {len(rest.positions)} positions, and not where they go; say "
+            "it in columns qx,qy,qz or by --deformed"
+        )
+    return paired(rest)

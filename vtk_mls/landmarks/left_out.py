@@ -1,0 +1,173 @@
+"""Where the other pairs put each pair: the map without it, at its q, in float64."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vtk_mls import kinds
+from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.kinds.kind import Kind
+from vtk_mls.landmarks.settings import Settings
+
+_MAX_NUMBERS = 1 << 21  # in a temporary array
+# The maps that the other pairs determine are those that all pairs determine, unless there are few
+# pairs, or the others hardly determine them: 1 - leverage is the share of a function's norm left.
+_FEW = 30
+_MAX_LEVERAGE = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class PointPairs:
+    """Pairs p, q (n, 3), world coordinates, with the weights (n,) of a `Deformation`."""
+
+    rest: NDArray[np.float64]
+    deformed: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.rest)
+
+    def of_rows(self, rows: NDArray[np.int64]) -> PointPairs:
+        return PointPairs(self.rest[rows], self.deformed[rows], self.weights[rows])
+
+
+def predictions(
+    pairs: PointPairs, rows: NDArray[np.int64], settings: Settings, progress: Progress = SILENT
+) -> NDArray[np.float64]:
+    """p of some pairs, each predicted from all others: G(q_i) of the map without pair i.
+
+    Parameters
+    ----------
+    pairs : PointPairs
+        With distinct q.
+    rows : (m,) int
+    settings : Settings
+    progress : Progress
+
+    Returns
+    -------
+    (m, 3) float64, world coordinates of the rest space
+    """
+    kind = kinds.named(settings.kind, settings.degree)
+    points = _FittedPoints(pairs, kind)
+    if len(pairs) <= _FEW:
+        is_alone = np.ones(len(rows), bool)
+    else:
+        is_alone = _leverage(points)[rows] > _MAX_LEVERAGE
+    result = np.empty((len(rows), 3))
+    for part in progress.over(_parts(np.flatnonzero(~is_alone), len(pairs), points)):
+        result[part] = _predicted(points, rows[part], None, settings)
+    for i in np.flatnonzero(is_alone):
+        others = np.flatnonzero(np.arange(len(pairs)) != rows[i])
+        points = _FittedPoints(pairs.of_rows(others), kind)
+        weighted = _WeightedPairs(points, pairs.deformed[rows[i], None], settings)
+        result[i] = pairs.deformed[rows[i]] + kind.fit(weighted).displacement[0]
+    return result
+
+
+def nearby_predictions(
+    pairs: PointPairs, others: NDArray[np.int64], settings: Settings
+) -> NDArray[np.float64]:
+    """As `predictions` of all pairs (n, 3), each from the pairs in its row of `others` (n, k)."""
+    points = _FittedPoints(pairs, kinds.named(settings.kind, settings.degree))
+    result = np.empty((len(pairs), 3))
+    for part in _parts(np.arange(len(pairs)), others.shape[1], points):
+        result[part] = _predicted(points, part, others[part], settings)
+    return result
+
+
+def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """For each pair, the `count` of the pairs `rows` with the nearest q, without itself: (n, k)."""
+    count = min(count, len(rows) - 1)
+    result = np.empty((len(pairs), count), np.int64)
+    for part in _slices(np.arange(len(pairs)), 3 * len(rows)):
+        offset = pairs.deformed[part, None] - pairs.deformed[rows]
+        d2 = np.einsum("mna,mna->mn", offset, offset)
+        d2[part[:, None] == rows] = np.inf
+        result[part] = rows[np.argpartition(d2, count - 1, axis=1)[:, :count]]
+    return result
+
+
+def _predicted(points, rows, others, settings):
+    v = points.pairs.deformed[rows]
+    weighted = _WeightedPairs(points, v, settings, rows, others)
+    return v + points.kind.fit(weighted).displacement
+
+
+def _parts(rows, count, points):
+    """Parts of `rows` whose temporary arrays with `count` pairs are small."""
+    return [*_slices(rows, count * max(points.kind.functions(points) + 3, 6))]
+
+
+def _slices(rows: NDArray[np.int64], numbers_per_row: int) -> Iterator[NDArray[np.int64]]:
+    step = max(1, _MAX_NUMBERS // numbers_per_row)
+    for start in range(0, len(rows), step):
+        yield rows[start : start + step]
+
+
+def _leverage(points):
+    """(n,): 1 for a pair without which the others determine fewer maps."""
+    basis = kinds.named("polynomial", points.kind.proxy_order)
+    basis = basis.determined(None, None, points.local(points.pairs.deformed))
+    return (1 + (basis.values**2).sum(axis=1)) / len(points.pairs)
+
+
+class _FittedPoints:
+    """What a `Kind` needs of control points, for distinct points without the merge of equal ones.
+
+    Its attributes are those of `handles.control_points.ControlPoints`.
+    """
+
+    def __init__(self, pairs: PointPairs, kind: Kind):
+        self.pairs, self.kind = pairs, kind
+        self.center = pairs.deformed.mean(axis=0)
+        self.scale = float(np.abs(pairs.deformed - self.center).max())
+        self.determined = kind.determined(pairs.rest, pairs.deformed, self.local(pairs.deformed))
+
+    def local(self, points):
+        return (points - self.center) / self.scale
+
+
+class _WeightedPairs:
+    """Pairs weighted for points v (m, 3): the attributes of `reference.weights.WeightedPoints`.
+
+    Parameters
+    ----------
+    rows : (m,) int, optional
+        The pair that is left out for each point.
+    others : (m, k) int, optional
+        The pairs to sum for each point; all of them by default.
+    """
+
+    def __init__(self, points, v, settings, rows=None, others=None):
+        self.control_points, self.v, self._others = points, v, others
+        pairs = points.pairs if others is None else points.pairs.of_rows(others)
+        offset = pairs.deformed - v[:, None]
+        d2 = np.einsum("mia,mia->mi", offset, offset) + settings.smoothing**2
+        every = np.arange(len(v))
+        if others is None and rows is not None:
+            d2[every, rows] = np.inf
+        nearest = d2.argmin(axis=1)
+        share = d2[every, nearest][:, None] / d2
+        # alpha 0 is one map for all, in which the weight 0 of a pair left out is not 0^0
+        self.w = pairs.weights * np.where(share > 0, share, 0) ** settings.alpha * (share > 0)
+        self.nearest = nearest if others is None else others[every, nearest]
+        self.p_k, self.q_k = (x[self.nearest] for x in (points.pairs.rest, points.pairs.deformed))
+        self.x = v - self.q_k
+        p, q = pairs.rest - self.p_k[:, None], pairs.deformed - self.q_k[:, None]
+        self.total = self.w.sum(axis=1)
+        self.p_star, self.q_star = self._mean(p), self._mean(q)
+        self.p, self.q = p - self.p_star[:, None], q - self.q_star[:, None]
+
+    def values_of(self, basis):
+        """As of `WeightedPoints`."""
+        values = basis.values if self._others is None else basis.values[self._others]
+        shape = (*self.w.shape, len(basis))
+        return np.broadcast_to(values, shape), basis.values[self.nearest]
+
+    def _mean(self, values):
+        return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]

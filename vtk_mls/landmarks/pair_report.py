@@ -1,0 +1,225 @@
+"""How well pairs of landmarks agree: each is predicted from the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vtk_mls.base.progress import SILENT, ProgressLike, whole
+from vtk_mls.deformation import Deformation
+from vtk_mls.landmarks import outliers, settings
+from vtk_mls.landmarks.left_out import PointPairs, predictions
+from vtk_mls.landmarks.settings import Settings
+from vtk_mls.model import arguments
+
+MIN_PAIRS = 4
+# Settings are compared by this many of the pairs, each predicted from all others.
+MAX_SAMPLE = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What `report` found for n pairs.
+
+    Attributes
+    ----------
+    names : tuple of n str
+    rest, deformed : (n, 3) float64, world coordinates
+        p and q.
+    moved : (n,) float64, world units
+        Distance from p to q.
+    error : (n,) float64, world units
+        When left out: distance from p to the place in the rest space where the map of all other
+        pairs, with the recommended settings, takes q.
+    outlier : (n,) bool
+    swapped_with : (n,) int
+        Row of the pair with which the label looks swapped, -1 for none.
+    tried : dict of Settings and float
+        The median error when left out for each, of `sampled` pairs.
+    recommended : Settings
+        Those with the smallest median.
+    baseline : dict of str and float
+        The same median for one "rigid" and one "affine" map for all pairs.
+    sampled : int
+        Number of pairs from which the medians are.
+    smallest_determinant : float
+        Of the recommended map of all pairs, as of `Deformation`: it folds if this is not above 0.
+    """
+
+    names: tuple[str, ...]
+    rest: NDArray[np.float64]
+    deformed: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    error: NDArray[np.float64]
+    outlier: NDArray[np.bool_]
+    swapped_with: NDArray[np.int64]
+    tried: dict[Settings, float]
+    recommended: Settings
+    baseline: dict[str, float]
+    sampled: int
+    smallest_determinant: float
+
+    @property
+    def swaps(self) -> list[tuple[int, int]]:
+        """Rows of the pairs whose labels look swapped, each two once."""
+        return [(i, int(j)) for i, j in enumerate(self.swapped_with) if i < j]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Values for JSON: `pairs`, `tried`, `recommended`, `baseline` and more."""
+        pairs = [
+            {
+                "name": name,
+                "rest": self.rest[i].tolist(),
+                "deformed": self.deformed[i].tolist(),
+                "moved": float(self.moved[i]),
+                "error": float(self.error[i]),
+                "outlier": bool(self.outlier[i]),
+                "swapped_with": None if (j := self.swapped_with[i]) < 0 else self.names[j],
+            }
+            for i, name in enumerate(self.names)
+        ]
+        return {
+            "pairs": pairs,
+            "tried": [_with_median(s, median) for s, median in self.tried.items()],
+            "recommended": _with_median(self.recommended, self.tried[self.recommended]),
+            "baseline": self.baseline,
+            "sampled": self.sampled,
+            "smallest_determinant": self.smallest_determinant,
+        }
+
+
+def report(
+    rest: ArrayLike,
+    deformed: ArrayLike,
+    names: Sequence[str] | None = None,
+    *,
+    weights: ArrayLike | None = None,
+    device: str | None = None,
+    progress: ProgressLike = None,
+) -> Report:
+    """Predict each pair of landmarks from the others.
+
+    The map of all other pairs, at q of a pair, should lead to its p. The distance is an honest
+    error: residuals at the landmarks of a map are 0. Its median chooses the settings.
+
+    Outliers are pairs with an error above 3 times (at the rim of the landmarks up to 6 times) what
+    is usual among the neighbors and in all, predicted from the pairs that are no outliers. Two of
+    them whose places are predicted clearly nearer to each other's than to their own look swapped.
+
+    Parameters
+    ----------
+    rest, deformed : (n, 3) array_like, world coordinates
+        p and q, at least 4 pairs, all places distinct.
+    names : sequence of n str, optional
+        1, 2, ... by default.
+    weights : (n,) array_like, > 0, optional
+        As of `Deformation`.
+    device : str, optional
+        As of `Deformation`, for the smallest determinant.
+    progress : callable, optional
+        Called with the fraction done; a true return value stops with `Aborted`.
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    ValueError, TypeError
+        For fewer than 4 pairs, unequal counts, coincident places, or numbers that are not finite.
+
+    Notes
+    -----
+    The time is proportional to n^2. Settings are compared by at most 256 of the pairs.
+    """
+    pairs, labels = _checked(rest, deformed, names, weights)
+    with whole(progress) as part:
+        choosing, finding, folding = part.divided(6, 3, 1)
+        rows = _sample(len(pairs))
+        tried, baseline = _medians(pairs, rows, choosing)
+        best = min(tried, key=tried.__getitem__)
+        everyone = np.arange(len(pairs))
+        error = _errors(pairs, everyone, best, finding)
+        folding.report(0)
+        is_outlier, predicted = outliers.find(pairs, best)
+        deformation = Deformation(
+            pairs.rest, pairs.deformed, weights=pairs.weights, device=device, **best.options
+        )
+        return Report(
+            labels,
+            pairs.rest,
+            pairs.deformed,
+            np.linalg.norm(pairs.deformed - pairs.rest, axis=1),
+            error,
+            is_outlier,
+            outliers.swapped(pairs, is_outlier, predicted),
+            tried,
+            best,
+            baseline,
+            len(rows),
+            deformation.smallest_determinant,
+        )
+
+
+def _medians(pairs, rows, progress):
+    """The medians of all settings tried, and of the baseline."""
+    first = settings.without_smoothing(len(pairs))
+    exact, smooth, whole_map = progress.divided(3, 2, 1)
+
+    def median(tried, part):
+        return {s: float(np.median(_errors(pairs, rows, s))) for s in part.over(tried)}
+
+    medians = median(first, exact)
+    spacing = settings.spacing_of(pairs.deformed)
+    medians |= median(settings.with_smoothing(medians, spacing), smooth)
+    baseline = median([*settings.BASELINE.values()], whole_map)
+    return medians, {name: baseline[s] for name, s in settings.BASELINE.items()}
+
+
+def _errors(pairs, rows, tried, progress=SILENT):
+    """The error (m,) of each of some pairs when left out."""
+    predicted = predictions(pairs, rows, tried, progress)
+    return np.linalg.norm(predicted - pairs.rest[rows], axis=1)
+
+
+def _sample(count):
+    """Rows of the pairs by which settings are compared."""
+    if count <= MAX_SAMPLE:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, MAX_SAMPLE, replace=False))
+
+
+def _checked(rest, deformed, names, weights):
+    """The pairs and their names, from the arguments of `report`."""
+    p = arguments.control_points("rest", rest)
+    q = arguments.control_points("deformed", deformed)
+    if len(p) != len(q):
+        raise ValueError(
+            f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
+        )
+    if len(p) < MIN_PAIRS:
+        raise ValueError(
+            f"`rest` and `deformed` must have at least {MIN_PAIRS} pairs to predict each from the "
+            f"others, got {len(p)}"
+        )
+    labels = tuple(map(str, range(1, len(p) + 1) if names is None else names))
+    if len(labels) != len(p):
+        raise ValueError(f"`names` must be one for each of the {len(p)} pairs, got {len(labels)}")
+    for name, places in (("rest", p), ("deformed", q)):
+        _, first, counts = np.unique(places, axis=0, return_index=True, return_counts=True)
+        if (counts > 1).any():
+            i = first[counts > 1].min()
+            same = np.flatnonzero((places == places[i]).all(axis=1))
+            raise ValueError(
+                f"`{name}` must be distinct places, got {places[i].tolist()} for the pairs "
+                f"`{labels[same[0]]}` and `{labels[same[1]]}`; remove one of them"
+            )
+    return PointPairs(p, q, arguments.positive_weights(weights, len(p))), labels
+
+
+def _with_median(tried, median):
+    return {**vars(tried), "median": median}

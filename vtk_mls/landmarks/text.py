@@ -1,0 +1,83 @@
+"""A report in words and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from vtk_mls.landmarks.pair_report import Report
+
+_MAX_NAMES = 10  # in a sentence
+_MAX_SETTINGS = 8
+
+
+def heading(report: Report) -> list[str]:
+    """Sentences that say what was found, and what to take."""
+    median = report.tried[report.recommended]
+    baseline = report.baseline
+    of = "" if report.sampled == len(report.names) else f" (of {report.sampled} pairs)"
+    lines = [
+        f"{len(report.names)} pairs; median error of a pair predicted from the others: "
+        f"{median:.3g}{of}; with one rigid map for all {baseline['rigid']:.3g}, with one affine "
+        f"map {baseline['affine']:.3g}",
+        f"take: {report.recommended.flags}",
+    ]
+    if min(baseline.values()) <= median:
+        best = min(baseline, key=baseline.__getitem__)
+        lines.append(f"one {best} map for all predicts the pairs as well: a local map adds noise")
+    swapped = {i for pair in report.swaps for i in pair}
+    rows = [i for i in worst_first(report) if report.outlier[i] and i not in swapped]
+    lines.append(f"outliers: {_listed([report.names[i] for i in rows]) or 'none'}")
+    pairs = [f"{report.names[i]} and {report.names[j]}" for i, j in report.swaps]
+    lines.append(f"labels that look swapped: {_listed(pairs) or 'none'}")
+    determinant = report.smallest_determinant
+    verdict = "does not fold" if determinant > 0 else "folds"
+    remedy = "" if determinant > 0 else "; more smoothing, or --steps auto, avoids folds"
+    if determinant <= 0 and report.recommended.kind == "polynomial":
+        remedy = "; more smoothing, or the kind affine with --steps auto, avoids folds"
+    lines.append(f"the map {verdict}: smallest determinant {determinant:.3g}{remedy}")
+    return lines
+
+
+def setting_rows(report: Report) -> list[list[str]]:
+    """A head and rows of the best settings, and of one map for all."""
+    best = sorted(report.tried, key=report.tried.__getitem__)[:_MAX_SETTINGS]
+    rows = [["settings", "median error"]]
+    rows += [[s.flags, f"{report.tried[s]:.4g}"] for s in best]
+    return rows + [[f"one {name} map", f"{m:.4g}"] for name, m in report.baseline.items()]
+
+
+def pair_rows(report: Report, rows: Iterable[int]) -> list[list[str]]:
+    """A head and a row for each of the pairs `rows`."""
+    lines = [["pair", "moved", "error", ""]]
+    for i in rows:
+        partner = report.swapped_with[i]
+        remark = "outlier" if report.outlier[i] else ""
+        if partner >= 0:
+            remark = f"swapped with {report.names[partner]}?"
+        lines.append([report.names[i], f"{report.moved[i]:.4g}", f"{report.error[i]:.4g}", remark])
+    return lines
+
+
+def worst_first(report: Report) -> list[int]:
+    """Rows of all pairs: outliers first, then by error."""
+    return [int(i) for i in np.lexsort([-report.error, ~report.outlier])]
+
+
+def aligned(rows: list[list[str]]) -> list[str]:
+    """Lines of a table for a terminal: first and last column to the left, numbers to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    last = len(widths) - 1
+    return [
+        "  ".join(
+            cell.ljust(width) if column == 0 or column == last > 1 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths))
+        ).rstrip()
+        for row in rows
+    ]
+
+
+def _listed(names):
+    more = f" and {len(names) - _MAX_NAMES} more" * (len(names) > _MAX_NAMES)
+    return ", ".join(names[:_MAX_NAMES]) + more
