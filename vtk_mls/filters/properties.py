@@ -118,7 +118,7 @@ class Number(Property):
     """
 
     _: KW_ONLY
-    spellings: Mapping[str, int] = field(default_factory=dict)
+    spellings: Mapping[str, int] = field(default_factory=dict, hash=False)
 
     def parsed(self, text):
         """The value of a text."""

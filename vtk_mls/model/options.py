@@ -62,7 +62,7 @@ class Option:
     help: str
     _: KW_ONLY
     more: str = ""
-    spellings: Mapping[str, int] = field(default_factory=dict)
+    spellings: Mapping[str, int] = field(default_factory=dict, hash=False)
     choices: tuple = ()
     choice_labels: tuple = ()
     is_valid: Callable[[float], bool] | None = None
