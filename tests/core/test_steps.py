@@ -132,13 +132,14 @@ def test_devices_agree_with_the_specification(kind, alpha, handles, cut, device,
 @paired(kind=["rigid", "affine", "similarity"], cut=list(CUTS), device=EVERYWHERE)
 def test_forward_undoes_backward(kind, cut, device, rng):
     rest, deformed = _moved(rng)
-    d = Deformation(rest, deformed, kind, alpha=1, steps=32, device=device, **CUTS[cut])
-    v = rng.random((60 if device == "reference" else 500, 3))
+    steps, count = (8, 30) if device == "reference" else (32, 500)
+    d = Deformation(rest, deformed, kind, alpha=1, steps=steps, device=device, **CUTS[cut])
+    v = rng.random((count, 3))
     v = v[d.void_distance(v) > 1e-3]
     if CUTS[cut]:
         v = v[~d.overlap(v)]
     found = d.forward_field(d.backward(v))
-    assert len(v) > 20
+    assert len(v) > 10
     assert found.found.all()
     assert np.abs(d.backward(v) + found.displacement - v).max() <= 1e-5
 
@@ -161,7 +162,7 @@ def test_slopes_are_those_of_differences(device, rng):
 @pytest.mark.parametrize("device", EVERYWHERE)
 @pytest.mark.parametrize("kind", ["rigid", "affine", "similarity"])
 def test_as_many_steps_as_needed_do_not_fold(kind, device):
-    for seed in range(2 if device == "reference" else 8):
+    for seed in range(1 if device == "reference" else 8):
         rng = np.random.default_rng(seed)
         count, alpha = rng.choice([15, 60]), rng.choice([1.0, 1.5, 2.0, 3.0])
         count = 15 if device == "reference" else count
