@@ -16,7 +16,7 @@ shader._REPLACEMENTS["//VTK::Cropping::Impl"] = "not GLSL;\\n{tag}"
 """
 FAILS = """
 from vtk_mls.rendering import DeformedMesh
-def update(self, deformation, exact=True):
+def update(self, deformation, exact=True, has_distortion=False):
     raise MemoryError
 DeformedMesh.update = update
 simple.Hide(wavelet, view)
