@@ -56,7 +56,7 @@ CORNERS = {
 
 
 def grid_of(kind, corners):
-    """Cells (n, k, 3), none of which share points."""
+    """Cells (n, k, 3) that share no points."""
     grid = vtkUnstructuredGrid()
     set_places(grid, corners.reshape(-1, 3))
     for ids in np.arange(corners.shape[0] * corners.shape[1]).reshape(len(corners), -1).tolist():
@@ -211,7 +211,7 @@ def test_structured_grids_by_the_scaled_jacobian(extent, rng):
 
 
 def test_cells_that_were_inside_out_keep_their_side(rng):
-    """Cells of vtkCellTypeSource, some of which have a negative scaled Jacobian at rest."""
+    """Cells of vtkCellTypeSource. Some have a negative scaled Jacobian at rest."""
     grid = cells(VTK_TETRA, 5)
     before = places_of(grid).copy()
     rest = scaled_jacobians(grid)

@@ -18,7 +18,7 @@ from vtk_mls.files.paths import existing_file, replacing
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.affine import Affine
-from vtk_mls.transforms.chain import Chain
+from vtk_mls.transforms.chain import Chain, members_of
 from vtk_mls.transforms.field import Field
 
 
@@ -82,7 +82,7 @@ def write_transform(
     """
     path = Path(path)
     field_files.check_convention(convention)
-    members = _members(transform)
+    members = members_of(transform)
     affines = [member for member in members if isinstance(member, Affine)]
     is_affine = len(affines) == len(members)
     line = formats.choose(
@@ -113,18 +113,6 @@ def _sampled(transform: Transform, grid: Grid | None) -> tuple[NDArray[np.float3
         f"`grid` must be given to write this {type(transform).__name__}, for the file holds "
         "displacements at the points of a grid"
     )
-
-
-def _members(transform: Transform) -> list[Transform]:
-    """The transforms that a transform consists of, without chains."""
-    if isinstance(transform, Chain):
-        return [member for part in transform.transforms for member in _members(part)]
-    if not isinstance(transform, Transform):
-        raise TypeError(
-            "`transform` must be a Deformation, Affine, Field or Chain, "
-            f"got {type(transform).__name__}"
-        )
-    return [transform]
 
 
 def _product(members: Sequence[Affine]) -> Affine:

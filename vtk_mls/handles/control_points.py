@@ -36,9 +36,9 @@ class ControlPoints:
         Of the fitted maps.
     extent : float, world units
         Size of the deformed region: the scale if all control points coincide.
-    keeps_mean : bool
-        Whether the mean displacement stays 0: where the displacement is exactly 0 at some places,
-        and in steps.
+    has_zero_mean : bool
+        Whether `mean_displacement` is 0: if the displacement is exactly 0 at some places, and in
+        steps.
 
     Attributes
     ----------
@@ -56,25 +56,25 @@ class ControlPoints:
 
     handles: HandleSet
     kind: Kind
-    keeps_mean: bool
+    has_zero_mean: bool
     center: np.ndarray
     scale: float
     mean_displacement: np.ndarray
     determined: object
     _steps: tuple[ControlPoints, ...] = field(default=(), init=False)
 
-    def __init__(self, handles, kind, extent, keeps_mean=False):
+    def __init__(self, handles, kind, extent, has_zero_mean=False):
         handles = _merged(handles)
         rest, deformed = handles.positions
         center = deformed.mean(axis=0)
         size = np.abs(deformed - center).max()
         scale = float(size if size > _COINCIDENT * extent else extent)
-        mean = np.zeros(3) if keeps_mean else (rest - deformed).mean(axis=0)
+        mean = np.zeros(3) if has_zero_mean else (rest - deformed).mean(axis=0)
         freeze(
             self,
             handles=handles,
             kind=kind,
-            keeps_mean=keeps_mean,
+            has_zero_mean=has_zero_mean,
             center=center,
             scale=scale,
             mean_displacement=mean,
@@ -99,10 +99,10 @@ class ControlPoints:
     @property
     def swapped(self) -> ControlPoints:
         """The control points with p and q swapped."""
-        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.keeps_mean)
+        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.has_zero_mean)
 
     def steps(self, count: int) -> tuple[ControlPoints, ...]:
-        """The steps along the path, in the local frame of the whole; only with `keeps_mean`."""
+        """The steps along the path, in the local frame of the whole; only with `has_zero_mean`."""
         if count == 1:
             return (self,)
         if len(self._steps) != count:
@@ -116,7 +116,7 @@ class ControlPoints:
             step,
             handles=handles,
             kind=self.kind,
-            keeps_mean=True,
+            has_zero_mean=True,
             center=self.center,
             scale=self.scale,
             mean_displacement=self.mean_displacement,

@@ -115,7 +115,7 @@ class MapParameters:
             handle_set=handle_set,
             regions=split_by_planes(
                 *(self.planes, handle_set, in_rest_frame, fitted),
-                keeps_mean=bool(self.limits) or self.is_stepwise,
+                has_zero_mean=bool(self.limits) or self.is_stepwise,
             ),
         )
         arguments.check_cut_distances(shapes, self.regions)

@@ -46,7 +46,9 @@ class Region:
         return Region(self.sides, self.control_points.swapped)
 
 
-def split_by_planes(planes, handles, in_rest_frame, kind, keeps_mean=False) -> tuple[Region, ...]:
+def split_by_planes(
+    planes, handles, in_rest_frame, kind, has_zero_mean=False
+) -> tuple[Region, ...]:
     """All regions that `planes` separate; a single one without planes.
 
     Parameters
@@ -56,7 +58,7 @@ def split_by_planes(planes, handles, in_rest_frame, kind, keeps_mean=False) -> t
     in_rest_frame : bool
         Whether the planes are in the rest frame, or in the deformed one.
     kind : Kind
-    keeps_mean : bool
+    has_zero_mean : bool
         As of `ControlPoints`.
     """
     if len(planes) > MAX_PLANES:
@@ -74,7 +76,7 @@ def split_by_planes(planes, handles, in_rest_frame, kind, keeps_mean=False) -> t
             middle = handles.positions[0 if in_rest_frame else 1].mean(axis=0)
             fixed = (middle - planes[0].height(middle) * planes[0].normal)[None]
             own = HandleSet.of(fixed, fixed, np.ones(1))
-        regions.append(Region(np.array(sides), ControlPoints(own, kind, extent, keeps_mean)))
+        regions.append(Region(np.array(sides), ControlPoints(own, kind, extent, has_zero_mean)))
     return tuple(regions)
 
 

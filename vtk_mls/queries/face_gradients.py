@@ -59,7 +59,7 @@ def gradients_near_faces(engine, deformation, void_distance, fields, sampling, p
 def nearest_face(deformation, v, origin):
     """Void distances (m,) at `v` (m, 3), and unit vectors (m, 3) away from the nearest cut.
 
-    `origin` (m, 3) is G(v), in the space of which the vectors are.
+    `origin` (m, 3) is G(v). The vectors are in its space.
     """
     positions = origin if deformation.in_rest_frame else v  # in the frame of the cuts
     distances = [cut.void_distance(positions, origin) for cut in deformation.cuts]

@@ -48,6 +48,39 @@ def contravariant(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
+def sampled_parts(arrays, versions, sampling, parts, sample, void_distance, normalise):
+    """`arrays` at all points of the target of a `Sampling`, part by part: `Engine.resample`.
+
+    Parameters
+    ----------
+    arrays, versions : sequences
+        Arrays (nz, ny, nx[, components]) of the source, and `Sampling.versions` of them.
+    sampling : Sampling
+    parts : iterable
+        Slices of the target, indices (m, 3) of the source, void distances (m,) or None, and
+        Jacobians (m, 3, 3) or None.
+    sample : callable
+        `Engine.sample`.
+    void_distance : (target.size,) float32, optional
+        To be filled.
+    normalise : dict, optional
+        Whether vectors become unit vectors, by the index of each array of covariant vectors.
+    """
+    normalise = normalise or {}
+    results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
+    methods = sampling.methods(len(arrays))
+    for part, index, distance, jacobian in parts:
+        if void_distance is not None and distance is not None:
+            void_distance[part] = distance
+        for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
+            background = 0.0 if i in normalise else sampling.background
+            values = sample(array, index, method, background, sampling.source, versions[i])
+            if i in normalise:
+                values = covariant(values, jacobian.swapaxes(1, 2), normalise[i])
+            result.reshape(-1, *array.shape[3:])[part] = values
+    return results
+
+
 def _slope(values, axis):
     """Derivative along an axis, per index."""
     values = np.moveaxis(values, axis, 0)

@@ -20,6 +20,7 @@ from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.known_inverses import known_inverses
+from vtk_mls.queries.vector_fields import sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of
 from vtk_mls.reference.weights import EvaluationPoints
@@ -69,6 +70,8 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
 
 
 def least_determinant(deformation, points, progress=SILENT, step=None):
+    if deformation.steps_used == 1:
+        return np.linalg.det(jacobian(deformation, points, progress))
     result = np.empty(len(points))
     for part in progress.over(_parts(len(points), deformation)):
         v = points[part]
@@ -279,22 +282,9 @@ def resample(
     void_distance=None,
     covariant=None,
 ):
-    covariant = covariant or {}
-    results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
-    methods = sampling.methods(len(arrays))
-    for part, index, distance, jacobian in _sources(
-        deformation, sampling, progress, with_jacobian=bool(covariant)
-    ):
-        if deformation.cuts and void_distance is not None:
-            void_distance[part] = distance
-        for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
-            flat = result.reshape(-1, *array.shape[3:])
-            background = 0.0 if i in covariant else sampling.background
-            flat[part] = interpolation.sample(array, index, method, background, sampling.source)
-            if i in covariant:
-                transposed = jacobian.swapaxes(1, 2)
-                flat[part] = vector_fields.covariant(flat[part], transposed, covariant[i])
-    return results
+    parts = _sources(deformation, sampling, progress, with_jacobian=bool(covariant))
+    versions = [None] * len(arrays)
+    return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
 
 
 def gradient(array, grid, progress=SILENT):

@@ -160,3 +160,21 @@ def _on_grid(member, grid, points, progress, with_jacobian):
         jacobian = jacobian.reshape(-1, 3, 3).swapaxes(1, 2)
     distance = None if distance is None else distance.reshape(-1)
     return points + displacement.reshape(-1, 3), distance, jacobian
+
+
+def members_of(transform: Transform) -> list[Transform]:
+    """The transforms that a transform consists of, without chains.
+
+    Raises
+    ------
+    TypeError
+        If it is no transform.
+    """
+    if isinstance(transform, Chain):
+        return [member for part in transform.transforms for member in members_of(part)]
+    if not isinstance(transform, Transform):
+        raise TypeError(
+            "`transform` must be a Deformation, Affine, Field or Chain, "
+            f"got {short_repr(transform)}"
+        )
+    return [transform]

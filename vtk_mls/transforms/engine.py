@@ -13,6 +13,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.fields import MAX_SLAB_POINTS
+from vtk_mls.queries.vector_fields import sampled_parts
 
 NAME = "pointwise (numpy, float64)"
 
@@ -48,25 +49,10 @@ def jacobian_field(transform, grid, progress=SILENT):
 
 
 def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, covariant=None):
-    covariant, device = covariant or {}, engine_for(transform.device)
-    results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
-    methods = sampling.methods(len(arrays))
+    parts = _sources(transform, sampling, progress, with_jacobian=bool(covariant))
     versions = [_version(sampling, i) for i in range(len(arrays))]
-    for part, index, distance, jacobian in _sources(
-        transform, sampling, progress, with_jacobian=bool(covariant)
-    ):
-        if transform.cuts and void_distance is not None:
-            void_distance[part] = distance
-        for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
-            flat = result.reshape(-1, *array.shape[3:])
-            background = 0.0 if i in covariant else sampling.background
-            flat[part] = device.sample(
-                array, index, method, background, sampling.source, versions[i]
-            )
-            if i in covariant:
-                transposed = jacobian.swapaxes(1, 2)
-                flat[part] = vector_fields.covariant(flat[part], transposed, covariant[i])
-    return results
+    sample = engine_for(transform.device).sample
+    return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
 
 
 def gradient(array, grid, progress=SILENT):

@@ -15,6 +15,7 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtk_mls import Affine, Chain, Field, Grid
 from vtk_mls.base.validation import short_repr
 from vtk_mls.queries.transform import Transform
+from vtk_mls.transforms.chain import members_of
 from vtk_mls.vtk import arrays
 
 _INVERSE_TOLERANCE = 1e-6  # of VTK's search for the inverse, as a fraction of the size of the grid
@@ -49,12 +50,7 @@ def to_vtk_transform(transform: Transform, grid: Grid | None = None) -> vtkGener
     TypeError, ValueError
         Naming the argument.
     """
-    if not isinstance(transform, Transform):
-        raise TypeError(
-            "`transform` must be a Deformation, Affine, Field or Chain, "
-            f"got {short_repr(transform)}"
-        )
-    members = _members(transform)
+    members = members_of(transform)
     if not all(isinstance(member, Affine | Field) for member in members):
         members = _sampled(members, grid)
     result = vtkGeneralTransform()
@@ -64,13 +60,6 @@ def to_vtk_transform(transform: Transform, grid: Grid | None = None) -> vtkGener
         for part in parts:
             result.Concatenate(_linear(part) if isinstance(part, np.ndarray) else part)
     return result
-
-
-def _members(transform):
-    """The transforms that a transform consists of, without chains."""
-    if isinstance(transform, Chain):
-        return [member for part in transform.transforms for member in _members(part)]
-    return [transform]
 
 
 def _sampled(members, grid):

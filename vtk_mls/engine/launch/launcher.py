@@ -229,9 +229,9 @@ class RegionMap:
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
-        # Jacobians between nodes are those before limits; so are displacements, of one step
-        is_after = self.deformation.steps_used > 1 or name == "grid_source_frame"
-        exactly = second_pass or (self.deformation.limits and is_after)
+        # limits are applied between nodes to displacements only, and only to those of one step
+        is_unlimited = self.deformation.steps_used > 1 or name == "grid_source_frame"
+        exactly = second_pass or (self.deformation.limits and is_unlimited)
         if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(grid):
             return self._coarse_map.launch(name, grid, part, *arguments)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
