@@ -139,12 +139,12 @@ def test_children_share_the_checks(child, monkeypatch):
 
 def test_what_a_check_has_built_is_kept_if_it_passes(child, fresh, monkeypatch):
     build = """
-path = os.path.join(os.environ["XDG_CACHE_HOME"], "pyopencl", "version", f"key{lanes}")
+path = os.path.join(os.environ["XDG_CACHE_HOME"], "vtk_mls", "kernels", f"key{lanes}")
 os.makedirs(path, exist_ok=True)
 open(os.path.join(path, "binary"), "w").close()"""
     child(f"{build}\nif lanes == 16: {LIES}")
     assert device_check.results([FAKE])[0].lanes == 8
-    kept = fresh / "cache" / "pyopencl" / "version"
+    kept = fresh / "cache" / "vtk_mls" / "kernels"
     assert [path.relative_to(kept) for path in kept.rglob("*")] == [Path("key8"), Path("key8/binary")]
 
 

@@ -283,9 +283,9 @@ def _processors():
 
 
 def _keep_kernels(folder):
-    """Keep what pyopencl has built in the caches of children for the user."""
+    """Move kernels that children have built to the user's `caches.kernel_folder`."""
     cache = caches.folder()
-    for built in folder.glob("pyopencl/*/*/binary") if cache else ():
+    for built in folder.glob("vtk_mls/kernels/*/binary") if cache else ():
         kept = cache / built.parent.relative_to(folder)
         new = kept.with_suffix(f".{os.getpid()}")  # as another process never sees a part of it
         with contextlib.suppress(OSError):
