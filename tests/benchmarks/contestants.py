@@ -279,7 +279,7 @@ def _features(n):
         "4 steps": {"steps": 4},
         "a curve of 16 segments": {"handles": [vtk_mls.CurveHandle(line, line + 0.03 * n)]},
         "4 regions": {"handles": balls},
-        "a mask": {"limits": [vtk_mls.BallMask([n / 2] * 3, 0.3 * n, 0.1 * n)]},
+        "a mask": {"mask": vtk_mls.BallMask([n / 2] * 3, 0.3 * n, 0.1 * n)},
     }
 
 

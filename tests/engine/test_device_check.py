@@ -145,7 +145,7 @@ open(os.path.join(path, "binary"), "w").close()"""
     child(f"{build}\nif lanes == 16: {LIES}")
     assert device_check.results([FAKE])[0].lanes == 8
     kept = fresh / "cache" / "vtk_mls" / "kernels"
-    assert [path.relative_to(kept) for path in kept.rglob("*")] == [Path("key8"), Path("key8/binary")]
+    assert [str(path.relative_to(kept)) for path in kept.rglob("*")] == ["key8", "key8/binary"]
 
 
 @pytest.mark.parametrize(
