@@ -102,6 +102,15 @@ inline void store_masked(__global float *plane, real value, const item_t *item) 
     store_plane(plane, value, item->count, item->first);
     return;
   }
+#if LANES % 4 == 0
+  const integer at = item->positions;
+  if (item->is_of_cells && ALL(item->mask) && LANE_INT(at, 3) - LANE_INT(at, 0) == 3) {
+    // rows of a cell are four consecutive points
+    for (int l = 0; l < LANES; l += 4)
+      vstore4(((float4 *)&value)[l / 4], 0, plane + LANE_INT(at, l));
+    return;
+  }
+#endif
   for (int l = 0; l < item->lanes; ++l)
     if (LANE_INT(item->mask, l)) plane[position_of(item, l)] = LANE(value, l);
 }

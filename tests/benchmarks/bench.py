@@ -7,7 +7,7 @@ Each question is asked of everyone who can answer it, with 15 control points:
 - points, moved forward by the inverse of the map that deforms the volume, as many as the grid has;
 - a mesh of two million tetrahedra, likewise: one filter from mesh to mesh. What a cut splits is
   kept from run to run, as it is while control points are dragged;
-- the same maps by size of the grid, number of control points, number of cuts, and alpha.
+- the same maps by size of the grid, number of control points, cuts and steps, and alpha.
 
 Cuts (of the rigid kind) are in the rest frame, and in the deformed one as the paper has them. Maps
 "within 0.02" have that map tolerance.
@@ -82,7 +82,7 @@ def main():
     for name in peers.absent():
         print(f"Not installed here, so not measured: {name} (pip install 'vtk-mls[bench]')")
     tables = run["tables"] = []
-    for table in chain(timings(arguments.large), accounts(arguments.large)):
+    for table in chain(timings(arguments.large), accounts(arguments.large), growth(tables)):
         tables.append(table)
         show(table)
         # what was measured is there even if the rest is not waited for
@@ -110,11 +110,13 @@ def questions(is_large):
         yield "displacement map, 512^3", "rigid", contestants.own_maps(512), 0, 3, 3
     meshes = contestants.meshes(55)
     yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", meshes
-    most = 100_000 if is_large else 10_000
+    most = 100_000 if is_large else 20_000
     many = contestants.maps_of_many(64, most)
     yield "displacement map by the number of control points, 64^3", "15", many
     cuts = contestants.maps_with_cuts(64)
     yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
+    steps = contestants.maps_by_steps(64)
+    yield "displacement map by the number of steps, 64^3", "1", steps
     sizes = (32, 64, 128, 256, 512) if is_large else (32, 64, 128)
     yield "displacement map by the size of the grid", "64^3", contestants.maps_by_grid(sizes)
     alphas = contestants.maps_by_alpha(64)
@@ -132,16 +134,45 @@ def accounts(is_large):
     yield {"title": title, "rows": roofline.table(engine, n)}
     title = "bytes that an update moves for a voxel, a volume of floats, 128^3"
     yield {"title": title, "rows": traffic.table(128)}
-    n = 512 if is_large else 256
     rows = {
-        name: alone.memory(n, tolerance)
-        for name, tolerance in (("rigid", 0), ("rigid, within 0.02", contestants.TOLERANCE))
+        f"{n}^3{told}": alone.memory(n, tolerance)
+        for n in ((64, 128, 256, 512) if is_large else (64, 128, 256))
+        for told, tolerance in contestants.TOLERANCES.items()
     }
     if all(rows.values()):
-        title = f"memory of an update, labels and a scalar of one byte, {n}^3, in MB"
-        yield {"title": title, "rows": rows}
+        yield {"title": "memory of an update, labels and a scalar of one byte, in MB", "rows": rows}
     if is_large:
         yield {"title": "start of a program, in milliseconds", "rows": alone.starts()}
+
+
+def growth(tables):
+    """A table of exponents e: figures of the `tables` grow as size^e, in the mean of all sizes."""
+    rows = {}
+    for what, start, figure in (
+        ("time by points of the grid", "displacement map by the size of the grid", "median"),
+        ("time by control points", "displacement map by the number of control points", "median"),
+        ("time by steps", "displacement map by the number of steps", "median"),
+        ("memory beside by points of the grid", "memory of an update", "beside"),
+    ):
+        for table in (table for table in tables if table["title"].startswith(start)):
+            for told in contestants.TOLERANCES:
+                measured = {
+                    _size(name.removesuffix(told)): figures[figure]
+                    for name, figures in table["rows"].items()
+                    if name.removesuffix(told).removesuffix("^3").isdigit()
+                    and name.endswith(told)
+                    and figures[figure] > 0
+                }
+                if len(measured) > 1:
+                    slope = np.polyfit(*np.log([[*measured], [*measured.values()]]), 1)[0]
+                    least, most = min(measured), max(measured)
+                    rows[what + told] = {"from": least, "to": most, "exponent": round(slope, 3)}
+    yield {"title": "growth, as exponents", "rows": rows}
+
+
+def _size(name):
+    """The size that the name of a row has: a number, or that of the points of a grid."""
+    return int(name.removesuffix("^3")) ** (3 if name.endswith("^3") else 1)
 
 
 def machine():

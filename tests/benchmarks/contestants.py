@@ -23,7 +23,7 @@ from vtk_mls.rendering.map_layers import layers
 from vtk_mls.rendering.pace import MapPace
 
 TOLERANCE = 0.02  # voxels
-_TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by what is told of them
+TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by what is told of them
 KINDS = {
     "affine": {"kind": "affine"},
     "rigid": {"kind": "rigid"},
@@ -36,7 +36,13 @@ KINDS = {
 def maps(n):
     """Everyone who makes a displacement map, as (name, function)."""
     rest, deformed = handles(n)
-    for name, ours in _ours(n):
+    features = {f"rigid, {name}": options for name, options in _features(n).items()}
+    steps = {"rigid, 16 steps": {"steps": 16}}
+    others = {
+        name: vtk_mls.Deformation(rest, deformed, **options)
+        for name, options in {**features, **steps}.items()
+    }
+    for name, ours in {**dict(_ours(n)), **others}.items():
         yield name, lambda ours=ours: ours.displacement_field((n, n, n))
     to_grid = peers.to_grid(n, rest, deformed)
     yield "vtkTransformToGrid (TPS)", lambda: again(to_grid)
@@ -57,7 +63,7 @@ def maps_by_grid(sizes):
     """The rigid map of growing grids, as (name, function)."""
     for n in sizes:
         rest, deformed = handles(n)
-        for told, tolerance in _TOLERANCES.items():
+        for told, tolerance in TOLERANCES.items():
             ours = vtk_mls.Deformation(rest, deformed, map_tolerance=tolerance)
             yield f"{n}^3{told}", lambda ours=ours, n=n: ours.displacement_field((n, n, n))
 
@@ -133,13 +139,22 @@ def meshes(n):
     yield from peers.transform_filters(mesh, rest, deformed)
 
 
+def maps_by_steps(n):
+    """The rigid map of a grid by growing numbers of steps, as (name, function)."""
+    rest, deformed = handles(n)
+    for steps in (1, 4, 16, 64):
+        for told, tolerance in TOLERANCES.items():
+            ours = vtk_mls.Deformation(rest, deformed, steps=steps, map_tolerance=tolerance)
+            yield f"{steps}{told}", lambda ours=ours: ours.displacement_field((n, n, n))
+
+
 def maps_of_many(n, most):
     """The rigid map of a grid by growing numbers of control points, as (name, function)."""
-    for count in (4, 15, 64, 256, 1024, 10_000, 100_000):
+    for count in (4, 15, 64, 256, 1024, 20_000, 100_000):
         if count > most:
             return
         rest, deformed = handles(n, count)
-        for told, tolerance in _TOLERANCES.items():
+        for told, tolerance in TOLERANCES.items():
             ours = vtk_mls.Deformation(rest, deformed, map_tolerance=tolerance)
             yield f"{count}{told}", lambda ours=ours: ours.displacement_field((n, n, n))
         if count <= 1024:  # it solves a full system of equations
@@ -196,17 +211,19 @@ def live_maps():
     """
     n = 64
     grid = vtk_mls.Grid((n, n, n))
-    for name, count, cuts in (
-        ("rigid", HANDLES, []),
-        ("rigid, 500 control points", 500, []),
-        ("plane", HANDLES, [vtk_mls.Plane((n / 2, n / 2, n / 2), (1, 0.1, 0.2))]),
-        ("half-plane", HANDLES, [_half_plane(n)]),
+    plane = vtk_mls.Plane((n / 2, n / 2, n / 2), (1, 0.1, 0.2))
+    for name, count, options in (
+        ("rigid", HANDLES, {}),
+        ("rigid, 500 control points", 500, {}),
+        ("plane", HANDLES, {"cuts": [plane]}),
+        ("half-plane", HANDLES, {"cuts": [_half_plane(n)]}),
+        *((name, HANDLES, options) for name, options in _features(n).items()),
     ):
         rest, deformed = handles(n, count)
         places, pace = _dragged(n, deformed), MapPace(n)
 
-        def make(nodes, cuts=cuts, rest=rest, places=places):
-            value = vtk_mls.Deformation(rest, next(places), cuts=cuts)
+        def make(nodes, options=options, rest=rest, places=places):
+            value = vtk_mls.Deformation(rest, next(places), **options)
             spacing = (n - 1) / (nodes - 1)
             layers(value, vtk_mls.Grid((nodes,) * 3, spacing=(spacing,) * 3) if nodes < n else grid)
 
@@ -248,6 +265,22 @@ def _kinds(n):
     rest, deformed = handles(n)
     for name, options in KINDS.items():
         yield name, vtk_mls.Deformation(rest, deformed, **options)
+
+
+def _features(n):
+    """Options of maps with more than control points and cuts, by what is told of them."""
+    along = np.linspace(0.2 * n, 0.8 * n, 17)
+    line = np.stack([along, 0.3 * n + 0.1 * n * np.sin(along), along], axis=1)
+    turn = np.eye(4)
+    turn[:3, 3] = 0.03 * n
+    places = [np.where([a, b, 0], 0.75, 0.25) * n for a in (0, 1) for b in (0, 1)]
+    balls = [vtk_mls.RegionHandle(vtk_mls.Ball(place, 0.08 * n), turn) for place in places]
+    return {
+        "4 steps": {"steps": 4},
+        "a curve of 16 segments": {"handles": [vtk_mls.CurveHandle(line, line + 0.03 * n)]},
+        "4 regions": {"handles": balls},
+        "a mask": {"mask": vtk_mls.BallMask([n / 2] * 3, 0.3 * n, 0.1 * n)},
+    }
 
 
 def _half_plane(n):

@@ -30,6 +30,8 @@ The **bytes** of a point are those of each array that is read or written, once: 
 be faster than the memory. Both stand beside the peaks that other kernels have reached on the same
 device: fused multiply-adds, and copies in memory. What an update moves for a voxel is counted where
 buffers are made; its memory **beside** input and output is the largest that the system has told.
+An **exponent** e says that a figure grows as size^e, fitted to all sizes of a table: 1 is in
+proportion, and less where a part of the work does not depend on the size.
 
 To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
 `make pages`. It measures the first GPU, else the fastest driver for the CPU, or what

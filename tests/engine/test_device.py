@@ -11,7 +11,7 @@ from control_point_sets import DEVICES, LOCAL_POINTS
 from vtk_mls import Deformation, DeviceError
 from vtk_mls.base.resources import resource
 from vtk_mls.engine import dispatch, engine
-from vtk_mls.engine.device import device_check
+from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.reference import engine as reference
@@ -55,6 +55,19 @@ def test_first_gpu_else_fastest_cpu(found):
     faster = dataclasses.replace(CPU, key="2:0", name="Faster")
     found(CPU, faster, faster=device_check.Result(4, speed=2.0))
     assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
+
+
+def test_a_driver_known_to_be_the_fastest_saves_the_checks_of_others(found, monkeypatch):
+    monkeypatch.setattr(drivers, "is_fastest", lambda platform: platform == "Known")
+    known = dataclasses.replace(CPU, key="2:0", name="Known", platform="Known")
+    asked, quick = [], device_check.Result(4, speed=2.0)
+    found(CPU, known, slow=quick)
+    results = device_check.results
+    monkeypatch.setattr(device_check, "results", lambda some: asked.extend(some) or results(some))
+    assert key_of(dispatch.choose()) == known.key
+    assert asked == [known]
+    found(CPU, known, known=BAD)
+    assert key_of(dispatch.choose()) == CPU.key
 
 
 def test_a_device_gets_its_checked_width(found):

@@ -31,7 +31,8 @@ STUB = """
 import json, os, signal, sys, time
 folder = os.path.dirname(sys.argv[1])
 with open(os.path.join(folder, "request.json")) as file:
-    lanes = json.load(file)["arguments"][0]["lanes"]
+    request = json.load(file)["arguments"][0]
+lanes, part = request["lanes"], request["part"]
 def report(**message):
     print({mark!r} + json.dumps(message), flush=True)
 report(step="the first step")
@@ -121,6 +122,30 @@ def test_a_driver_that_fails_at_every_width(child, monkeypatch):
     assert device_check.results([FAKE]) == [result]  # not tried again and again
     assert device_check.results([FAKE], recheck=True)[0].lanes == 16
     assert device_check.results([FAKE])[0].lanes == 16
+
+
+def test_children_share_the_checks(child, monkeypatch):
+    monkeypatch.setattr(device_check, "_processors", lambda: 2)
+    child("lanes += part[0]")
+    assert device_check.results([FAKE])[0] == Result(16, speed=34e6)  # of the last, or alone
+    child(f"if lanes > 4 and part == [1, 2]: {LIES}\nif lanes > 4: {HANGS}")
+    (result,) = device_check.results([FAKE], recheck=True)
+    assert result.lanes == 4  # without a wait for the other children
+    assert all("wrong numbers" in failure for failure in result.failures)
+    gpu = dataclasses.replace(FAKE, kind="gpu")
+    child("assert part == [0, 1]")
+    assert device_check.results([gpu])[0].lanes == 1
+
+
+def test_what_a_check_has_built_is_kept_if_it_passes(child, fresh, monkeypatch):
+    build = """
+path = os.path.join(os.environ["XDG_CACHE_HOME"], "vtk_mls", "kernels", f"key{lanes}")
+os.makedirs(path, exist_ok=True)
+open(os.path.join(path, "binary"), "w").close()"""
+    child(f"{build}\nif lanes == 16: {LIES}")
+    assert device_check.results([FAKE])[0].lanes == 8
+    kept = fresh / "cache" / "vtk_mls" / "kernels"
+    assert [str(path.relative_to(kept)) for path in kept.rglob("*")] == ["key8", "key8/binary"]
 
 
 @pytest.mark.parametrize(
@@ -254,7 +279,7 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
     [
         ("jacobian", "answer + 0.01", "rigid Jacobian, cut: off by 0.01"),
         ("jacobian", "answer * float('nan')", "rigid Jacobian, cut: off by nan"),
-        ("forward", "(answer[0] + 0.1, answer[1])", "rigid inverse, cut: off by "),
+        ("forward", "(answer[0] + 0.1, answer[1])", "similarity inverse, fixed cut: off by "),
     ],
 )
 def test_wrong_numbers_are_noticed(question, changed, found, fresh, monkeypatch):

@@ -46,6 +46,7 @@ def test_the_page_is_that_of_the_results(benchmarks):
         ("maps_by_alpha", (8,), "rigid, 1"),
         ("maps_of_many", (8, 15), "15"),
         ("maps_with_cuts", (8,), "0 planes"),
+        ("maps_by_steps", (8,), "1"),
     ],
 )
 def test_who_is_asked_answers(question, sizes, base, benchmarks, capsys):
@@ -56,6 +57,26 @@ def test_who_is_asked_answers(question, sizes, base, benchmarks, capsys):
     assert all(name in printed for name in rows)
     assert len(rows) > 3
     assert not any(figures["smallest"] <= 0 for figures in rows.values())
+
+
+def test_growth_has_the_exponents_of_times_and_of_memory(benchmarks):
+    """Times that grow as size^0.5, within a tolerance as size^0.25; the memory as size^1."""
+    sizes = {f"{n}^3": n**3 for n in (8, 16, 32)}
+    times = {name: {"median": size**0.5} for name, size in sizes.items()}
+    times |= {f"{name}, within 0.02": {"median": size**0.25} for name, size in sizes.items()}
+    memory = {name: {"beside": 2.0 * size} for name, size in sizes.items()}
+    tables = [
+        {"title": "displacement map by the size of the grid", "rows": times},
+        {"title": "memory of an update, in MB", "rows": memory},
+        {"title": "displacement map by alpha, 64^3", "rows": {"rigid, 1": {"median": 1}}},
+    ]
+    (table,) = benchmarks.bench.growth(tables)
+    assert {name: row["exponent"] for name, row in table["rows"].items()} == {
+        "time by points of the grid": 0.5,
+        "time by points of the grid, within 0.02": 0.25,
+        "memory beside by points of the grid": 1,
+    }
+    assert table["rows"]["time by points of the grid"]["to"] == 32**3
 
 
 def test_tables_may_have_columns_of_their_own(benchmarks):

@@ -60,8 +60,10 @@ def choose(name: str | None = None) -> devices.Device | None:
             if working := _working([device]):
                 return working[0]
     cpus = [device for device in found if device.kind == "cpu" and devices.is_free(device)]
-    if name in ("cpu", None) and (working := _working(cpus)):
-        return working[0]
+    for is_fastest in (True, False) if name in ("cpu", None) else ():  # which saves checks
+        alike = [device for device in cpus if drivers.is_fastest(device.platform) == is_fastest]
+        if working := _working(alike):
+            return working[0]
     install = f"install your GPU's driver, or one for the CPU: {drivers.advice()}"
     missing = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
     if not found:

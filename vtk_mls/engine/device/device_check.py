@@ -1,6 +1,6 @@
-"""Checks an OpenCL device once before its first use, in a child process.
+"""Checks an OpenCL device once before its first use, in child processes.
 
-Drivers miscompile, crash and hang. The child runs the kernels on the device and compares them with
+Drivers miscompile, crash and hang. The children run the kernels on the device and compare them with
 the numpy reference (`kernel_checks`). The result says whether the device may be used, and with how
 many points per work item. It is saved in the user's cache folder, one file per driver, processor
 and version of the kernels.
@@ -15,10 +15,12 @@ import json
 import os
 import platform
 import re
+import shutil
 import subprocess
 import tempfile
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -37,6 +39,8 @@ STEP_TIMEOUT = 120
 # A failure at every width, or a timeout, may be the fault of a busy machine: checked again then.
 RETRY_SECONDS = 24 * 3600
 MARK = "vtk_mls device check: "  # before each JSON line of the child
+# Children that share the checks of a CPU: compilers build one kernel at a time in a process.
+_MOST_CHILDREN = 4
 _TIMED_OUT = "it does not come to an end"
 _CHECK = "vtk_mls.commands.kernel_checks:main"  # called by the child
 # The child is not a process of the parent's MPI job.
@@ -213,7 +217,7 @@ def _check(pending):
             yield name, Result(device.widths[0], is_checked=False)
         return
     names = ", ".join(f"{device.name} ({device.platform})" for device in pending.values())
-    inform(f"Testing OpenCL on {names} before its first use, once: up to a minute or two ...")
+    inform(f"Testing OpenCL on {names} before its first use, once: some ten seconds ...")
     for name, device in pending.items():
         result = _check_device(device)
         if result.is_checked:
@@ -226,7 +230,7 @@ def _check_device(device):
     failures = []
     for lanes in device.widths:
         try:
-            return Result(lanes, tuple(failures), _run_child(device, lanes))
+            return Result(lanes, tuple(failures), _run_children(device, lanes))
         except _UncheckableError as error:
             warn(
                 f"{device} cannot be checked ({error}): it is used with the widest "
@@ -243,19 +247,52 @@ def _check_device(device):
     return Result(0, tuple(failures))
 
 
-def _run_child(device, lanes):
-    """Points per second of a device that computes right, with caches of the child's own."""
+def _run_children(device, lanes):
+    """Points per second of a device that computes right, with caches of the children's own."""
+    count = min(_processors(), _MOST_CHILDREN) if device.kind == "cpu" else 1
     request = {"device": description(device), "lanes": lanes}
     with tempfile.TemporaryDirectory(prefix="vtk_mls-", ignore_cleanup_errors=True) as folder:
         options = {"env": _child_environment(folder), "text": True, "errors": "replace"}
         # Standard input is not free: pvpython reads it.
         streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE}
         streams["stderr"] = subprocess.STDOUT
-        try:
-            with child_process.started(_CHECK, request, **streams, **options) as (child, _):
-                return _speed_from(child)
-        except OSError as error:
-            raise _UncheckableError(str(error)) from error
+        with contextlib.ExitStack() as stack:
+            children = []
+            for part in range(count):
+                started = child_process.started(
+                    _CHECK, {**request, "part": (part, count)}, **streams, **options
+                )
+                try:
+                    children.append(stack.enter_context(started)[0])
+                except OSError as error:
+                    raise _UncheckableError(str(error)) from error
+            pool = stack.enter_context(ThreadPoolExecutor(count))
+            for child in children:  # at the first failure: readers end with them
+                stack.callback(child.kill)
+            found = as_completed([pool.submit(_speed_from, child) for child in children])
+            speed = max(speed.result() for speed in found)  # the last child is alone
+        _keep_kernels(Path(folder))
+        return speed
+
+
+def _processors():
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _keep_kernels(folder):
+    """Move kernels that children have built to the user's `caches.kernel_folder`."""
+    cache = caches.folder()
+    for built in folder.glob("vtk_mls/kernels/*/binary") if cache else ():
+        kept = cache / built.parent.relative_to(folder)
+        new = kept.with_suffix(f".{os.getpid()}")  # as another process never sees a part of it
+        with contextlib.suppress(OSError):
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            if not kept.exists():
+                shutil.move(built.parent, new)
+                new.replace(kept)
 
 
 def _child_environment(folder):
