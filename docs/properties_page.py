@@ -36,6 +36,7 @@ What the filters write beside the arrays of their inputs, which they carry along
 _IN_PARAVIEW = {
     "Cuts": "in ParaView the input of this name is all there is",
     "Mask": "in ParaView the input of this name is all there is",
+    "Reference": "in ParaView the input of this name is all there is",
     "Handles": "in ParaView the cells of ControlPoints are all there is",
     "Constraints": "not in ParaView",
 }

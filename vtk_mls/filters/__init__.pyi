@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
+from vtk_mls.base.grid import Grid
 from vtk_mls.cuts import Cut
 from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
@@ -403,6 +404,17 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetOutputOrigin(self) -> tuple[float, ...]: ...
+    def SetReference(self, value: Grid | vtkImageData | None) -> None:
+        """Image whose grid the output of an image has, with its directions; only the place of its
+        points counts.
+
+        Or input port 5, which does not count then. OutputGrid does not count with either. A
+        warning says if nothing of the input arrives there. Meshes are an error.
+
+        A vtkImageData or a `vtk_mls.Grid`; default: None.
+        """
+
+    def GetReference(self) -> Grid | vtkImageData | None: ...
     def SetHideVoid(self, value: bool) -> None:
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
         clip or contour by VoidDistance at 0, which gives a smooth face.
@@ -549,6 +561,8 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def DisconnectMask(self) -> Any: ...
     def DisconnectDeformedControlPoints(self) -> Any: ...
     def updated_deformation(self, info=None) -> Any: ...
+    def DisconnectReference(self) -> Any: ...
+    def has_reference(self) -> Any: ...
     def output_geometry(self, source, make_deformation) -> Any: ...
 
 class MLSDisplacementField(VTKPythonAlgorithmBase):

@@ -85,9 +85,9 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     process requests the whole of a mask.
     """
 
-    def __init__(self, output_type="vtkImageData"):
+    def __init__(self, output_type="vtkImageData", input_ports=5):
         super().__init__(
-            nInputPorts=5, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
+            nInputPorts=input_ports, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
         self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()

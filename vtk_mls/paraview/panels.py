@@ -189,6 +189,16 @@ _MASK = data_input(
     panel_visibility="advanced",
 )
 
+_REFERENCE = data_input(
+    "Reference",
+    5,
+    "vtkImageData",
+    """Image whose grid the output has (optional), with its directions, for an input that is an
+    image: the target of a registration.""",
+    xml("Hints", xml("Optional")),
+    clean_command="DisconnectReference",
+)
+
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
 _WHERE_IT_ACTS = [
     *elements(_LIMITS),
@@ -229,11 +239,13 @@ _LIVE = check_box(
 )
 
 
-def _filter_panel(description, input_property, middle, *properties):
+def _filter_panel(description, inputs, middle, *properties):
     """The panel of a filter.
 
     The short properties, of map and cut, come first; the long tables of the handles follow.
+    `inputs` are the input Input, and others of its own.
     """
+    input_property, *others = inputs
     return [
         documentation(description, short_help=MOUSE_HELP),
         *elements(tables.MAP),
@@ -243,6 +255,7 @@ def _filter_panel(description, input_property, middle, *properties):
         _DEFORMED_CONTROL_POINTS,
         _CUTS,
         _MASK,
+        *others,
         element(tables.HANDLE_SHAPES_CHOICE),
         *_CUT,
         *middle,
@@ -259,17 +272,20 @@ DEFORM = _filter_panel(
     moving least squares. Arrays of an image are resampled; points of a mesh are moved by the exact
     inverse, so that both stay together. Cuts open the data: the array Void marks the void in an
     image, and cells of a mesh are split along the cuts.""",
-    data_input(
-        "Input",
-        0,
-        "vtkDataSet",
-        "The image or mesh to deform.",
-        input_arrays("arrays", "any"),
-        input_arrays("scalars", "point", components=1),
-        input_arrays("gradients", "any", components=3),
-    ),
+    [
+        data_input(
+            "Input",
+            0,
+            "vtkDataSet",
+            "The image or mesh to deform.",
+            input_arrays("arrays", "any"),
+            input_arrays("scalars", "point", components=1),
+            input_arrays("gradients", "any", components=3),
+        ),
+        _REFERENCE,
+    ],
     [_LIVE],
-    *tables.SAMPLING,
+    *(prop for prop in tables.SAMPLING if prop is not tables.REFERENCE),
     *tables.VOID,
     tables.OVERLAP,
     *tables.VECTORS,
@@ -280,12 +296,14 @@ DEFORM = _filter_panel(
 DISPLACEMENT_FIELD = _filter_panel(
     """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
     point that the material now at v came from.""",
-    data_input(
-        "Input",
-        0,
-        "vtkDataSet",
-        "Gives the grid of the field: its own if it is an image, else a grid over its bounds.",
-    ),
+    [
+        data_input(
+            "Input",
+            0,
+            "vtkDataSet",
+            "Gives the grid of the field: its own if it is an image, else a grid over its bounds.",
+        )
+    ],
     [],
     tables.INVERSE,
     tables.SAMPLE_DIMENSIONS,
