@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 from file_fixtures import MESHES, NRRD, NRRD_DATA
 from test_mesh_files import collection, many_blocks, write_tetrahedra
-from test_point_files import ANTS, BIGWARP, ELASTIX, SLICER, TRANSFORMIX
+from test_point_files import ANTS, BIGWARP, ELASTIX, IDAV, MINC, SLICER, TRANSFORMIX
 from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
 from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -134,6 +134,9 @@ def _make_files():
     }.items():
         Path(name).write_text(text)
         jobs += [(role, [name]) for role in ("handles", "landmarks")]
+    Path("idav.pts").write_text(IDAV)
+    Path("minc.tag").write_text(MINC)
+    jobs += [("landmarks", [name]) for name in ("idav.pts", "minc.tag")]
     for suffix in (".fcsv", ".mrk.json", ".pts"):
         jobs += [(role, [f"handles{suffix}"]) for role in ("landmarks", "deformed")]
     control_point_files.write("rest.fcsv", REST, REST)
