@@ -15,7 +15,8 @@ from vtk_fixtures import (
     update,
     values_of,
 )
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
@@ -111,6 +112,22 @@ def test_little_of_the_reference_is_requested_and_its_changes_count():
     source.SetWholeExtent(0, 4, 0, 4, 0, 4)
     assert update(deform).GetDimensions() == (5, 5, 5)
     assert run.count == 1
+
+
+def test_directions_that_come_with_the_data_count():
+    """As in ParaView 5.11, whose post filter leaves them out of the pipeline's information."""
+    target, producer = reference(), vtkTrivialProducer()
+    producer.SetOutput(target)
+    deform = deforming(smooth_image())
+    deform.SetInputConnection(5, producer.GetOutputPort())
+    deform.AddObserver(
+        "StartEvent",
+        lambda *_: deform.GetInputInformation(5, 0).Remove(vtkDataObject.DIRECTION()),
+    )
+    output = update(deform)
+    np.testing.assert_array_equal(
+        values_of(output, "values"), values_of(update(deforming(smooth_image(), target)), "values")
+    )
 
 
 def test_each_block_comes_to_the_reference():

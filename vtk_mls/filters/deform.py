@@ -149,7 +149,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         with suppress(TypeError, ValueError, RuntimeError):
             whole = self.output_geometry(source, lambda: self.updated_deformation(out_info))
             target = self._requested_part(whole, out_info)
-            if target == whole or source.is_empty:
+            if target == whole or source.is_empty or self._lacks_directions():
                 return
             pipeline.request_extent(info, pipeline.first_cell(source))
             if not target.is_empty:

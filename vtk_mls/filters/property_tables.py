@@ -406,6 +406,9 @@ DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALIT
 # MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)
 
+# MLSLandmarkReport
+LANDMARK_REPORT = (next(prop for prop in COMPUTING if prop.name == "Device"),)
+
 # MLSControlPoints
 MODE = Choice(
     "Mode",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from dataclasses import replace
+
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Grid
@@ -50,7 +52,7 @@ class ReferenceInput:
         if not self.has_reference():
             return None
         if value is None:
-            found = ImageGeometry.of_information(self.GetExecutive().GetInputInformation(PORT, 0))
+            found = self._input_geometry()
         elif isinstance(value, vtkImageData):
             found = ImageGeometry.of_image(value)
         elif isinstance(value, Grid):
@@ -62,10 +64,29 @@ class ReferenceInput:
             raise ValueError("`Reference` is an empty image; it must have at least one point")
         return found
 
+    def _input_geometry(self):
+        """ImageGeometry of the input; its directions may not be known before it is updated."""
+        info = self._reference_information()
+        found, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
+        if image is None or not self._lacks_directions():
+            return found
+        return replace(found, direction=ImageGeometry.of_image(image).direction)
+
+    def _lacks_directions(self):
+        """Whether only the data of the input have its directions: so it is in ParaView 5.11."""
+        info = self._reference_information()
+        return info is not None and not info.Has(vtkDataObject.DIRECTION())
+
+    def _reference_information(self):
+        """The pipeline information of the input, or None."""
+        if not self.GetNumberOfInputConnections(PORT):
+            return None
+        return self.GetExecutive().GetInputInformation(PORT, 0)
+
     def _request_reference(self):
         """Request as little of the input as possible: its values do not count."""
-        if self.GetNumberOfInputConnections(PORT):
-            info = self.GetExecutive().GetInputInformation(PORT, 0)
+        info = self._reference_information()
+        if info is not None:
             geometry = ImageGeometry.of_information(info)
             pipeline.request_extent(info, pipeline.first_cell(geometry))
 

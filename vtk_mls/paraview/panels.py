@@ -91,15 +91,15 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
-def _control_point_array(name, index, default, domain, text):
-    """A choice among the point arrays of the control points, without ParaView's own guess."""
+def _control_point_array(name, index, default, domain, text, source="ControlPoints"):
+    """A choice among the point arrays of an input, without ParaView's own guess."""
     return vector(
         "String",
         name,
         f"{index};1;0;0;{default}",
         text,
-        array_choice(domain, "ControlPoints"),
-        xml("Hints", xml("NoDefault"), shown_when("ControlPoints", "null", inverse=1)),
+        array_choice(domain, source),
+        xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
         default_values_delimiter=";",
         command="SetInputArrayToProcess",
         number_of_elements=5,
@@ -107,6 +107,29 @@ def _control_point_array(name, index, default, domain, text):
         animateable=0,
         panel_visibility="advanced",
     )
+
+
+def _arrays_of(source):
+    """The choices of the arrays of control points on an input."""
+    return [
+        _control_point_array(
+            "DisplacementArray",
+            0,
+            DISPLACEMENT,
+            "vectors",
+            "Point vector array of the control points with their displacement q - p.",
+            source,
+        ),
+        _control_point_array(
+            "WeightArray",
+            1,
+            WEIGHT,
+            "factors",
+            """Point array of the control points with a positive factor for each; without it all
+            factors are 1.""",
+            source,
+        ),
+    ]
 
 
 # A property that names another property creates it, here ControlPoints, and ParaView's menu
@@ -124,21 +147,7 @@ _HANDLES = [
         panel_visibility="advanced",
     ),
     element(_WEIGHTS),
-    _control_point_array(
-        "DisplacementArray",
-        0,
-        DISPLACEMENT,
-        "vectors",
-        "Point vector array of the control points with their displacement q - p.",
-    ),
-    _control_point_array(
-        "WeightArray",
-        1,
-        WEIGHT,
-        "factors",
-        """Point array of the control points with a positive factor for each; without it all
-        factors are 1.""",
-    ),
+    *_arrays_of("ControlPoints"),
 ]
 
 _CONTROL_POINTS = data_input(
@@ -310,6 +319,38 @@ DISPLACEMENT_FIELD = _filter_panel(
     tables.OVERLAP,
     *tables.JACOBIAN,
 )
+
+LANDMARK_REPORT = [
+    xml("OutputPort", name="Pairs", index=0),
+    xml("OutputPort", name="Settings", index=1),
+    documentation(
+        """Predicts each pair of landmarks, p and q, from all others. The table Pairs has the error
+        of each, outliers, and pairs whose labels look swapped; the table Settings the median error
+        of each kind, alpha and smoothing that was tried, the best first.""",
+        short_help="""Pairs: the error of each when it is left out, outliers, swapped labels.
+        Settings: what was tried, the best first. Show the tables in a SpreadSheet View.""",
+    ),
+    data_input(
+        "Input",
+        0,
+        "vtkPointSet",
+        """Pairs of landmarks: control points, as of MLS Control Points. Points are p, and a point
+        vector array holds q - p.""",
+        input_arrays("vectors", "point", components=3),
+        input_arrays("factors", "point", components=1),
+    ),
+    data_input(
+        "DeformedControlPoints",
+        1,
+        "vtkPointSet",
+        """The points of the input, moved (optional): paired with those by their numbers, they are
+        q, instead of a displacement array.""",
+        xml("Hints", xml("Optional")),
+        clean_command="DisconnectDeformedControlPoints",
+    ),
+    *_arrays_of("Input"),
+    *elements(tables.LANDMARK_REPORT),
+]
 
 _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 
