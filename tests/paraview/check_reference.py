@@ -77,11 +77,11 @@ q = p + 4 * np.sin(p[:, ::-1] / 40) + [3, 0, 0]
 q[3] += (25, -10, 5)
 q[[5, 11]] = q[[11, 5]]
 pairs = control_points(p, q)
-check = simple.MLSLandmarkReport(Input=pairs)
+check = simple.MLSLandmarkReport(Input=pairs, Device="reference")
 check.UpdatePipeline()
 table = servermanager.Fetch(check, idx=0)
 settings = servermanager.Fetch(check, idx=1)
-wanted = report(p, q)
+wanted = report(p, q, device="reference")
 assert texts(table, "Name")[:3] == ["1", "2", "3"]
 assert np.flatnonzero(numbers(table, "Outlier")).tolist() == [3, 5, 11]
 assert texts(table, "SwappedWith")[5] == "12"
