@@ -56,10 +56,14 @@ class PendingFilter:
         """ImageGeometry of a whole deformed vtkImageData."""
         return self._filter.output_geometry(ImageGeometry.of_image(image), lambda: self.deformation)
 
-    @property
-    def is_fitted(self):
-        """Whether the grid of the output contains the whole deformed image."""
-        return self._filter.GetOutputGrid() == "fitted" and not self._filter.has_reference()
+    def limits(self, image):
+        """The Grid within which a volume, a vtkImageData, is drawn; None for all of it.
+
+        A fitted grid contains all of it; that of a Reference can have other directions.
+        """
+        if self._filter.has_reference() or self._filter.GetOutputGrid() == "fitted":
+            return None
+        return self.geometry(image).grid
 
     def image(self, image, extent):
         """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
