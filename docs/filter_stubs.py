@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
+from vtk_mls.base.grid import Grid
 from vtk_mls.cuts import Cut
 from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
@@ -32,6 +33,7 @@ _VALUES = {
     "Cuts": "Cut",
     "Handles": "Handle",
     "Constraints": "FixedFace",
+    "Reference": "Grid | vtkImageData | None",
     "Mask": "Mask | vtkImageData | None",
     "InitialTransform": "Transform | str | PathLike[str] | None",
 }

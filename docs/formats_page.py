@@ -51,11 +51,17 @@ Without a header, lines are `px,py,pz,qx,qy,qz[,weight]` or `x,y,z`, after a lab
 of BigWarp: name, `true` or `false`, moving x,y,z, fixed x,y,z. Cells are separated by commas, tabs,
 blanks or semicolons; numbers between semicolons or tabs may have decimal commas.
 
-Nothing is guessed. A file of control points with `x,y,z` and other columns that may be a position
-(`u,v,w` or `x_sym,y_sym,z_sym`) is an error that says how to rename them. The header `0,1,2,..`
-that pandas writes for columns without names is taken for one if there is an index column, if a
-column has texts in all other lines, or if no number in the other lines is an integer (`40`, not
-`40.0`). Otherwise it may be a point, which is an error, too.
+In tag points of MINC with two volumes, p is the point of the second volume and q that of the first,
+for MINC's programs move the second onto the first. Points of IDAV Landmark at 9999, 9999, 9999 are
+missing.
+
+Nothing is guessed. Numbers that fit none of these rules are an error that asks which column is
+what; so are seven numbers of which the first or the last can be an index. A file of control points
+with `x,y,z` and other columns that may be a position (`u,v,w` or `x_sym,y_sym,z_sym`) is an error
+that says how to rename them. The header `0,1,2,..` that pandas writes for columns without names is
+taken for one if there is an index column, if a column has texts in all other lines, or if no number
+in the other lines is an integer (`40`, not `40.0`). Otherwise it may be a point, which is an error,
+too.
 """
 TRANSFORMS = """`vtk_mls.io.read_transform` and `write_transform`; also `vtk-mls field`, but `.mat`.
 Transforms of ITK may be linear, displacement fields, or composites of them; B-splines are not read.

@@ -28,6 +28,12 @@ Which point arrays of the input ControlPoints hold q - p and weights, if not `Di
 `Weight`, say `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)` and
 the same with 1 first; in ParaView the properties DisplacementArray and WeightArray. Drag and
 LatticeDimensions of ParaView's panel are for the mouse alone."""
+REPORT = """\
+Two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed, Moved, Error (when
+left out), Outlier, SwappedWith; its field data have Recommended, SmallestDeterminant and Summary.
+*Settings* has a row for each setting that was tried, the best first: Kind, Degree, Alpha,
+Smoothing, Median, Options, Recommended; Alpha 0 is one map for all. Arrays of the input are chosen
+as above."""
 OUTPUTS = """\
 What the filters write beside the arrays of their inputs, which they carry along: from
 `vtk_mls/vtk/array_table.py`, which a test compares with what they do write.
@@ -36,6 +42,7 @@ What the filters write beside the arrays of their inputs, which they carry along
 _IN_PARAVIEW = {
     "Cuts": "in ParaView the input of this name is all there is",
     "Mask": "in ParaView the input of this name is all there is",
+    "Reference": "in ParaView the input of this name is all there is",
     "Handles": "in ParaView the cells of ControlPoints are all there is",
     "Constraints": "not in ParaView",
 }
@@ -44,6 +51,7 @@ SECTIONS = (
     ("MLSDeform", "Beside those above:", tables.DEFORM),
     ("MLSDisplacementField", "Beside those above:", tables.DISPLACEMENT_FIELD),
     ("MLSControlPoints", "", tables.CONTROL_POINTS),
+    ("MLSLandmarkReport", REPORT, tables.LANDMARK_REPORT),
 )
 
 

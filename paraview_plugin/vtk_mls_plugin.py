@@ -1,4 +1,4 @@
-"""ParaView plugin: the filters MLSDeform and MLSDisplacementField, the source MLSControlPoints.
+"""ParaView plugin: MLSDeform, MLSDisplacementField, MLSLandmarkReport, and MLSControlPoints.
 
 In the GUI: Tools > Manage Plugins > Load New, then choose this file.  In pvpython:
 `LoadPlugin("/path/to/vtk_mls_plugin.py", ns=globals())`.
@@ -28,6 +28,7 @@ from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView finds them here
     MLSDeform,
     MLSDisplacementField,
     MLSImageReader,
+    MLSLandmarkReport,
 )
 
 color_maps.add_defaults()

@@ -406,10 +406,13 @@ def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmar
 
 
 def control_points(
-    rest: Landmarks, deformed: Landmarks | None = None, between: Sequence[Landmarks] = ()
+    rest: Landmarks,
+    deformed: Landmarks | None = None,
+    between: Sequence[Landmarks] = (),
+    pair_by: str = "",
 ) -> vtkPolyData:
     """Control-point polydata of `landmarks.paired(...)`, checked as for a map."""
-    pairs = paired(rest, deformed, between)
+    pairs = paired(rest, deformed, between, pair_by)
     polydata = vtkPolyData()
     with failures_named(rest.path):
         points = pairs.rest, pairs.deformed, pairs.weights

@@ -9,8 +9,8 @@ from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io
 from vtk_mls.cli import main
-from vtk_mls.commands import remarks
 from vtk_mls.files import control_point_files
+from vtk_mls.queries import arrival
 from vtk_mls.vtk.arrays import ImageGeometry
 
 COMMANDS = {
@@ -131,11 +131,11 @@ def test_what_few_points_show_is_not_called_nothing():
     source = Grid((2, 2, 2), (100, 100, 100), (0.1, 0.1, 0.1))
     target = Grid((65, 65, 65))
     index = np.array([(31, 31, 31)])
-    assert not (remarks._coarse(target).points() == index).all(axis=1).any()
+    assert not (arrival.coarse(target).points() == index).all(axis=1).any()
     deformation = Deformation(source.at([(0.5, 0.5, 0.5)]), index, device=FAST)
-    assert remarks._arrives(deformation, source, target)
+    assert arrival.arrives(deformation, source, target)
     deformation = Deformation(source.at([(0.5, 0.5, 0.5)]), index + 0.5, device=FAST)
-    assert not remarks._arrives(deformation, source, target)
+    assert not arrival.arrives(deformation, source, target)
 
 
 def test_some_time_steps_without_anything_are_counted(inputs, capsys):

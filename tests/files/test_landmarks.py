@@ -77,6 +77,66 @@ def test_points_that_do_not_fit(rest, deformed, sentence):
         paired(_points("p", rest), _points("q", deformed))
 
 
+@pytest.mark.parametrize(
+    ("pair_by", "rest", "deformed", "expected"),
+    [
+        ("order", "ab", "ba", [("a", 1, 1), ("b", 2, 2)]),
+        ("labels", "ab", "ba", [("a", 1, 2), ("b", 2, 1)]),
+        ("labels", ["p-1", "p-2"], ["q-2", "q-1"], [("p-1", 1, 2), ("p-2", 2, 1)]),
+        ("common", "abcd", "xdb", [("b", 2, 3), ("d", 4, 2)]),
+        ("common", "ab", "ba", [("a", 1, 2), ("b", 2, 1)]),
+    ],
+)
+def test_how_points_make_pairs(pair_by, rest, deformed, expected, caplog):
+    assert _pairs(_points("p", rest), _points("q", deformed), (), pair_by) == expected
+    left_out = "points without a partner are left out: only `p` has `a`, `c`; only `q` has `x`"
+    assert caplog.messages == [left_out] * (len(rest) == 4)
+
+
+@pytest.mark.parametrize(
+    ("pair_by", "rest", "deformed", "sentence"),
+    [
+        ("order", "abc", "ab", r"`q` must hold one position for each of the 3 .* of `p`, got 2$"),
+        ("labels", "abc", "ab", r"do not fit: only `p` has `c`$"),
+        ("labels", "ab", ["", "a"], r"one of its own; `q` has 1 points without a label$"),
+        ("common", "aab", "ab", r"of which each point must have one .*; `p` has `a` 2 times$"),
+        (
+            "common",
+            "ab",
+            "cd",
+            r"^`p` and `q` have no label in common: the first has `a`, `b`, the",
+        ),
+    ],
+)
+def test_what_makes_no_pairs(pair_by, rest, deformed, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        paired(_points("p", rest), _points("q", deformed), (), pair_by)
+
+
+def test_the_option_says_how_points_make_pairs(files, capsys, caplog):
+    files.joinpath("p.csv").write_text("a,0,0,0\nb,9,0,0\nc,0,9,0\n")
+    files.joinpath("q.csv").write_text("c,0,9,1\na,1,0,0\n")
+    (files / "two.csv").write_text("a,0,0,0\nc,0,9,0\n")
+    arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv", "--device", FAST]
+    assert main(["points", *arguments]) == 1
+    assert "only `p.csv` has `b`" in capsys.readouterr().err
+    assert main(["points", *arguments, "--pair-by", "common"]) == 0
+    assert caplog.messages == ["points without a partner are left out: only `p.csv` has `b`"]
+    found = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(found, [(1, 0, 0), (0, 9, 1)], atol=1e-6)
+    for command in (["points", "p.csv", "p.csv", "o.csv"], ["check", "p.csv"]):
+        assert main([*command, "--pair-by", "order"]) == 1
+        assert "name the second by --deformed" in capsys.readouterr().err
+
+
+def test_points_of_vtk_files_are_landmarks(files):
+    io.write_handles("in.vtp", REST, REST)
+    arguments = ["points", "in.vtp", "handles.csv", "out.csv", "--device", FAST]
+    assert main(arguments) == 0
+    found = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(found, DEFORMED, atol=1e-6)
+
+
 def test_a_point_that_is_not_placed_goes_with_its_partner():
     one = [(1, 0, 0), NOWHERE, (3, 0, 0), (4, 0, 0)]
     other = [(1, 0, 0), (2, 0, 0), (3, 0, 0), NOWHERE]

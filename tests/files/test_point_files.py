@@ -4,9 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints, vtkStringArray
+from vtkmodules.vtkIOMINC import vtkMNITagPointReader, vtkMNITagPointWriter
 
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
+from vtk_mls.vtk import arrays
 
 BIGWARP = (  # as BigWarp writes it, a point that is still to be set among them
     '"Pt-0","true","1.5","2.0","3.0","4.0","5.0","6.0"\n'
@@ -27,6 +30,11 @@ TRANSFORMIX = (  # as elastix 5 writes it
     "Point\t1\t; InputIndex = [ 1 2 3 ]\t; InputPoint = [ 0.000000 0.000000 0.000000 ]"
     "\t; OutputIndexFixed = [ 1 2 4 ]\t; OutputPoint = [ 4.000000 5.000000 6.000000 ]"
     "\t; Deformation = [ 4.000000 5.000000 6.000000 ]\t; OutputIndexMoving = [ 4 5 6 ]\n"
+)
+IDAV = "Version 1.0\n3\nS000 1.5 2 3\nS001 9999 9999 9999\nleft eye -4 5e1 6.25\n"
+MINC = (  # as register writes pairs; volume 2 is that which moves
+    "MNI Tag Point File\nVolumes = 2;\n% register a.mnc b.mnc\n\nPoints =\n"
+    ' 4 5 6 1 2 3 0 -1 -1 "nose; \\"tip\\""\n -4 5.5 6 -1 2 3 1 2 -1 "ear";\n'
 )
 
 
@@ -68,6 +76,55 @@ def test_points_of_elastix(tmp_path, name):
     found = _read(tmp_path, TRANSFORMIX, name)
     assert found.positions.tolist() == [[1.5, 2.5, -3.5], [4, 5, 6]]
     assert found.labels == ["0", "1"]
+
+
+def test_points_of_idav_landmark(tmp_path):
+    found = _read(tmp_path, IDAV, "x.pts", space="ras")
+    assert found.labels == ["S000", "S001", "left eye"]
+    assert found.is_placed.tolist() == [True, False, True]
+    assert found.positions[[0, 2]].tolist() == [[-1.5, -2, 3], [4, -50, 6.25]]
+
+
+def test_tag_points_of_minc(tmp_path):
+    """In RAS; the second volume is moved onto the first."""
+    found = _read(tmp_path, MINC, "x.tag", space="lps")
+    assert found.labels == ['nose; "tip"', "ear"]
+    assert found.positions.tolist() == [[-1, -2, 3], [1, -2, 3]]
+    assert found.partners.tolist() == [[-4, -5, 6], [4, -5.5, 6]]
+    found = _read(tmp_path, "MNI Tag Point File\nVolumes = 1;\nPoints = 1 2 3;\n", "x.tag")
+    assert (found.positions.tolist(), found.partners) == ([[-1, -2, 3]], None)
+
+
+@pytest.mark.parametrize("labels", [["a", 'b; "c" \\'], ["", ""]])
+@pytest.mark.parametrize("weights", [None, [0.5, 2.0]])
+def test_tag_points_are_those_of_vtk(tmp_path, labels, weights):
+    """VTK's writer and reader, which keep MINC's frame."""
+    rest, deformed = np.array([(1.5, 2, 3), (4, 5, 6)]), np.array([(1, 2, 3.25), (-7, 8, 9)])
+    path, names = tmp_path / "x.tag", vtkStringArray()
+    for label in labels:
+        names.InsertNextValue(label)
+    writer = vtkMNITagPointWriter()
+    for volume, places in enumerate((deformed, rest)):
+        points = vtkPoints()
+        points.SetData(arrays.from_numpy(places * (-1, -1, 1), VTK_DOUBLE))
+        writer.SetPoints(volume, points)
+    writer.SetLabelText(names if labels[0] else None)
+    writer.SetWeights(weights and arrays.from_numpy(np.array(weights), VTK_DOUBLE))
+    writer.SetFileName(str(path))
+    writer.Write()
+    found = control_point_files.read_pairs(path, space="ras")
+    assert (found.rest.tolist(), found.deformed.tolist()) == (rest.tolist(), deformed.tolist())
+    assert (found.labels, found.weights) == (labels, None)
+    control_point_files.write(path, rest, deformed, weights, labels)
+    reader = vtkMNITagPointReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    for volume, places in enumerate((deformed, rest)):
+        own = arrays.to_numpy(reader.GetPoints(volume).GetData())
+        np.testing.assert_array_equal(own, places * (-1, -1, 1))
+    read = reader.GetLabelText()
+    count = 0 if read is None else read.GetNumberOfValues()
+    assert [read.GetValue(i) for i in range(count)] == [label for label in labels if label]
 
 
 @pytest.mark.parametrize(
@@ -201,6 +258,16 @@ MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the s
         "label,r,a,s,defined\np,1,2,3,1\nq,1,2,3,1\nr,-1,-1,1,1\n",
         "label,r,a,s,defined\np,-7.0,-8.0,9.0,1\nq,1,2,3,0\nr,-1.0,-1.0,1.0,1\n",
     ),
+    "idav.pts": (
+        "Version 1.0\n3\nS000 1 2 3\nS001 4 5 6\nS 2 1 1 1\n",
+        "Version 1.0\n3\nS000 7.0 8.0 9.0\nS001 9999 9999 9999\nS 2 1.0 1.0 1.0\n",
+    ),
+    "minc.tag": (
+        "MNI Tag Point File\nVolumes = 2;\n% by hand\nPoints =\n"
+        ' 5 5 5 -1 -2 3 2 1 -1 "a\\"" \n6 6 6 4 5 6 "b"\n 7 7 7 -1 -1 1;\n',
+        "MNI Tag Point File\nVolumes = 2;\n% by hand\n\nPoints =\n"
+        '  5.0 5.0 5.0 -7.0 -8.0 9.0 2 1 -1 "a\\""\n  7.0 7.0 7.0 -1.0 -1.0 1.0;\n',
+    ),
     "x.fcsv": (
         "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
         "1,1,2,3,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,2,0\n3,-1,-1,1,0,0,0,1,1,1,0,c,,,2,0\n",
@@ -265,6 +332,7 @@ def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
     assert left_out == 3 - len(found.positions)
     if suffix not in (".txt", ".pts"):
         assert found.labels == np.array(points.labels)[kept].tolist()
+    if suffix not in (".txt", ".pts", ".tag"):
         assert found.descriptions == np.array(points.descriptions)[kept].tolist()
 
 
@@ -285,7 +353,11 @@ def _markups(point, **more):
         ("x.csv", "x,y,z,weight\n1,2,3,0\n", r"` has a weight that is not a positive number"),
         ("x.csv", "1,2,3\na,4,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
         ("x.csv", "1,2,3\n1_0,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
-        ("x.csv", "1,2,3,4\n", r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`$"),
+        (
+            "x.csv",
+            "1,2,3,4\n",
+            r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`: which column is what\? name ",
+        ),
         ("x.csv", "1;2\n1;2\n", r"`, line 2: expected numbers px,py,pz,"),
         ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
         ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
@@ -303,6 +375,23 @@ def _markups(point, **more):
         ("x.txt", "point\n0\n", r"` holds no control points"),
         ("x.txt", TRANSFORMIX + "Point 2 ;\n", r"`, line 3: expected `Point N ; .* got `Point 2 ;"),
         ("x.txt", TRANSFORMIX[:-120], r"`, line 2: expected `Point N ; \.\.\. OutputPoint"),
+        ("x.pts", IDAV.replace("3\n", "4\n", 1), r"` must hold 4 points, as it says, got 3$"),
+        ("x.pts", "Version 1.0\n", r"`, line 2: expected the number of points, got ``$"),
+        ("x.pts", "Version 1.0\n1\na 1 nan 2\n", r"`, line 3: expected a label and three numb"),
+        ("x.pts", "Version 1.0\n1\n1 2 3\n", r"`, line 3: expected a label and three .* `1 2 3`$"),
+        ("x.tag", MINC[4:], r"` does not begin with `MNI Tag Point File`$"),
+        ("x.tag", "", r"` does not begin with `MNI"),
+        ("x.tag", MINC.replace("= 2", "= 3"), r"` must have a line `Volumes = 1;` or 2, and then"),
+        ("x.tag", MINC.partition("Points")[0], r"` must have a line .*, and then `Points =`$"),
+        ("x.tag", MINC.replace("= 2", "= 1"), r"line 6: expected 3 coordinates, .* got `4 5 6 1"),
+        ("x.tag", MINC.replace("0 -1 -1", "0 -1"), r"line 6: expected 6 coordinates, perhaps thr"),
+        (
+            "x.tag",
+            MINC.replace("4 5 6", "4 5 nan"),
+            r"coordinate .* not a finite number in line 6$",
+        ),
+        ("x.tag", MINC.rpartition(";")[0], r"` is cut off: a semicolon must follow its last"),
+        ("x.tag", MINC + "1 2 3 1 2 3;\n", r"line 8: expected 6 coordinates"),
         ("x.fcsv", "# CoordinateSystem = 2\na,1,2,3\n", r"` has the coordinate system 2; it must"),
         ("x.fcsv", "# CoordinateSystem = lps\na,1,2,3\n", r"` has the coordinate system lps; it"),
         ("x.fcsv", "#\n\na,1,2,3\na,1,x,3\n", r"not three numbers in line 4: `a,1,x,3`$"),

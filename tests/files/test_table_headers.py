@@ -283,12 +283,37 @@ def test_tables_of_r(tmp_path):
 def test_an_index_without_a_name_is_asked_about(tmp_path, header, start):
     rows = "".join(f"{i},{row}\n" for i, row in enumerate(ROWS, start))
     with pytest.raises(
-        ValueError, match=r"x\.csv`: the first of 7 columns counts the rows, and can"
+        ValueError, match=r"x\.csv`: the first of 7 columns has whole numbers, and can"
     ):
         _read(tmp_path, header + rows)
     _assert_pairs(_read(tmp_path, "index,px,py,pz,qx,qy,qz\n" + rows))
     found = _read(tmp_path, "px,py,pz,qx,qy,qz,weight\n" + rows)
     assert found.rest[:, 0].tolist() == [start, start + 1, start + 2]
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        (
+            [f"{i},{row}" for i, row in zip((7, 19, 4), ROWS)],
+            "the first of 7 columns .* index or x",
+        ),
+        ([f"{row},{i}" for i, row in enumerate(ROWS, 1)], "the last of 7 columns .* or a weight"),
+        ([f"{i},{row},1" for i, row in enumerate(ROWS)], "line 1: .*`: which column is what"),
+        ([row.rpartition(",")[0] for row in ROWS], "line 1: .*`: which column is what"),
+    ],
+    ids=["identifiers", "index last", "index and weight", "a column is missing"],
+)
+def test_numbers_that_fit_no_rule_are_asked_about(tmp_path, rows, sentence):
+    with pytest.raises(ValueError, match=rf"x\.csv`.*{sentence}"):
+        _read(tmp_path, "\n".join(rows))
+
+
+def test_weights_and_whole_coordinates_are_not_asked_about(tmp_path):
+    rows = [f"{row},{weight}" for row, weight in zip(ROWS, (1, 1, 2))]
+    assert _read(tmp_path, "\n".join(rows)).weights.tolist() == [1, 1, 2]
+    found = _read(tmp_path, "7,0,1,9,0,1,0.5\n9,2,1,9,2,1,1.5\n")
+    assert found.rest.tolist() == [[7, 0, 1], [9, 2, 1]]
 
 
 def test_a_missing_partner_is_an_error(tmp_path):

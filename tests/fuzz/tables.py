@@ -17,7 +17,7 @@ _NAMES = (
     ["x", "y", "z", "x1", "y1", "z1"],
     ["X", "Y", "Z", "new_X", "new_Y", "new_Z"],
 )
-_AMBIGUITIES = "can be a header that counts", "the first of 7 columns counts the rows"
+_AMBIGUITIES = "can be a header that counts", "the first of 7 columns has whole"
 
 
 def check_table(rng):

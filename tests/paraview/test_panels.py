@@ -22,7 +22,7 @@ PANELS = [
     pytest.param(
         panels.DEFORM,
         interactive(property_tables.DEFORM),
-        IN_FILTER_PANELS | INPUTS | {"Live"},
+        IN_FILTER_PANELS | INPUTS | {"Live", "Reference"},
         id="deform",
     ),
     pytest.param(

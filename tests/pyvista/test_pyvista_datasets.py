@@ -252,3 +252,12 @@ def test_an_initial_transform_is_an_option():
         [(2, 0, 0)], [(2, 1, 0)], initial_transform=Affine(shift), device="reference"
     )
     np.testing.assert_allclose(bent.points, mesh.points + [2, 1, 0], atol=1e-6)
+
+
+def test_a_reference_is_an_option():
+    image, target = pyvista.ImageData(dimensions=(5, 5, 5)), pyvista.ImageData(dimensions=(3, 4, 2))
+    target.origin = 101, 0, 0
+    image["x"] = image.points[:, 0]
+    moved = image.mls.deform([(0, 0, 0)], [(100, 0, 0)], reference=target, device="reference")
+    assert moved.dimensions == target.dimensions
+    np.testing.assert_allclose(moved["x"], target.points[:, 0] - 100)

@@ -101,7 +101,9 @@ def _pairs(options):
 
     reader = partial(io.read_landmarks, space=options.handles_space)
     if options.deformed:
-        return paired(*(read(reader, path) for path in (options.handles, options.deformed)))
+        points = [read(reader, path) for path in (options.handles, options.deformed)]
+        return paired(*points, pair_by=options.pair_by)
+    map_options.check_pairing(options)
     rest = read(partial(reader, is_alone=True), options.handles)
     if rest.partners is None:
         raise ValueError(

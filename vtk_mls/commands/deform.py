@@ -51,6 +51,11 @@ def add(commands):
         choices=("input", "fitted"),
         text="grid of the output: that of the input, or one that holds the whole deformed volume",
     )
+    add(
+        "Reference",
+        text="image whose grid the output of an image has, with its directions, as by -r of "
+        "antsApplyTransforms, instead of --grid",
+    )
     add("GradientArray", flag="--gradient")
     add(
         "GenerateOverlap",
@@ -72,12 +77,33 @@ def run(options):
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
     is_series = options.output.lower().endswith(series.SUFFIX)
+    deform = MLSDeform()
+    deform.SetReference(_reference(options))
     if len(steps) > 1 and not is_series:
         raise ValueError(
             f"`{options.input}` has {len(steps)} time steps, which only a {series.SUFFIX} file can "
             f"hold, got `{options.output}`"
         )
-    return (_deform_all if is_series else _deform_one)(steps, MLSDeform(), options)
+    return (_deform_all if is_series else _deform_one)(steps, deform, options)
+
+
+def _reference(options):
+    """The image that gives the grid of the output, or None."""
+    from vtk_mls import io
+
+    path = options.reference
+    if path is None:
+        return None
+    if options.output_grid != "input":
+        raise ValueError(
+            f"`--reference` is the grid of the output; leave `--grid {options.output_grid}` out"
+        )
+    image = read(io.read_dataset, path)
+    if not image.IsA("vtkImageData"):
+        raise ValueError(
+            f"`--reference` must be an image, got a {image.GetClassName()} in `{path}`"
+        )
+    return image
 
 
 def _deform_one(steps, deform, options):

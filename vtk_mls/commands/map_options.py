@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vtk_mls.commands import limit_options, property_options
 from vtk_mls.commands.running import files_named, read
+from vtk_mls.files.landmarks import PAIR_BY
 from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
 HANDLES = (
@@ -82,6 +83,14 @@ def add_files(parser):
         "markups of 3D Slicer (.mrk.json .fcsv), its tables, points of ITK, ANTs and elastix, "
         "lines x,y,z or label,x,y,z (.csv .txt .pts), .vtp .vtu .vts .vtk. They go to the control "
         "points with the same labels if each point has one of its own, else in their order",
+    )
+    add(
+        "--pair-by",
+        choices=PAIR_BY,
+        default="",
+        help="how the points of two files make pairs: in their order; by labels; or by the labels "
+        "that both files have, without other points; default: by labels if each point has one of "
+        "its own, else in their order",
     )
     add(
         "--handles-space",
@@ -234,12 +243,22 @@ def _read_control_points(options):
     if options.path:
         files = read(series.files_in_time, options.path)
         rest, *between, last = (read(reader, path) for path in (options.handles, *files))
-        return io.control_points(rest, last, between), True
+        return io.control_points(rest, last, between, options.pair_by), True
     if options.deformed:
         rest, deformed = (read(reader, path) for path in (options.handles, options.deformed))
-        return io.control_points(rest, deformed), True
+        return io.control_points(rest, deformed, pair_by=options.pair_by), True
+    check_pairing(options)
     rest = read(partial(reader, is_alone=True), options.handles)
     return io.control_points(rest), rest.partners is not None
+
+
+def check_pairing(options):
+    """Raise ValueError if points of one file are to be paired."""
+    if options.pair_by:
+        raise ValueError(
+            f"`--pair-by {options.pair_by}` pairs the points of two files; `{options.handles}` is "
+            "the only one: name the second by --deformed"
+        )
 
 
 def _cuts(options):

@@ -26,11 +26,12 @@ def add(commands):
         "input",
         help="landmarks: markups of 3D Slicer (.mrk.json .fcsv) and its tables (.csv), tables of "
         "ITK and ANTs, landmarks of BigWarp, lines x,y,z or label,x,y,z (.csv .txt), points of "
-        "elastix and transformix (.txt .pts)",
+        "elastix and transformix (.txt .pts), of IDAV Landmark (.pts), tag points of MINC (.tag), "
+        "points of .vtp .vtu .vts .vtk",
     )
     points.add_argument("handles", help=map_options.HANDLES)
     points.add_argument(
-        "output", help="landmarks: .mrk.json .fcsv .csv (ITK, ANTs) .txt .pts (elastix)"
+        "output", help="landmarks: .mrk.json .fcsv .csv (ITK, ANTs) .txt .pts (elastix) .tag"
     )
     points.add_argument(
         "--inverse",
@@ -43,12 +44,12 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import Chain
+    from vtk_mls import Chain, io
     from vtk_mls.files import control_point_files
 
     control_point_files.check_writable(options.output)
     space = options.handles_space
-    landmarks = read(partial(control_point_files.read_landmarks, space=space), options.input)
+    landmarks = read(partial(io.read_landmarks, space=space), options.input)
     deformation = map_options.deformation(options)
     with step("deform", options.input):
         initial = map_options.initial_transform(options)

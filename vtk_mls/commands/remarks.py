@@ -7,7 +7,6 @@ from pathlib import Path
 
 from vtk_mls.commands import property_options
 
-MAX_SAMPLES = 32  # along each axis of a coarse grid
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
 _DETERMINANT = "JacobianDeterminant"
 
@@ -40,11 +39,14 @@ def warn(path, sentence):
 def is_empty(algorithm):
     """Whether the output images contain no material of the input."""
     from vtk_mls.files.block_files import blocks
+    from vtk_mls.queries.arrival import arrives
 
+    if algorithm.has_reference():  # the filter itself warns
+        return False
     pairs = _images(algorithm)
     is_complete = len(pairs) == len(blocks(algorithm.GetOutput()))
     deformation = algorithm.updated_deformation()
-    return bool(pairs) and is_complete and not any(_arrives(deformation, *pair) for pair in pairs)
+    return bool(pairs) and is_complete and not any(arrives(deformation, *pair) for pair in pairs)
 
 
 def emptiness(are_empty, options):
@@ -68,6 +70,8 @@ def emptiness(are_empty, options):
 
 def separation(algorithm):
     """A note, for the end of a sentence, if output images lie outside of their inputs."""
+    if algorithm.has_reference():
+        return ""  # it may be anywhere
     pairs = _images(algorithm)
     is_apart = bool(pairs) and all(_are_apart(*grids) for grids in pairs)
     return "; the output lies apart from the input" * is_apart
@@ -85,11 +89,13 @@ def folds(deformation, target, source=None):
     """
     import numpy as np
 
-    grid = _coarse(target)
-    has_material = _has_material(deformation, grid, source)
+    from vtk_mls.queries.arrival import coarse, has_material
+
+    grid = coarse(target)
+    is_material = has_material(deformation, grid, source)
     jacobian = deformation.jacobian_field(grid).reshape(-1, 3, 3)
-    is_folded = has_material & (np.linalg.det(jacobian.astype(float)) <= 0)
-    count, total = int(is_folded.sum()), int(has_material.sum())
+    is_folded = is_material & (np.linalg.det(jacobian.astype(float)) <= 0)
+    count, total = int(is_folded.sum()), int(is_material.sum())
     if count == 0:
         return ""
     return f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
@@ -175,42 +181,6 @@ def _images(algorithm):
         for pair in zip(sources, targets)
         if all(image.IsA("vtkImageData") for image in pair)
     ]
-
-
-def _coarse(grid):
-    """A grid with the same corners and few points."""
-    import numpy as np
-
-    from vtk_mls import Grid
-
-    full = np.array(grid.dimensions)
-    dimensions = np.minimum(full, MAX_SAMPLES)
-    spacing = grid.spacing * (np.maximum(full - 1, 1) / np.maximum(dimensions - 1, 1))
-    return Grid(dimensions, grid.origin, spacing, grid.direction)
-
-
-def _has_material(deformation, grid, source):
-    """Mask (n,) of the points of a grid that have material, of the grid `source` if not None."""
-    import numpy as np
-
-    points = grid.points()
-    if source is None:
-        mask = np.ones(len(points), bool)
-    else:
-        mask = source.covers(source.index_of(deformation.backward(points)))
-    return mask & ~deformation.void(points) if deformation.cuts else mask
-
-
-def _arrives(deformation, source, target):
-    """Whether points of a grid have material of another; a few points are tested first."""
-    import numpy as np
-
-    from vtk_mls import Sampling
-
-    if _has_material(deformation, _coarse(target), source).any():
-        return True
-    mask = np.ones(source.shape, np.uint8)
-    return bool(deformation.resample([mask], Sampling(source, target, "nearest"))[0].any())
 
 
 def _are_apart(source, target):

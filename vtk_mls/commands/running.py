@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import contextmanager
+from functools import partial
 
 from vtk_mls.commands.supervision import step
 
@@ -17,15 +18,15 @@ def read(reader, path):
 
 
 @contextmanager
-def _deferred_warnings():
-    """Print warnings at the end: reading silences stderr."""
+def _deferred_warnings(named=str):
+    """Print warnings at the end, as `named` returns them: reading silences stderr."""
     from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
     with message_handlers(None, warnings.append):
         yield
     for warning in warnings:
-        warn(warning)
+        warn(named(warning))
 
 
 @contextmanager
@@ -60,7 +61,8 @@ def update(algorithm, options, done=0, total=1):
     ValueError
         The error of the filter, with the names of the files.
     """
-    with _deferred_warnings(), step("deform", options.input), files_named(options):
+    named = partial(_with_files_named, options)
+    with _deferred_warnings(named), step("deform", options.input), files_named(options):
         _update(algorithm, shows_progress(options), done, total)
 
 
@@ -73,7 +75,17 @@ def files_named(options):
         names = [f"`{path}`" for path in _handle_files(options) if path]
         text = str(error).replace("`ControlPoints`", " and ".join(names))
         text = text.replace("where the data are", f"where the data of `{options.input}` are")
-        raise ValueError(text) from error
+        raise ValueError(_with_files_named(options, text)) from error
+
+
+def _with_files_named(options, sentence):
+    """A sentence about `Input` and `Reference`, with the names of their files."""
+    reference = getattr(options, "reference", None)
+    if reference is None or "`Reference`" not in sentence:
+        return sentence
+    for name, path in (("Input", options.input), ("Reference", reference)):
+        sentence = sentence.replace(f"`{name}`", f"`{path}`")
+    return sentence
 
 
 def _handle_files(options):

@@ -1,9 +1,10 @@
 """Control points and landmarks in text files.
 
-Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`. Other files (.csv, .txt, .pts)
-are of elastix if their first line that is not blank is `point` or `index`, or begins with `Point`,
-a number and a semicolon (`elastix_points`). All others are tables (`point_tables`) of control
-points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
+Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
+`minc_tags`. The first line of other files (.csv, .txt, .pts) that is not blank tells what they are:
+`point`, `index` or `Point`, a number and a semicolon begin files of elastix (`elastix_points`), and
+`Version 1.0` those of IDAV Landmark (`idav_points`). All others are tables (`point_tables`) of
+control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
 
 A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
 All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do
@@ -19,7 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import elastix_points, formats, markups, point_tables
+from vtk_mls.files import (
+    elastix_points,
+    formats,
+    idav_points,
+    markups,
+    minc_tags,
+    point_tables,
+)
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -103,7 +111,8 @@ def write(path, rest, deformed, weights=None, labels=()):
     Parameters
     ----------
     path : path
-        Of a format of `formats.POINTS`. Tables (.csv, .txt) hold everything, the others q only.
+        Of a format of `formats.POINTS`. Tables (.csv, .txt) hold everything, tag points (.tag) all
+        but weights, the others q only.
     rest, deformed : (n, 3) array_like, LPS
     weights : (n,) array_like, optional
     labels : list of n str, optional
@@ -183,7 +192,7 @@ def _reader(path):
         return read_file
     with path.open(encoding="utf-8-sig") as file:
         first = next((line for line in file if line.strip()), "")
-    return elastix_points.reader(first) or point_tables.read
+    return elastix_points.reader(first) or idav_points.reader(first) or point_tables.read
 
 
 def _rewriter(source, ending):
@@ -194,6 +203,8 @@ def _rewriter(source, ending):
         markups.read_json: markups.rewrite_json,
         markups.read_fcsv: markups.rewrite_fcsv,
         point_tables.read: point_tables.rewrite,
+        idav_points.read: idav_points.rewrite,
+        minc_tags.read: minc_tags.rewrite,
     }
     return rewriters.get(_reader(source))
 

@@ -194,13 +194,15 @@ TABLE = (
     # points in text
     _points("table", ".csv", CALLER, "control_point_files.read_text", "point_tables.write"),
     _points(
-        "table, or elastix",
+        "table, elastix, or (read) IDAV Landmark",
         ".txt .pts",
         CALLER,
         "control_point_files.read_text",
         "elastix_points.write",
     ),
     Format("table", ".csv .txt", CALLER, (), "", (PAIRS,), "point_tables.write_pairs"),
+    _points("tag points of MINC", ".tag", RAS, "minc_tags.read", "minc_tags.write"),
+    Format("tag points of MINC", ".tag", RAS, (), "", (PAIRS,), "minc_tags.write_pairs"),
     _points("markups of 3D Slicer", ".fcsv", HEADER, "markups.read_fcsv", "markups.write_fcsv"),
     _points("markups of 3D Slicer", ".mrk.json", HEADER, "markups.read_json", "markups.write_json"),
 )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vtk_mls.base.messages import warn
 from vtk_mls.files.frames import signs
 from vtk_mls.handles.handle_cells import HandleCells
 
@@ -98,7 +99,11 @@ class Pairs:
     places: np.ndarray = field(default_factory=_nowhere)
 
 
-def paired(rest, deformed=None, between=()):
+# How the points of two files make pairs.
+PAIR_BY = ("order", "labels", "common")
+
+
+def paired(rest, deformed=None, between=(), pair_by=""):
     """The control points of one file, of two, or of a series.
 
     Parameters
@@ -109,10 +114,15 @@ def paired(rest, deformed=None, between=()):
     deformed : Landmarks, optional
         Their positions are q instead. If the labels are unique in both files, q belongs to p of
         the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as in
-        3D Slicer), to p of the same number. Otherwise q belongs to p of the same index.
+        3D Slicer), to p of the same number. Otherwise q belongs to p of the same index. `pair_by`
+        says otherwise.
     between : sequence of Landmarks, optional
         Their positions are intermediate places, paired in the same way. If the first are p, they do
         not count.
+    pair_by : str, optional
+        "order": by index, whatever the labels are; "labels": by labels, or by their numbers, which
+        must be those of both files; "common": the same, without points whose label only one file
+        has, which a warning lists.
 
     Returns
     -------
@@ -127,7 +137,7 @@ def paired(rest, deformed=None, between=()):
     p, q, places = rest.positions, rest.partners, rest.places
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
     if deformed is not None:
-        *places, q = [_moved(rest, moved) for moved in (*between, deformed)]
+        *places, q = [_moved(rest, moved, pair_by) for moved in (*between, deformed)]
         places = np.reshape(places, (len(between), *p.shape))
         is_pair &= np.isfinite([*places, q]).all(axis=(0, 2))
     if not is_pair.any():
@@ -154,20 +164,26 @@ def listed(labels):
     return ", ".join(shortened(label or "?") for label in labels[:_MAX_LABELS]) + more
 
 
-def _moved(rest, deformed):
-    """Positions (n, 3) of the partners in `deformed` of the points of `rest`."""
+def _moved(rest, deformed, pair_by):
+    """Positions (n, 3) of the partners in `deformed` of the points of `rest`; NaN without one."""
     if deformed.partners is not None and (deformed.partners != deformed.positions).any():
         raise ValueError(
             f"`{deformed.path}` has two positions for a point; a file of deformed positions "
             "must have one"
         )
-    return deformed.positions[_order(rest, deformed)]
+    order = _order(rest, deformed, pair_by)
+    return np.where(order[:, None] < 0, np.nan, deformed.positions[order])
 
 
-def _order(rest, deformed):
-    """For each point of `rest` the index of its partner in `deformed`."""
+def _order(rest, deformed, pair_by):
+    """For each point of `rest` the index of its partner in `deformed`, -1 without one."""
     own, other = rest.labels, deformed.labels
-    if _are_unique(own) and _are_unique(other):
+    are_unique = _are_unique(own) and _are_unique(other)
+    if pair_by in ("labels", "common") and not are_unique:
+        raise _unpairable(rest, deformed)
+    if pair_by == "common":
+        return _common_order(rest, deformed)
+    if are_unique and pair_by != "order":
         for to_keys in (list, _numbers):
             keys, indices = to_keys(own), {key: i for i, key in enumerate(to_keys(other))}
             is_complete = len(set(keys)) == len(own) and len(indices) == len(other)
@@ -188,6 +204,36 @@ def _order(rest, deformed):
     return np.arange(len(own))
 
 
+def _common_order(rest, deformed):
+    """As `_order`, by the labels that both have; a warning lists the others."""
+    own, other = rest.labels, deformed.labels
+    indices = {label: i for i, label in enumerate(other)}
+    order = np.array([indices.get(label, -1) for label in own])
+    if (order < 0).all():
+        raise ValueError(
+            f"`{rest.path}` and `{deformed.path}` have no label in common: the first has "
+            f"{listed(own)}, the second {listed(other)}"
+        )
+    parts = _unmatched(rest, deformed)
+    if parts:
+        warn(f"points without a partner are left out: {'; '.join(parts)}")
+    return order
+
+
+def _unpairable(rest, deformed):
+    """The error of points that cannot be paired by labels."""
+    points = deformed if _are_unique(rest.labels) else rest
+    label, count = Counter(points.labels).most_common(1)[0]
+    if all(points.labels):
+        reason = f"has {shortened(label)} {count} times"
+    else:
+        reason = f"has {sum(not label for label in points.labels)} points without a label"
+    return ValueError(
+        f"points are paired by labels, of which each point must have one of its own; "
+        f"`{points.path}` {reason}"
+    )
+
+
 def _are_unique(labels):
     return all(labels) and len(set(labels)) == len(labels)
 
@@ -200,13 +246,17 @@ def _numbers(labels):
     return [int(match["number"]) for match in matches]
 
 
-def _label_error(rest, deformed):
+def _unmatched(rest, deformed):
+    """For each of two files with labels that the other one lacks, a clause."""
     parts = []
     for points, others in ((rest, deformed), (deformed, rest)):
         other_labels = set(others.labels)
         unmatched = [label for label in points.labels if label not in other_labels]
         if unmatched:
             parts.append(f"only `{points.path}` has {listed(unmatched)}")
-    return ValueError(
-        f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {'; '.join(parts)}"
-    )
+    return parts
+
+
+def _label_error(rest, deformed):
+    parts = "; ".join(_unmatched(rest, deformed))
+    return ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")

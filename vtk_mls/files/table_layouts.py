@@ -25,6 +25,7 @@ from vtk_mls.files.landmarks import shortened
 PAIRS = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
 POSITIONS = "numbers x,y,z, as many in each line"
 _BIGWARP = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
+_MAX_NAMED = 100  # columns of which one can ask which is what
 _INDEX_NAMES = ("", "index", "id", "label", "name", "unnamed: 0")
 
 
@@ -170,13 +171,30 @@ def _unnamed(path, rows, has_index):
     number, row = rows[0]
     layout = _layout_of_row(path, number, row, has_index)
     if layout is None:
-        raise Layout(len(row), ()).error(path, number, row)
-    if layout.weight == 6 and _are_numbered([cells for _, cells in rows]):
-        raise ValueError(
-            f"`{path}`: the first of 7 columns counts the rows, and can be an index or x; put a "
-            "header above: px,py,pz,qx,qy,qz,weight, or index,px,py,pz,qx,qy,qz"
-        )
+        error = Layout(len(row), ()).error(path, number, row)
+        has_positions = len(row) < _MAX_NAMED and sum(map(is_number, row)) > 2
+        question = ": which column is what? name them in a header above"
+        raise ValueError(f"{error}{question * has_positions}")
+    if layout.weight == 6:
+        _check_no_index(path, [cells for _, cells in rows])
     return layout
+
+
+def _check_no_index(path, rows):
+    """Raise ValueError if one of 7 columns can be an index."""
+    columns = [*zip(*(row for row in rows if len(row) == 7))]
+    first, *others, last = columns
+    is_index = len(set(first)) == len(first) > 1 and _are_integers(first)
+    if _are_numbered(rows) or (is_index and not any(map(_are_integers, others))):
+        name, meaning = "first", "an index or x"
+    elif _are_numbered([[cell] for cell in last]):
+        name, meaning = "last", "an index or a weight"
+    else:
+        return
+    raise ValueError(
+        f"`{path}`: the {name} of 7 columns has whole numbers, and can be {meaning}; which is it? "
+        "put a header above, such as px,py,pz,qx,qy,qz,weight or index,px,py,pz,qx,qy,qz"
+    )
 
 
 def _layout_of_row(path, number, row, has_index):
@@ -270,4 +288,9 @@ def _have_text_column(rows):
 
 
 def _have_integers(rows):
-    return any(re.fullmatch(r"[-+]?\d+", cell.strip()) for row in rows for cell in row)
+    return any(_are_integers([cell]) for row in rows for cell in row)
+
+
+def _are_integers(cells):
+    """Whether all cells are integers."""
+    return all(re.fullmatch(r"[-+]?\d+", cell.strip()) for cell in cells)

@@ -3,7 +3,7 @@
 from vtk_mls.base import lazy
 
 # Types of these are in __init__.pyi.
-__all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField"]
+__all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField", "MLSLandmarkReport"]
 
 # Modules are imported when a name is first used: the command reads the tables of properties, and
 # must be able to say that there is no VTK.
@@ -11,5 +11,6 @@ _MODULES = {
     "MLSControlPoints": "control_points",
     "MLSDeform": "deform",
     "MLSDisplacementField": "displacement_field",
+    "MLSLandmarkReport": "landmark_report",
 }
 __getattr__, __dir__ = lazy.names(__name__, _MODULES)

@@ -15,10 +15,17 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
-from vtk_mls.filters import gradients, initial_transforms, pipeline, property_tables, warping
+from vtk_mls.filters import (
+    gradients,
+    initial_transforms,
+    pipeline,
+    property_tables,
+    warping,
+)
 from vtk_mls.filters.algorithm import CachedValue
 from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
+from vtk_mls.filters.reference_input import PORT, ReferenceInput
 from vtk_mls.filters.resampling import ImageOptions, Resampling
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -30,11 +37,12 @@ _SEAM = (
 
 
 @with_properties(property_tables.DEFORM)
-class MLSDeform(DeformingFilter):
+class MLSDeform(ReferenceInput, DeformingFilter):
     """Deforms an image or a mesh by control points.
 
     Input port 0 takes the dataset, port 1 (optional) control points, port 2 (optional, repeatable)
-    cuts: see `DeformingFilter`. Composite data are deformed block by block: what crosses a border
+    cuts: see `DeformingFilter`. Port 5 (optional) takes an image, whose grid the output of an image
+    has, as Reference. Composite data are deformed block by block: what crosses a border
     between blocks that are images is lost, which a warning says. AMR data are refused. Field data
     are passed.
     docs/properties.md lists the properties; `help` of a setter says what each is.
@@ -86,7 +94,7 @@ class MLSDeform(DeformingFilter):
 
     def __init__(self):
         # not vtkDataSet, which ParaView's GUI would try to make
-        super().__init__(output_type="vtkDataObject")
+        super().__init__(output_type="vtkDataObject", input_ports=PORT + 1)
         self._splits, self._between = warping.MeshCache(), warping.MeshCache()
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
@@ -117,12 +125,13 @@ class MLSDeform(DeformingFilter):
         with suppress(TypeError, ValueError, RuntimeError):
             geometry = self.output_geometry(geometry, lambda: self.updated_deformation(info))
         geometry.set_information(info)
-        if self.GetOutputGrid() == "fitted":
+        if self.GetOutputGrid() == "fitted" and not self.has_reference():
             pipeline.publish_changing_extent(info)
         return 1
 
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         super().RequestUpdateExtent(request, inInfo, outInfo)
+        self._request_reference()
         if not self.is_among_blocks():
             self._boxes, self._has_warned = [], False
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
@@ -140,7 +149,7 @@ class MLSDeform(DeformingFilter):
         with suppress(TypeError, ValueError, RuntimeError):
             whole = self.output_geometry(source, lambda: self.updated_deformation(out_info))
             target = self._requested_part(whole, out_info)
-            if target == whole or source.is_empty:
+            if target == whole or source.is_empty or self._lacks_directions():
                 return
             pipeline.request_extent(info, pipeline.first_cell(source))
             if not target.is_empty:
@@ -159,6 +168,7 @@ class MLSDeform(DeformingFilter):
 
     def _deform_mesh(self, mesh, inInfo, outInfo):
         """Functions of a Progress that deform a mesh."""
+        self._refuse_reference_of(mesh)
         output = vtkDataSet.GetData(outInfo)
         arrays.check_lengths(mesh)
         if mesh.GetNumberOfPoints() == 0:
@@ -196,6 +206,7 @@ class MLSDeform(DeformingFilter):
         if self.is_among_blocks():
             self._check_border(deformation, whole_source.grid)
         whole = self.output_geometry(whole_source, lambda: deformation)
+        self._check_arrival(deformation, whole_source, whole)
         target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.apply_to(output)
         if target.is_empty:
@@ -266,6 +277,9 @@ class MLSDeform(DeformingFilter):
 
         `make_deformation()` is called where the output grid depends on the deformation.
         """
+        reference = self._reference_geometry()
+        if reference is not None:
+            return reference
         choice = property_tables.OUTPUT_GRID.checked(self)
         if choice == "input":
             return source

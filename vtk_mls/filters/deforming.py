@@ -85,9 +85,9 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     process requests the whole of a mask.
     """
 
-    def __init__(self, output_type="vtkImageData"):
+    def __init__(self, output_type="vtkImageData", input_ports=5):
         super().__init__(
-            nInputPorts=5, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
+            nInputPorts=input_ports, inputType="vtkDataSet", nOutputPorts=1, outputType=output_type
         )
         self._solids = []  # of the last regions
         self._cuts_cache, self._limits_cache = CachedValue(), CachedValue()
@@ -212,7 +212,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             raise ValueError(
                 "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
             )
-        names = _control_point_arrays(self, *control_points) if control_points else ()
+        names = control_point_arrays(self, *control_points) if control_points else ()
         shapes = property_tables.HANDLE_SHAPES_CHOICE.checked(self)
         cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
@@ -390,8 +390,8 @@ def _array_name(algorithm, index, polydata):
     return None
 
 
-def _control_point_arrays(algorithm, polydata):
-    """Names of the arrays with q - p and, or None, with weights."""
+def control_point_arrays(algorithm, polydata):
+    """Names of the arrays of control points with q - p and, or None, with weights."""
     displacement = _array_name(algorithm, 0, polydata) or DISPLACEMENT
     weight = _array_name(algorithm, 1, polydata) or WEIGHT
     if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):

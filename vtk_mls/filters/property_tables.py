@@ -233,6 +233,7 @@ OUTPUT_GRID = Choice(
     more="""For "fitted" control points and cuts are updated in RequestInformation; "given" has the
     directions of the input.""",
     choices=("input", "fitted", "given"),
+    shown_when=("Reference", None),
 )
 GIVEN_GRID = (
     Vector(
@@ -256,6 +257,15 @@ GIVEN_GRID = (
         unit="world coordinates",
         **_GIVEN,
     ),
+)
+REFERENCE = Value(
+    "Reference",
+    None,
+    """Image whose grid the output of an image has, with its directions; only the place of its
+    points counts.""",
+    more="""Or input port 5, which does not count then. OutputGrid does not count with either. A
+    warning says if nothing of the input arrives there. Meshes are an error.""",
+    kinds="a vtkImageData or a `vtk_mls.Grid`",
 )
 
 # What a cut has torn.
@@ -391,10 +401,13 @@ COMPUTING = _of_section("computing")
 INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
-SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID)
+SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID, REFERENCE)
 DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALITY, *COMPUTING)
 # MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)
+
+# MLSLandmarkReport
+LANDMARK_REPORT = (next(prop for prop in COMPUTING if prop.name == "Device"),)
 
 # MLSControlPoints
 MODE = Choice(

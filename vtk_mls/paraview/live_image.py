@@ -167,8 +167,7 @@ class LiveVolume(LiveProp):
 
     def _show(self, pending, is_dragging):
         self._mapper.SetSampleDistance(usual_step(self._data))  # the input may have changed
-        # a fitted grid contains the whole result, in steps of a voxel
-        within = None if pending.is_fitted else pending.geometry(self._data).grid
+        within = pending.limits(self._data)
 
         def make_map(nodes):
             self._deformed.update(pending.deformation, nodes, within)

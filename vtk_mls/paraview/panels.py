@@ -91,15 +91,15 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
-def _control_point_array(name, index, default, domain, text):
-    """A choice among the point arrays of the control points, without ParaView's own guess."""
+def _control_point_array(name, index, default, domain, text, source="ControlPoints"):
+    """A choice among the point arrays of an input, without ParaView's own guess."""
     return vector(
         "String",
         name,
         f"{index};1;0;0;{default}",
         text,
-        array_choice(domain, "ControlPoints"),
-        xml("Hints", xml("NoDefault"), shown_when("ControlPoints", "null", inverse=1)),
+        array_choice(domain, source),
+        xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
         default_values_delimiter=";",
         command="SetInputArrayToProcess",
         number_of_elements=5,
@@ -107,6 +107,29 @@ def _control_point_array(name, index, default, domain, text):
         animateable=0,
         panel_visibility="advanced",
     )
+
+
+def _arrays_of(source):
+    """The choices of the arrays of control points on an input."""
+    return [
+        _control_point_array(
+            "DisplacementArray",
+            0,
+            DISPLACEMENT,
+            "vectors",
+            "Point vector array of the control points with their displacement q - p.",
+            source,
+        ),
+        _control_point_array(
+            "WeightArray",
+            1,
+            WEIGHT,
+            "factors",
+            """Point array of the control points with a positive factor for each; without it all
+            factors are 1.""",
+            source,
+        ),
+    ]
 
 
 # A property that names another property creates it, here ControlPoints, and ParaView's menu
@@ -124,21 +147,7 @@ _HANDLES = [
         panel_visibility="advanced",
     ),
     element(_WEIGHTS),
-    _control_point_array(
-        "DisplacementArray",
-        0,
-        DISPLACEMENT,
-        "vectors",
-        "Point vector array of the control points with their displacement q - p.",
-    ),
-    _control_point_array(
-        "WeightArray",
-        1,
-        WEIGHT,
-        "factors",
-        """Point array of the control points with a positive factor for each; without it all
-        factors are 1.""",
-    ),
+    *_arrays_of("ControlPoints"),
 ]
 
 _CONTROL_POINTS = data_input(
@@ -189,6 +198,16 @@ _MASK = data_input(
     panel_visibility="advanced",
 )
 
+_REFERENCE = data_input(
+    "Reference",
+    5,
+    "vtkImageData",
+    """Image whose grid the output has (optional), with its directions, for an input that is an
+    image: the target of a registration.""",
+    xml("Hints", xml("Optional")),
+    clean_command="DisconnectReference",
+)
+
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
 _WHERE_IT_ACTS = [
     *elements(_LIMITS),
@@ -229,11 +248,13 @@ _LIVE = check_box(
 )
 
 
-def _filter_panel(description, input_property, middle, *properties):
+def _filter_panel(description, inputs, middle, *properties):
     """The panel of a filter.
 
     The short properties, of map and cut, come first; the long tables of the handles follow.
+    `inputs` are the input Input, and others of its own.
     """
+    input_property, *others = inputs
     return [
         documentation(description, short_help=MOUSE_HELP),
         *elements(tables.MAP),
@@ -243,6 +264,7 @@ def _filter_panel(description, input_property, middle, *properties):
         _DEFORMED_CONTROL_POINTS,
         _CUTS,
         _MASK,
+        *others,
         element(tables.HANDLE_SHAPES_CHOICE),
         *_CUT,
         *middle,
@@ -259,17 +281,20 @@ DEFORM = _filter_panel(
     moving least squares. Arrays of an image are resampled; points of a mesh are moved by the exact
     inverse, so that both stay together. Cuts open the data: the array Void marks the void in an
     image, and cells of a mesh are split along the cuts.""",
-    data_input(
-        "Input",
-        0,
-        "vtkDataSet",
-        "The image or mesh to deform.",
-        input_arrays("arrays", "any"),
-        input_arrays("scalars", "point", components=1),
-        input_arrays("gradients", "any", components=3),
-    ),
+    [
+        data_input(
+            "Input",
+            0,
+            "vtkDataSet",
+            "The image or mesh to deform.",
+            input_arrays("arrays", "any"),
+            input_arrays("scalars", "point", components=1),
+            input_arrays("gradients", "any", components=3),
+        ),
+        _REFERENCE,
+    ],
     [_LIVE],
-    *tables.SAMPLING,
+    *(prop for prop in tables.SAMPLING if prop is not tables.REFERENCE),
     *tables.VOID,
     tables.OVERLAP,
     *tables.VECTORS,
@@ -280,18 +305,52 @@ DEFORM = _filter_panel(
 DISPLACEMENT_FIELD = _filter_panel(
     """Makes an image with the displacement G(v) - v of each of its points v, where G(v) is the
     point that the material now at v came from.""",
-    data_input(
-        "Input",
-        0,
-        "vtkDataSet",
-        "Gives the grid of the field: its own if it is an image, else a grid over its bounds.",
-    ),
+    [
+        data_input(
+            "Input",
+            0,
+            "vtkDataSet",
+            "Gives the grid of the field: its own if it is an image, else a grid over its bounds.",
+        )
+    ],
     [],
     tables.INVERSE,
     tables.SAMPLE_DIMENSIONS,
     tables.OVERLAP,
     *tables.JACOBIAN,
 )
+
+LANDMARK_REPORT = [
+    xml("OutputPort", name="Pairs", index=0),
+    xml("OutputPort", name="Settings", index=1),
+    documentation(
+        """Predicts each pair of landmarks, p and q, from all others. The table Pairs has the error
+        of each, outliers, and pairs whose labels look swapped; the table Settings the median error
+        of each kind, alpha and smoothing that was tried, the best first.""",
+        short_help="""Pairs: the error of each when it is left out, outliers, swapped labels.
+        Settings: what was tried, the best first. Show the tables in a SpreadSheet View.""",
+    ),
+    data_input(
+        "Input",
+        0,
+        "vtkPointSet",
+        """Pairs of landmarks: control points, as of MLS Control Points. Points are p, and a point
+        vector array holds q - p.""",
+        input_arrays("vectors", "point", components=3),
+        input_arrays("factors", "point", components=1),
+    ),
+    data_input(
+        "DeformedControlPoints",
+        1,
+        "vtkPointSet",
+        """The points of the input, moved (optional): paired with those by their numbers, they are
+        q, instead of a displacement array.""",
+        xml("Hints", xml("Optional")),
+        clean_command="DisconnectDeformedControlPoints",
+    ),
+    *_arrays_of("Input"),
+    *elements(tables.LANDMARK_REPORT),
+]
 
 _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 

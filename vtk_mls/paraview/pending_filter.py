@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, properties
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.server_manager import is_pending, pending_values
@@ -56,10 +56,14 @@ class PendingFilter:
         """ImageGeometry of a whole deformed vtkImageData."""
         return self._filter.output_geometry(ImageGeometry.of_image(image), lambda: self.deformation)
 
-    @property
-    def is_fitted(self):
-        """Whether the grid of the output contains the whole deformed image."""
-        return self._filter.GetOutputGrid() == "fitted"
+    def limits(self, image):
+        """The Grid within which a volume, a vtkImageData, is drawn; None for all of it.
+
+        A fitted grid contains all of it; that of a Reference can have other directions.
+        """
+        if self._filter.has_reference() or self._filter.GetOutputGrid() == "fitted":
+            return None
+        return self.geometry(image).grid
 
     def image(self, image, extent):
         """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
@@ -73,20 +77,15 @@ class PendingFilter:
     def coarse_image(self, image, max_points):
         """A whole deformed vtkImageData on a grid of about `max_points` points."""
         grid = self.geometry(image).grid
-        settings = [getattr(self._filter, f"Get{prop.name}")() for prop in _GRID]
         steps = np.subtract(grid.dimensions, 1)
         factor = np.cbrt(np.prod(grid.dimensions) / max_points)
         fewer = np.maximum(np.floor(steps / factor).astype(int), np.minimum(steps, 1))
         spacing = grid.spacing * steps / np.maximum(fewer, 1) + (steps == 0)
-        self._set_grid(("given", (fewer + 1).tolist(), spacing.tolist(), list(grid.origin)))
+        self._filter.SetReference(Grid(fewer + 1, grid.origin, spacing, grid.direction))
         try:
             return self.image(image, (0, fewer[0], 0, fewer[1], 0, fewer[2]))
         finally:
-            self._set_grid(settings)
-
-    def _set_grid(self, values):
-        for prop, value in zip(_GRID, values):
-            prop.assign(self._filter, value)
+            self._filter.SetReference(None)
 
     def _set_properties(self, proxy):
         for prop in _TABLE:
@@ -102,7 +101,7 @@ class PendingFilter:
             for index in range(2):
                 info = client.GetInputArrayInformation(index)
                 self._filter.SetInputArrayToProcess(index, info)
-        for port in (2, 3, 4):
+        for port in (2, 3, 4, 5):
             self._filter.RemoveAllInputConnections(port)
             for index in range(client.GetNumberOfInputConnections(port)):
                 self._filter.AddInputConnection(port, client.GetInputConnection(port, index))

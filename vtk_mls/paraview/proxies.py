@@ -82,6 +82,14 @@ class MLSDisplacementField(_Recovers, _ChecksFrames, filters.MLSDisplacementFiel
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 
+@smproxy.filter(name="MLSLandmarkReport", label="MLS Landmark Report", support_reload=False)
+@_MENU
+@_SHOW_MOUSE_HELP
+@_panel(panels.LANDMARK_REPORT)
+class MLSLandmarkReport(_Recovers, filters.MLSLandmarkReport):
+    """`vtk_mls.filters.MLSLandmarkReport` as a ParaView filter."""
+
+
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points", support_reload=False)
 @_MENU
 @_SHOW_MOUSE_HELP

@@ -1,0 +1,109 @@
+"""MLS Deform on the grid of a reference, and MLS Landmark Report."""
+
+import os
+import tempfile
+
+import numpy as np
+from paraview import servermanager, simple
+from scene import DEFORMED, REST, array, control_points, data, output_messages, wavelet
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls import Deformation, Sampling, io
+from vtk_mls.landmarks import report
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+FAR = np.array([200.0, 0, 0])
+
+# The output has the grid of the input Reference, where the handles bring the data.
+wave, handles = wavelet(), control_points(deformed=DEFORMED + FAR)
+TURNED = np.array([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
+expected = ImageGeometry(
+    (0, 11, 2, 12, -3, 5), (199.0, -7.0, -6.0), (0.9, 1.1, 1.3), tuple(TURNED.ravel().tolist())
+)
+file = vtkImageData()
+expected.apply_to(file)
+arrays.add(file.GetPointData(), "target", np.zeros(file.GetNumberOfPoints()))
+folder = tempfile.TemporaryDirectory()
+io.write_dataset(file, os.path.join(folder.name, "target.vti"))
+target = simple.XMLImageDataReader(FileName=[os.path.join(folder.name, "target.vti")])
+deform = simple.MLSDeform(Input=wave, ControlPoints=handles)
+assert deform.GetProperty("Reference") is not None
+deform.Reference = target
+image = data(deform)
+# Fetch leaves out the directions in ParaView 5.11
+own = deform.GetClientSideObject().GetOutputDataObject(0)
+np.testing.assert_allclose(ImageGeometry.of_image(own).grid.points(), expected.grid.points())
+assert image.GetExtent() == expected.extent
+value = Deformation(REST, DEFORMED + FAR, map_tolerance=deform.MapTolerance)
+volume = data(wave)
+sampling = Sampling(ImageGeometry.of_image(volume).grid, expected.grid)
+(values,) = value.resample([array(volume, "RTData")], sampling)
+np.testing.assert_allclose(array(image, "RTData"), values, atol=1e-3)
+assert np.ptp(values) > 50
+
+# Where nothing arrives, one sentence says so.
+with output_messages() as text:
+    deform.Reference = wave
+    data(deform)
+assert text[0].count("nothing of `Input` arrives on the grid of `Reference`") == 1, text[0]
+assert "Traceback" not in text[0]
+
+# A state has the reference; without it the grid is that of the input again.
+deform.Reference = target
+path = os.path.join(folder.name, "state.pvsm")
+servermanager.SaveState(path)
+servermanager.LoadState(path)
+found = [proxy for proxy in simple.GetSources().values() if proxy.GetXMLName() == "MLSDeform"]
+assert len(found) == 2
+for proxy in found:
+    assert data(proxy).GetExtent() == expected.extent
+deform.Reference = None
+assert data(deform).GetExtent() == data(wave).GetExtent()
+
+
+# The report: tables of pairs, and of the settings tried.
+def texts(table, name):
+    return arrays.texts(table.GetRowData(), name)
+
+
+def numbers(table, name):
+    return arrays.to_numpy(table.GetRowData().GetArray(name))
+
+
+rng = np.random.default_rng(2)
+p = rng.uniform(-50, 50, (40, 3))
+q = p + 4 * np.sin(p[:, ::-1] / 40) + [3, 0, 0]
+q[3] += (25, -10, 5)
+q[[5, 11]] = q[[11, 5]]
+pairs = control_points(p, q)
+check = simple.MLSLandmarkReport(Input=pairs, Device="reference")
+check.UpdatePipeline()
+table = servermanager.Fetch(check, idx=0)
+settings = servermanager.Fetch(check, idx=1)
+wanted = report(p, q, device="reference")
+assert texts(table, "Name")[:3] == ["1", "2", "3"]
+assert np.flatnonzero(numbers(table, "Outlier")).tolist() == [3, 5, 11]
+assert texts(table, "SwappedWith")[5] == "12"
+np.testing.assert_allclose(numbers(table, "Error"), wanted.error)
+np.testing.assert_allclose(numbers(table, "Deformed"), q)
+assert settings.GetNumberOfRows() == len(wanted.tried) + 2
+(best,) = np.flatnonzero(numbers(settings, "Recommended"))
+assert texts(settings, "Options")[best] == wanted.recommended.flags
+assert arrays.texts(table.GetFieldData(), "Recommended") == [wanted.recommended.flags]
+assert list(check.GetProperty("DisplacementArray"))[-1] == "Displacement"
+moved = simple.Transform(Input=pairs)
+moved.Transform.Translate = [0.0, 0.0, 2.0]
+check.DeformedControlPoints = moved
+check.UpdatePipeline()
+np.testing.assert_allclose(numbers(servermanager.Fetch(check, idx=0), "Moved"), 2, rtol=1e-6)
+check.DeformedControlPoints = None
+
+# Too few pairs are one sentence, and more are the report again.
+with output_messages() as text:
+    pairs.RestPoints, pairs.DeformedPoints = list(p[:3].ravel()), list(q[:3].ravel())
+    check.UpdatePipeline()
+assert text[0].count("`Input` must have at least 4 pairs") == 1, text[0]
+pairs.RestPoints, pairs.DeformedPoints = list(p.ravel()), list(q.ravel())
+check.UpdatePipeline()
+assert servermanager.Fetch(check, idx=0).GetNumberOfRows() == 40

@@ -1,0 +1,126 @@
+"""The report on pairs of landmarks, as tables."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkTable
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+
+from vtk_mls.filters import property_tables
+from vtk_mls.filters.algorithm import Algorithm, inputs
+from vtk_mls.filters.deforming import control_point_arrays
+from vtk_mls.filters.properties import with_properties
+from vtk_mls.landmarks import report, text
+from vtk_mls.landmarks.settings import BASELINE
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import LABEL
+
+_NAMES = {
+    "`rest` and `deformed`": "`Input`",
+    "`rest`": "p of `Input`",
+    "`deformed`": "q of `Input`",
+    "`ControlPoints`": "`Input`",
+}
+
+
+@with_properties(property_tables.LANDMARK_REPORT)
+class MLSLandmarkReport(Algorithm):
+    """Predicts each pair of landmarks from the others, as `vtk_mls.landmarks.report`.
+
+    Input port 0 takes control points, as port 1 of MLSDeform: points p with the point vectors
+    "Displacement", q - p, and perhaps "Weight" and "Label". SetInputArrayToProcess names other
+    arrays in the same way. Port 1 (optional) takes the same points, moved, which are q then.
+
+    Output port 0 is a vtkTable with a row for each pair: "Name", "Rest" and "Deformed" (p and q),
+    "Moved" (the distance from p to q), "Error" (when left out), "Outlier" (0 or 1) and
+    "SwappedWith" (the name of another pair, or ""). Its field data have "Recommended", the options
+    of the settings to take, "SmallestDeterminant" of the map with these, and "Summary", sentences.
+
+    Output port 1 is a vtkTable with a row for each setting that was tried, the best first: "Kind",
+    "Degree" (0 for kinds without one), "Alpha", "Smoothing", "Median" (the median error), "Options"
+    and "Recommended" (0 or 1). Two rows with Alpha 0 are one rigid and one affine map for all.
+    """
+
+    def __init__(self):
+        super().__init__(
+            nInputPorts=2, inputType="vtkPointSet", nOutputPorts=2, outputType="vtkTable"
+        )
+
+    def FillInputPortInformation(self, port, info):
+        for name in ("vtkPointSet", "vtkCompositeDataSet"):  # the second is refused
+            info.Append(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), name)
+        if port == 1:
+            info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
+        return 1
+
+    def SetInputData(self, *port_and_data):
+        """`(data)` for port 0 or `(port, data)`: input that no algorithm makes."""
+        self.SetInputDataObject(*port_and_data)
+
+    def DisconnectDeformedControlPoints(self):
+        """Remove the input from port 1: positions q are those of displacements again."""
+        self.RemoveAllInputConnections(1)
+
+    def RequestData(self, request, inInfo, outInfo):
+        (points,), moved = inputs(inInfo, 0), inputs(inInfo, 1)
+        for data in (points, *moved):
+            if isinstance(data, vtkCompositeDataSet):
+                raise ValueError(
+                    f"`Input` must be one point set, got a {data.GetClassName()}; merge its blocks "
+                    "first (in ParaView Merge Blocks)"
+                )
+        self._run([lambda progress: self._fill(points, moved, outInfo, progress)])
+        return 1
+
+    def _fill(self, points, moved, out_info, progress):
+        found = self._landmark_report(points, moved, progress)
+        fill_pairs(vtkTable.GetData(out_info, 0), found)
+        fill_settings(vtkTable.GetData(out_info, 1), found)
+
+    def _landmark_report(self, points, moved, progress):
+        try:
+            p, q, weights = arrays.control_points(
+                points, *control_point_arrays(self, points), *moved
+            )
+            labels = arrays.texts(points.GetPointData(), LABEL)
+            names = [label or str(i + 1) for i, label in enumerate(labels)] or None
+            device = self.GetDevice() or None
+            return report(p, q, names, weights=weights, device=device, progress=progress)
+        except ValueError as error:
+            sentence = str(error)
+            for name, own in _NAMES.items():
+                sentence = sentence.replace(name, own)
+            raise ValueError(sentence) from error
+
+
+def fill_pairs(table, found):
+    """Fill a vtkTable with the pairs of a Report."""
+    rows, field = table.GetRowData(), table.GetFieldData()
+    swapped = ["" if i < 0 else found.names[i] for i in found.swapped_with]
+    arrays.add_texts(rows, "Name", found.names)
+    for name, values in (("Rest", found.rest), ("Deformed", found.deformed)):
+        arrays.add(rows, name, values)
+    for name, values in (("Moved", found.moved), ("Error", found.error)):
+        arrays.add(rows, name, values)
+    arrays.add(rows, "Outlier", found.outlier)
+    arrays.add_texts(rows, "SwappedWith", swapped)
+    arrays.add_texts(field, "Recommended", [found.recommended.flags])
+    arrays.add(field, "SmallestDeterminant", np.array([found.smallest_determinant]))
+    arrays.add_texts(field, "Summary", text.heading(found))
+
+
+def fill_settings(table, found):
+    """Fill a vtkTable with the settings that a Report has tried, the best first."""
+    rows = table.GetRowData()
+    medians = {**found.tried, **{BASELINE[name]: value for name, value in found.baseline.items()}}
+    settings = sorted(medians, key=medians.__getitem__)
+    arrays.add_texts(rows, "Kind", [s.kind for s in settings])
+    arrays.add(rows, "Degree", np.array([s.degree or 0 for s in settings], np.int64))
+    for name, values in (
+        ("Alpha", [s.alpha for s in settings]),
+        ("Smoothing", [s.smoothing for s in settings]),
+        ("Median", [medians[s] for s in settings]),
+    ):
+        arrays.add(rows, name, np.array(values, float))
+    arrays.add_texts(rows, "Options", [s.flags for s in settings])
+    arrays.add(rows, "Recommended", np.array([s == found.recommended for s in settings]))

@@ -1,0 +1,113 @@
+"""The image whose grid the output of MLSDeform has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+
+from vtk_mls import Grid
+from vtk_mls.base.validation import short_repr
+from vtk_mls.filters import pipeline, property_tables
+from vtk_mls.filters.algorithm import CachedValue
+from vtk_mls.queries import arrival
+from vtk_mls.vtk.arrays import ImageGeometry
+
+PORT = 5
+
+
+class ReferenceInput:
+    """An algorithm with the property Reference, and an optional input image on the last port."""
+
+    def __init__(self, **keywords):
+        super().__init__(**keywords)
+        self._arrived = CachedValue()
+
+    def FillInputPortInformation(self, port, info):
+        if port != PORT:
+            return super().FillInputPortInformation(port, info)
+        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkImageData")
+        info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
+        return 1
+
+    def DisconnectReference(self):
+        """Remove the input from port 5: OutputGrid counts again."""
+        self.RemoveAllInputConnections(PORT)
+
+    def has_reference(self):
+        """Whether there is a Reference, as a property or an input."""
+        is_connected = self.GetNumberOfInputConnections(PORT) > 0
+        return self.GetReference() is not None or is_connected
+
+    def _reference_geometry(self):
+        """ImageGeometry of the Reference, None without; the pipeline has that of the input.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no grid, or an empty one.
+        """
+        value = self.GetReference()
+        if not self.has_reference():
+            return None
+        if value is None:
+            found = self._input_geometry()
+        elif isinstance(value, vtkImageData):
+            found = ImageGeometry.of_image(value)
+        elif isinstance(value, Grid):
+            found = ImageGeometry.of_grid(value)
+        else:
+            kinds = property_tables.REFERENCE.kinds
+            raise TypeError(f"`Reference` must be {kinds}, got {short_repr(value)}")
+        if found.is_empty:
+            raise ValueError("`Reference` is an empty image; it must have at least one point")
+        return found
+
+    def _input_geometry(self):
+        """ImageGeometry of the input; its directions may not be known before it is updated."""
+        info = self._reference_information()
+        found, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
+        if image is None or not self._lacks_directions():
+            return found
+        return replace(found, direction=ImageGeometry.of_image(image).direction)
+
+    def _lacks_directions(self):
+        """Whether only the data of the input have its directions: so it is in ParaView 5.11."""
+        info = self._reference_information()
+        return info is not None and not info.Has(vtkDataObject.DIRECTION())
+
+    def _reference_information(self):
+        """The pipeline information of the input, or None."""
+        if not self.GetNumberOfInputConnections(PORT):
+            return None
+        return self.GetExecutive().GetInputInformation(PORT, 0)
+
+    def _request_reference(self):
+        """Request as little of the input as possible: its values do not count."""
+        info = self._reference_information()
+        if info is not None:
+            geometry = ImageGeometry.of_information(info)
+            pipeline.request_extent(info, pipeline.first_cell(geometry))
+
+    def _refuse_reference_of(self, mesh):
+        """Raise ValueError for a mesh with a Reference."""
+        if self.has_reference():
+            raise ValueError(
+                "`Reference` is the grid of a deformed image, and `Input` is a "
+                f"{mesh.GetClassName()}, which keeps its own points; leave the reference out"
+            )
+
+    def _check_arrival(self, deformation, source, target):
+        """Warn once if nothing on one ImageGeometry arrives on another, that of the Reference."""
+
+        def warn():
+            if not arrival.arrives(deformation, source.grid, target.grid):
+                moved, grid = arrival.boxes(deformation, source.grid, target.grid)
+                self._warn(
+                    "nothing of `Input` arrives on the grid of `Reference`: deformed, the input "
+                    f"is in {moved}; the grid is in {grid}"
+                )
+
+        if self.has_reference():
+            self._arrived.of((deformation, source, target), warn)
