@@ -14,8 +14,8 @@ from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.base.validation import short_repr
-from vtk_mls.transforms.parts import resampled_part, slices_of
 from vtk_mls.queries.transform import Transform
+from vtk_mls.transforms.parts import resampled_part, slices_of
 
 
 def resample(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
 
 SUFFIX = ".zarr"
@@ -47,6 +49,8 @@ class Image:
         Of the axis x; "" if the file does not say.
     levels : list of Level
         The finest first.
+    names : list of str
+        Of the channels, as far as the file has them.
     labels : list of str
         Names of the label images in its group `labels`.
     is_label : bool
@@ -57,6 +61,7 @@ class Image:
     axes: str
     unit: str
     levels: list
+    names: list
     labels: list
     is_label: bool
 
@@ -86,15 +91,85 @@ class Image:
             )
         return tuple(factors.tolist())
 
+    def level_within(self, max_points):
+        """The finest Level of at most so many points, or the coarsest; the finest for None."""
+        fitting = [
+            level for level in self.levels if max_points is None or level.grid.size <= max_points
+        ]
+        return (fitting or self.levels[-1:])[0]
+
+    def channels(self, level):
+        """Name and values (nz, ny, nx) of each channel of a level.
+
+        Raises
+        ------
+        ValueError
+            If there are several times, or the file is broken.
+        """
+        lead = level.array.shape[: len(self.axes.rstrip("zyx"))]
+        if self.axes[0] == "t" and lead[0] > 1:
+            raise ValueError(
+                f"it has {lead[0]} times, which only `vtk-mls deform` takes, to another OME-Zarr"
+            )
+        count = int(np.prod(lead, dtype=int))
+        names = self.names if len(set(self.names)) == count else []
+        for number, place in enumerate(np.ndindex(*lead)):
+            try:
+                every = map(slice, (0,) * 3, level.array.shape[len(lead) :])
+                rows = (*(slice(n, n + 1) for n in place), *every)
+                values = read(level.array, rows).reshape(level.grid.shape)
+            except (OSError, RuntimeError, ValueError) as error:
+                raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
+            default = "OME-Zarr" if count == 1 else f"channel {number + 1}"
+            yield (names[number] if names else default), validation.native_array(values)
+
 
 def is_ome_zarr(path):
     """Whether a path is the name of an OME-Zarr, or an image in one."""
     path = Path(path)
-    return path.name.lower().endswith(SUFFIX) or (path / "zarr.json").is_file()
+    return path.name.lower().endswith(SUFFIX) or has_metadata(path)
 
 
-def open_image(path):
-    """The Image of a folder.
+def has_metadata(path):
+    """Whether a folder is a group of zarr."""
+    return any((path / name).is_file() for name in ("zarr.json", ".zgroup"))
+
+
+def read(array, place):
+    """The values of a zarr.Array in slices.
+
+    Chunk by chunk: zarr reads those of one call concurrently, and a broken one would leave tasks
+    whose errors it prints.
+    """
+    values = np.empty([rows.stop - rows.start for rows in place], array.dtype)
+    for part, where in _chunks_in(array, place):
+        values[where] = array[part]
+    return values
+
+
+def write(array, place, values):
+    """Write values in slices of a zarr.Array, chunk by chunk."""
+    for part, where in _chunks_in(array, place):
+        array[part] = values[where]
+
+
+def _chunks_in(array, place):
+    """Slices of the array, and of the values in `place`, for each chunk that these touch."""
+    pairs = []
+    for rows, n in zip(place, array.shards or array.chunks):
+        bounds = [rows.start, *range((rows.start // n + 1) * n, rows.stop, n), rows.stop]
+        pairs.append(
+            [
+                (slice(a, b), slice(a - rows.start, b - rows.start))
+                for a, b in itertools.pairwise(bounds)
+            ]
+        )
+    for chosen in itertools.product(*pairs):
+        yield tuple(zip(*chosen))
+
+
+def open_image(path, mode="r"):
+    """The Image of a folder; with the mode "r+" its arrays can be written to.
 
     Raises
     ------
@@ -107,7 +182,7 @@ def open_image(path):
         raise FileNotFoundError(f"`{path}` {missing}; expected the folder of an OME-Zarr")
     zarr = _zarr(path)
     try:
-        group = zarr.open_group(path, mode="r", use_consolidated=False)
+        group = zarr.open_group(path, mode=mode, use_consolidated=False)
     except _ERRORS as error:
         raise ValueError(f"`{path}` is no OME-Zarr: {_text(error)}") from error
     try:
@@ -150,7 +225,10 @@ def _image(path, group):
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"its finest resolution must be the first, got {sizes} points")
     unit = entry["axes"][-1].get("unit") or ""
-    return Image(path, axes, unit, levels, _labels(path, group), "image-label" in metadata)
+    channels = (metadata.get("omero") or {}).get("channels") or ()
+    names = [str(channel.get("label", "")) for channel in channels]
+    labels = _labels(path, group)
+    return Image(path, axes, unit, levels, names, labels, "image-label" in metadata)
 
 
 def _check_content(path, metadata):

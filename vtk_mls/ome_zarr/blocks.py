@@ -13,7 +13,7 @@ import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.sampling import Sampling
-from vtk_mls.files.ome_zarr import open_image
+from vtk_mls.files.ome_zarr import open_image, read, write
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.parts import resampled_part, slices_of
 
@@ -49,7 +49,7 @@ class Blocks:
 
     @functools.cached_property
     def _output(self):
-        return open_image(self.target)
+        return open_image(self.target, "r+")
 
     @property
     def stages(self):
@@ -67,7 +67,7 @@ class Blocks:
         array = self._output.levels[stage].array
         stops = np.minimum(np.add(start, self._shape(stage)), array.shape).tolist()
         place = tuple(map(slice, start, stops))
-        array[place] = self._values(stage, place)
+        write(array, place, self._values(stage, place))
 
     def _shape(self, stage):
         return block_shape(self._output.levels[stage].array, self._output.axes)
@@ -99,13 +99,15 @@ class DeformedBlocks(Blocks):
         target = _part(self._output.finest.grid, space)
         count = math.prod(rows.stop - rows.start for rows in lead)
 
-        def read(part):
-            values = np.asarray(array[lead + slices_of(part)[3 - len(space) :]])
+        def read_part(part):
+            values = read(array, lead + slices_of(part)[3 - len(space) :])
             return list(values.reshape(count, *part.shape))
 
         method = "nearest" if self._output.is_label else self.interpolation
         sampling = Sampling(level.grid, target, method, self.background, self.void_values)
-        results = resampled_part(read, [np.dtype(array.dtype)] * count, self.transform, sampling)
+        results = resampled_part(
+            read_part, [np.dtype(array.dtype)] * count, self.transform, sampling
+        )
         values = results[0] if count == 1 else np.stack(results)
         return values.reshape([rows.stop - rows.start for rows in place])
 
@@ -117,7 +119,7 @@ class DeformedBlocks(Blocks):
             slice(rows.start * n, min(rows.stop * n, size))
             for rows, n, size in zip(space, factors, finer.shape[len(lead) :])
         ]
-        values = np.asarray(finer[(*lead, *rows)])
+        values = read(finer, (*lead, *rows))
         size = [rows.stop - rows.start for rows in space]
         return coarsened(values, factors, size, self._output.is_label)
 

@@ -53,6 +53,4 @@ def _attributes(image, space, version):
             "multiscales": [{"version": "0.4", **multiscale}],
             "omero": {"version": "0.4", "channels": channels},
         }
-    return {
-        "ome": {"version": "0.5", "multiscales": [multiscale], "omero": {"channels": channels}}
-    }
+    return {"ome": {"version": "0.5", "multiscales": [multiscale], "omero": {"channels": channels}}}

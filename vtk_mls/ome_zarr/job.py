@@ -13,7 +13,7 @@ import vtk_mls
 from vtk_mls.base import validation
 from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
-from vtk_mls.files.ome_zarr import SUFFIX, open_image
+from vtk_mls.files.ome_zarr import open_image
 from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of

@@ -13,7 +13,7 @@ import os
 import shutil
 from pathlib import Path
 
-from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr
+from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
 
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
@@ -104,7 +104,7 @@ def check_output(path, inputs=()):
         raise ValueError(f"`{path}` must end in {SUFFIX}, as the name of an OME-Zarr")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
-    if path.exists() and not (is_ome_zarr(path) and _has_metadata(path)):
+    if path.exists() and not has_metadata(path):
         raise FileExistsError(f"`{path}` cannot be written: it exists and is no OME-Zarr")
     for other in map(Path, inputs):
         if path.resolve() in (other.resolve(), *other.resolve().parents):
@@ -154,10 +154,6 @@ def _without_copies(file):
         return text
     del content[_CONSOLIDATED]
     return json.dumps(content, indent=2)
-
-
-def _has_metadata(path):
-    return any((path / name).is_file() for name in ("zarr.json", ".zgroup"))
 
 
 def _stored(job):
