@@ -3,8 +3,8 @@
 import numpy as np
 import zarr
 
-SHAPE = (24, 40, 52)
-SPACING, ORIGIN = (2.0, 1.0, 1.5), (5.0, -2.0, 3.0)  # z, y, x
+SHAPE = (12, 20, 26)
+SPACING, ORIGIN = (4.0, 2.0, 3.0), (5.0, -2.0, 3.0)  # z, y, x
 HANDLES = np.array(  # world coordinates x, y, z of p and q
     [
         (10.5, 3, 15, 16.5, 4, 15),
@@ -18,7 +18,7 @@ HANDLES = np.array(  # world coordinates x, y, z of p and q
 
 def values(rng, lead=(), dtype="uint16"):
     """Noise on a slope, (*lead, z, y, x)."""
-    slope = np.arange(SHAPE[2]) * 500
+    slope = np.arange(SHAPE[2]) * 1000
     return (slope + rng.integers(0, 20000, (*lead, *SHAPE))).astype(dtype)
 
 
@@ -40,7 +40,7 @@ def halves(array, count=3, is_label=False):
     return levels
 
 
-def write(path, levels, version="0.5", chunks=(12, 16, 20), axes="zyx", **metadata):
+def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", **metadata):
     """Write an image with these resolutions, of which each is half of the one before."""
     file = zarr.open_group(path, mode="w", zarr_format=2 if version == "0.4" else 3)
     lead = len(axes) - 3

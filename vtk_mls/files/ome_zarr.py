@@ -143,8 +143,25 @@ def read(array, place):
     """
     values = np.empty([rows.stop - rows.start for rows in place], array.dtype)
     for part, where in _chunks_in(array, place):
+        _check_chunk(array, part)
         values[where] = array[part]
     return values
+
+
+def _check_chunk(array, place):
+    """Raise ValueError if a chunk of Blosc is truncated: it would be read from foreign memory."""
+    if array.shards or not any("Blosc" in type(codec).__name__ for codec in array.compressors):
+        return
+    number = [rows.start // n for rows, n in zip(place, array.chunks)]
+    key = array.metadata.encode_chunk_key(tuple(number))
+    file = Path(array.store.root, array.path, key)
+    if not file.is_file():  # all values are the fill value
+        return
+    with file.open("rb") as chunk:
+        head = chunk.read(16)
+        size = chunk.seek(0, 2)
+    if len(head) < 16 or int.from_bytes(head[12:], "little") > size:
+        raise ValueError(f"its chunk `{array.path}/{key}` is truncated")
 
 
 def write(array, place, values):

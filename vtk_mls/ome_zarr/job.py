@@ -59,8 +59,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
             member.factors(index)  # an error now, not after hours
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
-    values = pickle.dumps((transform, sorted(settings.items()), vtk_mls.__version__))
-    unfinished = Unfinished(target, hash_of(source, paths, values))
+    inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
+    unfinished = Unfinished(target, inputs)
     copy_metadata(Path(source), unfinished.data, [*images, *paths])
     source = Path(source).resolve()
     parts = [
@@ -78,8 +78,8 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     """
     image = open_image(source)
     check_output(target, [source])
-    values = pickle.dumps((transform, "field", vtk_mls.__version__))
-    unfinished = Unfinished(target, hash_of(source, [], values, repr(image.finest.grid).encode()))
+    inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
+    unfinished = Unfinished(target, inputs)
     if not unfinished.is_resumed:
         create_field(unfinished.data, image)
     parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]

@@ -7,11 +7,15 @@ output with its own name is complete, and an interrupted one is resumed.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import os
+import pickle
 import shutil
 from pathlib import Path
+
+import numpy as np
 
 from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
 
@@ -134,7 +138,7 @@ def copy_metadata(source, target, paths):
 
 
 def hash_of(folder, paths, *values):
-    """A hash of the files of arrays, by their names, sizes and times, and of bytes."""
+    """A hash of the files of arrays, by their names, sizes and times, and of values."""
     digest = hashlib.sha256()
     for path in paths:
         for file in sorted(Path(folder, path).rglob("*")):
@@ -142,8 +146,29 @@ def hash_of(folder, paths, *values):
             if file.is_file():
                 digest.update(f"{file} {state.st_size} {state.st_mtime_ns}\n".encode())
     for value in values:
-        digest.update(hashlib.sha256(value).digest())
+        _add_content(digest, value)
     return digest.hexdigest()
+
+
+def _add_content(digest, value):
+    """Add a value to a hash, without the properties that it keeps when they are first used."""
+    digest.update(type(value).__qualname__.encode())
+    if dataclasses.is_dataclass(value):
+        members = [getattr(value, field.name) for field in dataclasses.fields(value) if field.init]
+    elif isinstance(value, dict):
+        members = [part for item in value.items() for part in item]
+    elif isinstance(value, list | tuple):
+        members = value
+    elif isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype} {value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+        return
+    else:
+        digest.update(pickle.dumps(value))
+        return
+    digest.update(f"{len(members)}".encode())
+    for member in members:
+        _add_content(digest, member)
 
 
 def _without_copies(file):
