@@ -17,6 +17,8 @@ from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, files, halves, values, 
 
 from vtk_mls import Aborted, Deformation, Grid, Sampling, io
 from vtk_mls.cli import main
+from vtk_mls.commands import view
+from vtk_mls.editor import saving
 from vtk_mls.ome_zarr import blocks, job
 
 GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
@@ -183,6 +185,35 @@ def test_a_flat_image_and_other_commands(folder, rng):
     assert image.GetDimensions() == (26, 20, 1)
     assert image.GetPointData().GetScalars().GetName() == "OME-Zarr"
     assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
+
+
+def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
+    stored = halves(values(rng))
+    write("in.ome.zarr", stored)
+    shown = []
+
+    def show(datasets, state, paths, folder):
+        saver = saving.Saver(datasets, paths)
+        saver.folder, saver.progress = Path(folder), shown.append
+        saver.save(state, None)
+        shown.append(datasets[0])
+
+    monkeypatch.setattr(saving, "_write_picture", lambda *_: None)
+    monkeypatch.setattr("vtk_mls.editor.window.show", show)
+    monkeypatch.setattr(view, "MAX_POINTS", 1000)
+    assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0
+    *fractions, dataset = shown
+    assert dataset.GetDimensions() == (13, 10, 6)
+    np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))
+    np.testing.assert_allclose(dataset.GetOrigin(), np.add(ORIGIN, np.array(SPACING) / 2)[::-1])
+    assert fractions == sorted(fractions)
+    (moved,) = D.resample([stored[0]], GRID)
+    for number, level in enumerate(halves(moved)):
+        found = opened("saved/in-deformed.ome.zarr", f"scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+    shutil.rmtree("saved/in-deformed.ome.zarr")
+    subprocess.run([sys.executable, "saved/deform.py"], check=True, capture_output=True)
+    assert Path("saved/in-deformed.ome.zarr/zarr.json").is_file()
 
 
 def metadata(change):
