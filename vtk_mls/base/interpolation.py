@@ -74,7 +74,8 @@ def joined_bounds(bounds, index, grid):
         inside = grid.covers(index)
         if not inside.any():
             return bounds
-        ends = np.array([index[inside].min(axis=0), index[inside].max(axis=0)])
+        # columns are contiguous, as a rule
+        ends = np.array([(column.min(), column.max()) for column in (a[inside] for a in index.T)]).T
     return np.array([np.minimum(low, ends[0]), np.maximum(high, ends[1])])
 
 
