@@ -6,7 +6,7 @@ import concurrent.futures
 import functools
 import os
 import pickle
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import vtk_mls
@@ -88,8 +88,9 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
 
 def _run(parts, unfinished, scheduler, progress):
     """Write all blocks that are not written, and finish the output."""
-    for part in parts:
-        part.transform._engine  # an error of the device before all work  # noqa: B018
+    if not scheduler:
+        for part in parts:
+            part.transform._engine  # noqa: B018  an error of the device, before all work
     job = pickle.dumps((os.urandom(8), parts))  # another job for each run: workers keep the last
     stages = _stages(parts)
     total = sum(map(len, stages))
@@ -181,5 +182,3 @@ def _executor(scheduler):
             raise OSError(f"the scheduler `{scheduler}` has no workers")
         with client.get_executor(pure=False) as executor:
             yield executor, 2 * threads
-            with suppress(Exception):
-                executor.shutdown()

@@ -144,7 +144,8 @@ def hash_of(folder, paths, *values):
         for file in sorted(Path(folder, path).rglob("*")):
             state = file.stat()
             if file.is_file():
-                digest.update(f"{file} {state.st_size} {state.st_mtime_ns}\n".encode())
+                name = file.relative_to(folder)
+                digest.update(f"{name} {state.st_size} {state.st_mtime_ns}\n".encode())
     for value in values:
         _add_content(digest, value)
     return digest.hexdigest()
