@@ -1,5 +1,6 @@
 """`vtk-mls deform` and `field` of OME-Zarr: all resolutions, metadata, interruptions, errors."""
 
+import concurrent.futures
 import json
 import re
 import shutil
@@ -163,6 +164,13 @@ def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
         command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]
         assert main([*command, "--scheduler", cluster.scheduler_address]) == 0
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+
+
+def test_a_cluster_that_stops_is_one_sentence():
+    future = concurrent.futures.Future()
+    future.cancel()
+    with pytest.raises(OSError, match="the cluster has stopped; run the same again to resume"):
+        job._check(future)
 
 
 def test_a_flat_image_and_other_commands(folder, rng):

@@ -134,11 +134,23 @@ def _completed(executor, count, job, todo):
                 return
             done, _ = concurrent.futures.wait(running, return_when="FIRST_COMPLETED")
             for future in done:
-                future.result()
+                _check(future)
                 yield running.pop(future)
     finally:
         for future in running:
             future.cancel()
+
+
+def _check(future):
+    """Raise the error of a block."""
+    try:
+        future.result()
+    except concurrent.futures.CancelledError as error:
+        raise OSError("the cluster has stopped; run the same again to resume") from error
+    except Exception as error:
+        if not type(error).__module__.startswith("distributed"):
+            raise
+        raise OSError(f"the cluster failed: {error}; run the same again to resume") from error
 
 
 def _write(job, number, stage, start):
