@@ -70,6 +70,10 @@ chain of them holds. NIfTI fields with the intent code 1006 have vectors in RAS,
 them; those with 1007 have vectors in LPS, as ANTs and nitransforms read them
 (`--field-convention ants`).
 """
+ZARR = """`vtk-mls deform` and `vtk-mls field` also write an OME-Zarr, of an OME-Zarr, in blocks
+([Deform a terabyte](large.md)). Other commands and `vtk_mls.io` read its finest resolution, which
+must fit in memory. Versions 0.4 and 0.5 are read. N5, HDF5 of BigDataViewer, and plates are not.
+"""
 SERIES = "`.pvd`, `.series` and patterns in quotes (`'beat_*.vti'`) are series of all of these.\n"
 
 
@@ -81,6 +85,8 @@ def page() -> str:
         parts.append("|---|---|---|---|---|")
         parts += [_row(line, words) for line in formats.TABLE if _is_of(line, words)]
         parts.append("")
+        if title == "Images":
+            parts.append(ZARR)
         if title.startswith("Transforms"):
             parts.append(TRANSFORMS)
         if title.startswith("Blocks"):

@@ -113,7 +113,8 @@ def open_dataset(
     OSError, ValueError
         Naming the file.
     """
-    path = existing_file(path)
+    named = formats.find(Path(path), reads=_DATASETS)
+    path = Path(path) if named and named.is_folder else existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
     times, read = (), lambda index: line.read(path)
     if line.has_times:

@@ -11,7 +11,7 @@ import pytest
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "api.md"
 PUBLIC = (
     "vtk_mls",
-    *(f"vtk_mls.{room}" for room in ("cuts", "editor", "filters", "io", "landmarks")),
+    *(f"vtk_mls.{room}" for room in ("cuts", "dask", "editor", "filters", "io", "landmarks")),
 )
 PUBLIC += ("vtk_mls.pyvista", "vtk_mls.rendering")
 

@@ -15,7 +15,7 @@ MAX_PARAMETERS = 8
 QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian", "least_determinant"),
     *("displacement_field", "jacobian_field"),
-    *("resample", "gradient", "source_bounds", "origins_from", "sample"),
+    *("resample", "gradient", "source_bounds", "source_index", "origins_from", "sample"),
     *("void_by_corners", "void_distance_listed"),
 )
 

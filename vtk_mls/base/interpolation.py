@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-INTERPOLATIONS = ("nearest", "linear", "cubic")
+# By method: how many points beyond those next to an index determine the value there.
+REACH = {"nearest": 0, "linear": 0, "cubic": 1}
+INTERPOLATIONS = tuple(REACH)
 NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # without points
 
 
@@ -65,12 +67,16 @@ def sample(array, index, method, background, source):
 
 def joined_bounds(bounds, index, grid):
     """`bounds` (2, 3), extended by the indices (m, 3) inside `grid`."""
-    inside = grid.covers(index)
-    if not inside.any():
+    if len(index) == 0:
         return bounds
-    index = index if inside.all() else index[inside]
-    low, high = bounds
-    return np.array([np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))])
+    (low, high), ends = bounds, np.array([index.min(axis=0), index.max(axis=0)])
+    if not grid.covers(ends).all():
+        inside = grid.covers(index)
+        if not inside.any():
+            return bounds
+        # columns are contiguous, as a rule
+        ends = np.array([(column.min(), column.max()) for column in (a[inside] for a in index.T)]).T
+    return np.array([np.minimum(low, ends[0]), np.maximum(high, ends[1])])
 
 
 def _taps(method, t):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, property_options, remarks
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import distinct_warnings, read, update
 from vtk_mls.commands.supervision import step
 
@@ -23,7 +23,7 @@ def add(commands):
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr .ome.zarr; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj; pieces, blocks or time steps of these: "
         ".pvti .pvtu .pvtp .pvts .pvtr .vtm .vtpc .vtkhdf .cgns .ex2 .e .exo .case .xdmf; "
         "of the simulation programs that meshio knows: .msh .inp .bdf .med ...; time series: .pvd "
@@ -32,7 +32,8 @@ def add(commands):
     deform.add_argument("handles", help=map_options.HANDLES)
     deform.add_argument(
         "output",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; mesh: .vtu .vtp .vts .vtk "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz, or .ome.zarr of "
+        "one, block by block: an interrupted output is resumed; mesh: .vtu .vtp .vts .vtk "
         ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. .vtm, .vtpc and .pvd "
         "files have their data in a folder of the same name",
     )
@@ -65,6 +66,7 @@ def add(commands):
     )
     add("GenerateCellQuality", flag="--cell-quality")
     map_options.add(deform)
+    ome_zarr.add(deform)
     deform.set_defaults(run=run)
 
 
@@ -74,6 +76,8 @@ def run(options):
     from vtk_mls.files.paths import check_replaceable
     from vtk_mls.filters import MLSDeform
 
+    if ome_zarr.is_for(options):
+        return ome_zarr.deform(options)
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
     is_series = options.output.lower().endswith(series.SUFFIX)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls.commands import map_options, property_options, remarks
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -26,7 +26,7 @@ def add(commands):
     field.add_argument(
         "output",
         help="transform: .nii.gz .nii .nrrd .nhdr .mha .mhd; with SimpleITK: .h5 .hdf5 .tfm .txt; "
-        "for VTK: .vti .vtk",
+        "for VTK: .vti .vtk; of an OME-Zarr: .ome.zarr, block by block",
     )
     add = field.add_argument
     property_options.add(
@@ -55,6 +55,7 @@ def add(commands):
         + property_options.default("SampleDimensions"),
     )
     map_options.add(field)
+    ome_zarr.add(field)
     field.set_defaults(run=run)
 
 
@@ -64,6 +65,8 @@ def run(options):
     from vtk_mls.filters import MLSDisplacementField
     from vtk_mls.vtk.arrays import ImageGeometry
 
+    if ome_zarr.is_for(options):
+        return ome_zarr.field(options)
     field = MLSDisplacementField()
     dataset = read(io.read_dataset, options.input)
     if options.jacobian:

@@ -7,6 +7,7 @@ from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.paths import check_folder
 
+MAX_POINTS = 1 << 24  # of a level of an OME-Zarr; the finest level is saved
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
 
 
@@ -18,7 +19,11 @@ def add(commands):
         description="Deform an image or a mesh by the mouse, in a window: drag handles, see the "
         "result at once, undo, save. The window has a legend of its keys.",
     )
-    view.add_argument("input", help="image or mesh, of any format that `vtk-mls deform` reads")
+    view.add_argument(
+        "input",
+        help="image or mesh, of any format that `vtk-mls deform` reads; of "
+        "an OME-Zarr the finest resolution of at most 2^24 points is edited, and all are saved",
+    )
     view.add_argument(
         "handles",
         nargs="?",
@@ -54,13 +59,11 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import io
-
     if options.output is not None:
         check_folder(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
-    datasets = [read(io.read_dataset, path) for path in (options.input, *options.others)]
+    datasets = [read(_read_dataset, path) for path in (options.input, *options.others)]
     for path, dataset in zip((options.input, *options.others), datasets):
         if not dataset.IsA("vtkDataSet"):
             raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
@@ -68,6 +71,19 @@ def run(options):
     with step("show", options.input):
         _show(options, datasets, state)
     return 0
+
+
+def _read_dataset(path):
+    """The dataset of a file; of an OME-Zarr, a level that is not too large."""
+    from vtk_mls import io
+    from vtk_mls.files.image_files import read_ome_zarr
+    from vtk_mls.files.ome_zarr import is_ome_zarr
+    from vtk_mls.files.vtk_io import failures_named
+
+    if not is_ome_zarr(path):
+        return io.read_dataset(path)
+    with failures_named(path):
+        return read_ome_zarr(path, MAX_POINTS)
 
 
 def _show(options, datasets, state):

@@ -16,9 +16,11 @@ from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import polydata, script
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files
+from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
+from vtk_mls.ome_zarr import job
 
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 SHAPES = "handles.vtp"  # instead, if there are regions or curves
@@ -114,8 +116,15 @@ class Saver:
         if number >= len(self._paths):
             return f"data-{number + 1}", ".vti"
         name = self._paths[number].name
+        if self._is_ome_zarr(number):
+            stem = name.partition(".")[0]
+            return stem, name.removeprefix(stem)
         stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
         return stem, dot + ending
+
+    def _is_ome_zarr(self, number):
+        """Whether a dataset is a coarse level of an OME-Zarr, whose finest one is deformed."""
+        return number < len(self._paths) and is_ome_zarr(self._paths[number])
 
     def _source(self, number, folder):
         """Path of a dataset for the script."""
@@ -137,9 +146,24 @@ class Saver:
             for stem in _numbered(f"{stem}-deformed")
             if not {stem + ending for ending in endings} & set(other_names)
         )
+        if self._is_ome_zarr(number):
+            return self._write_ome_zarr(deform, number, folder / f"{stem}{ending}")
         deform.SetInputData(0, self._datasets[number])
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
+
+    def _write_ome_zarr(self, deform, number, target):
+        """Deform all resolutions of an OME-Zarr, block by block; the name of its folder."""
+        settings = {
+            "interpolation": deform.GetInterpolation(),
+            "background": deform.GetBackground(),
+            "void_values": deform.GetVoidValues(),
+        }
+        transform = deform.updated_deformation()
+        source, progress = self._paths[number], self._note_progress
+        job.deform(source, target, transform, settings, progress=progress)
+        self._done += 1
+        return target.name
 
 
 def _numbered(name):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 
 from vtk_mls import HalfPlane, Plane
+from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.model.options import OPTIONS
 
 _TEXT = '''\
@@ -19,17 +20,27 @@ from pathlib import Path
 
 from vtk_mls import {imports}
 from vtk_mls.filters import MLSDeform
-
+{more}
 here = Path(__file__).parent
 deform = MLSDeform()
 deform.SetInputData(1, io.read_control_points(here / "{handles}"))
 {settings}
+{work}'''
+_LOOP = """\
 for source, target in {files}:
     deform.SetInputData(0, io.read_dataset(here / source))
     deform.Update()
     io.write_dataset(deform.GetOutput(), here / target)
     print(here / target)
-'''
+"""
+_BLOCKS = """\
+keys = "interpolation", "background", "void_values"  # of larger data, which are read in blocks
+values = deform.GetInterpolation(), deform.GetBackground(), deform.GetVoidValues()
+for source, target in {files}:
+    transform = deform.updated_deformation()
+    job.deform(here / source, here / target, transform, dict(zip(keys, values)))
+    print(here / target)
+"""
 
 
 def settings_of(state):
@@ -75,12 +86,18 @@ def script(state, handles, surfaces, files):
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
     names = [*sorted({type(cut).__name__ for cut in flat}), "io"]
+    large = [pair for pair in files if is_ome_zarr(pair[0])]
+    others = [pair for pair in files if pair not in large]
+    work = _LOOP.format(files=others) if others else ""
+    work += _BLOCKS.format(files=large) if large else ""
+    more = "from vtk_mls.ome_zarr import job\n" if large else ""
     return _TEXT.format(
+        more=more,
+        work=work,
         commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),
         imports=", ".join(names),
         handles=handles,
         settings="\n".join(settings),
-        files=files,
     )
 
 

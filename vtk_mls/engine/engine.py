@@ -211,7 +211,7 @@ class Engine:
     @_exclusive
     def sample(self, array, index, method, background, source, version=None):
         if len(index) == 0 or not array_types.is_for_device(array, self.device):
-            return interpolation.sample(array, index, method, background, source)
+            return interpolation.sample(array, index.astype(float), method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
         settings = {"background": background, "versions": [version]}
         sampling = Sampling(source, interpolation=method, **settings)
@@ -246,6 +246,13 @@ class Engine:
             planes = self.memory.planes(index, part.stop - part.start)
             bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
         return bounds
+
+    @_exclusive
+    def source_index(self, deformation, sampling, progress=SILENT):
+        index = np.empty((3, sampling.target.size), np.float32)
+        for part, planes in self._sources(_SOURCE_INDEX, deformation, sampling, 0, progress):
+            index[:, part] = self.memory.planes(planes, part.stop - part.start)
+        return index.T
 
     def _maps(self, deformation):
         return [RegionMap(self.launcher, deformation, region) for region in deformation.regions]

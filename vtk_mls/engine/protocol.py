@@ -209,3 +209,12 @@ class Engine(Protocol):
         The lowest and highest continuous indices of `sampling.source.whole` that are inside it;
         inf and -inf without any.
         """
+
+    def source_index(
+        self, deformation: Deformation, sampling: Sampling, progress: Progress
+    ) -> np.ndarray:
+        """The origins of the target of a `Sampling`: (target.size, 3) float32 or float64.
+
+        Continuous indices of `sampling.source.whole`, for `sample`. They are outside of it for the
+        void, unless values are continued there.
+        """

@@ -51,6 +51,8 @@ class Format:
         Whether the reader returns times, as `simulation_files.open_file` does.
     needs : str
         A package that must be installed.
+    is_folder : bool
+        Whether it is a folder with a name of that ending.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Format:
     writer: str = ""
     has_times: bool = False
     needs: str = ""
+    is_folder: bool = False
 
     def ending(self, path: Path) -> str:
         """The ending of a file name, if it is of this format; "" for others."""
@@ -125,6 +128,7 @@ def _points(name: str, endings: str, frame: str, reader: str, writer: str) -> Fo
 _ROLES = (MESH, SURFACE, POINT_DATA)
 _VTI = "image_files.read_xml", (IMAGE,), "image_files.write_xml"
 _VTK = "mesh_files.read vtkIOLegacy.vtkDataSetReader", (IMAGE,), "image_files.write_legacy"
+_ZARR = "image_files.read_ome_zarr"
 _VTR = "mesh_files.read vtkIOXML.vtkXMLRectilinearGridReader"
 _MESHIO = ".msh .inp .bdf .nas .fem .med .mesh .meshb .vol .su2 .avs .off"
 
@@ -136,6 +140,7 @@ TABLE = (
     _image("NRRD", ".nrrd .nhdr .seg.nrrd", HEADER, "NRRD"),
     _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
     Format("NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.read_volume NIFTI"),
+    Format("OME-Zarr", ".ome.zarr .zarr", AS_IS, (IMAGE,), _ZARR, needs="zarr", is_folder=True),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),

@@ -16,7 +16,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
-from vtk_mls.files import meta_image, metadata, nifti, nrrd, volumes, vtk_io
+from vtk_mls.files import meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -148,6 +148,27 @@ def write_volume(name, image, path):
             header=metadata.load(image, header),
         ),
     )
+
+
+def read_ome_zarr(path, max_points=None):
+    """An OME-Zarr of one time: the finest level, or the finest with at most so many points.
+
+    Each channel is an array; without such a level it is the coarsest.
+    """
+    source = ome_zarr.open_image(path)
+    level = source.level_within(max_points)
+    image = vtkImageData()
+    image.SetDimensions(level.grid.dimensions)
+    _set_geometry(image, level.grid.origin.tolist(), level.grid.index_to_world)
+    names = []
+    for name, values in source.channels(level):
+        array = arrays.from_numpy(values.ravel(), get_vtk_array_type(values.dtype))
+        array.SetName(name)
+        image.GetPointData().AddArray(array)
+        names.append(name)
+    image.GetPointData().SetActiveScalars(names[0])
+    metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
+    return image
 
 
 def _single_array(image, path):

@@ -11,6 +11,7 @@ from vtkmodules.vtkCommonExecutionModel import (
     vtkStreamingDemandDrivenPipeline,
 )
 
+from vtk_mls.base import interpolation
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _KEYS = vtkStreamingDemandDrivenPipeline
@@ -21,9 +22,7 @@ _HAS_EXTENT = _KEYS.UPDATE_EXTENT_INITIALIZED()
 _PIECE, _PIECES = _KEYS.UPDATE_PIECE_NUMBER(), _KEYS.UPDATE_NUMBER_OF_PIECES()
 _GHOSTS = _KEYS.UPDATE_NUMBER_OF_GHOST_LEVELS()
 
-# Points needed beyond those next to an origin: by interpolation, and by differences for gradients.
-_REACH = {"nearest": 0, "linear": 0, "cubic": 1}
-GRADIENT_REACH = 2
+GRADIENT_REACH = 2  # of differences, as `interpolation.REACH`
 
 
 def request_all(info):
@@ -100,7 +99,7 @@ def needed_extent(deformation, geometry, sampling, margin=0):
         At least one cell of the input.
     """
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    reach = _REACH[sampling.interpolation] + margin
+    reach = interpolation.REACH[sampling.interpolation] + margin
     for is_cells, part in enumerate((sampling, cell_sampling(sampling))):
         lowest, highest = deformation.source_bounds(part)
         # a cell needs its last corner as well

@@ -313,6 +313,10 @@ def source_bounds(deformation, sampling, progress=SILENT):
     return bounds
 
 
+def source_index(deformation, sampling, progress=SILENT):
+    return np.concatenate([index for _, index, *_ in _sources(deformation, sampling, progress)])
+
+
 def _sources(deformation, sampling, progress, with_jacobian=False):
     """Parts of the target with their origins, as indices (m, 3) of the whole source.
 

@@ -82,6 +82,10 @@ def source_bounds(transform, sampling, progress=SILENT):
     return bounds
 
 
+def source_index(transform, sampling, progress=SILENT):
+    return np.concatenate([index for _, index, *_ in _sources(transform, sampling, progress)])
+
+
 def _version(sampling, index):
     """The version of an array, or a new one: a device keeps the array for all slabs."""
     version = sampling.version(index)

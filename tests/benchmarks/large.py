@@ -1,0 +1,192 @@
+"""Deforms an OME-Zarr that is larger than memory should be: python tests/benchmarks/large.py
+
+Makes a compressed image on disk, deforms it by the command, and reports the largest memory, whether
+a part is equal to the bit to the image deformed in memory, whether the files are the same after
+some kills and from two workers of dask, and the throughput against copying the files and deforming
+in memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+import concurrent.futures
+import hashlib
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import zarr
+
+from vtk_mls import Deformation, Sampling
+from vtk_mls.files.ome_zarr import open_image, read, write
+from vtk_mls.ome_zarr.blocks import DeformedBlocks
+from vtk_mls.ome_zarr.unfinished import copy_metadata
+
+CHUNK, LEVELS, THREADS = 128, 4, 3
+COMMAND = [sys.executable, "-m", "vtk_mls", "deform"]
+SPACING = 0.5  # micrometer
+
+
+def make(path, size):
+    """Write an image of `size` (nx, ny, nz): a slope, waves and noise."""
+    rng = np.random.default_rng(0)
+    shape, datasets = np.array(size[::-1]), []
+    file = zarr.open_group(path, mode="w", zarr_format=3)
+    for number in range(LEVELS):
+        codec = zarr.codecs.BloscCodec(cname="zstd", clevel=1, shuffle="shuffle")
+        array = file.create_array(
+            str(number),
+            shape=-(-shape // 2**number),
+            chunks=tuple(int(n) for n in np.minimum(CHUNK, -(-shape // 2**number))),
+            dtype="uint16",
+            compressors=codec,
+            dimension_names=list("zyx"),
+        )
+        scale = {"type": "scale", "scale": [SPACING * 2.0**number] * 3}
+        shift = {"type": "translation", "translation": [SPACING * (2.0**number - 1) / 2] * 3}
+        datasets.append({"path": str(number), "coordinateTransformations": [scale, shift]})
+        if number == 0:
+            for low in range(0, shape[0], CHUNK):
+                z, y, x = np.ogrid[low : min(low + CHUNK, shape[0]), : shape[1], : shape[2]]
+                slope = 8 * x + 4000 * np.sin(y / 40) * np.cos(z / 30) + 20000
+                noise = rng.integers(0, 64, slope.shape, dtype="uint16")
+                array[low : low + CHUNK] = slope.astype("uint16") + noise
+    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+    multiscale = {"name": "large", "axes": axes, "datasets": datasets}
+    file.attrs["ome"] = {"version": "0.5", "multiscales": [multiscale]}
+
+
+def handles(size):
+    """p and q, (20, 6), over the image: moves by some percent of its size."""
+    rng, extent = np.random.default_rng(1), SPACING * np.array(size)
+    p = rng.uniform(0, extent, (20, 3))
+    return np.hstack([p, p + rng.normal(0, 0.02, p.shape) * extent.max()])
+
+
+def start(source, target, *options):
+    command = [*COMMAND, source, "handles.csv", target, *options]
+    return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+
+
+def digests(folder):
+    """A hash of each file, by its name."""
+    return {
+        str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in Path(folder).rglob("*")
+        if file.is_file()
+    }
+
+
+def is_equal_in_memory(source, target, d, side=256):
+    """Whether a part in the middle of the output is `Deformation.resample` to the bit."""
+    image, found = open_image(source).finest, open_image(target).finest
+    size = np.array(image.grid.dimensions)
+    part = image.grid.part(np.maximum(size - side, 0) // 2, np.minimum(side, size))
+    low, high = d.source_bounds(Sampling(image.grid, part))
+    low = np.clip(np.floor(low) - 4, 0, size - 1).astype(int)
+    high = np.clip(np.ceil(high) + 4, 0, size - 1).astype(int)
+    rows = tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))
+    known = image.grid.part(low, high - low + 1)
+    (expected,) = d.resample([image.array[rows]], Sampling(known, part))
+    rows = tuple(slice(a, a + n) for a, n in zip(part.first[::-1], part.shape))
+    return np.array_equal(found.array[rows], expected) and bool(expected.any())
+
+
+def copy(source, target):
+    """Read and write all resolutions in the blocks of the command; seconds."""
+    begin, image = time.perf_counter(), open_image(source)
+    copy_metadata(Path(source), Path(target), [level.path for level in image.levels])
+    blocks = DeformedBlocks(Path(source), Path(target), None)
+
+    def one(stage, first):
+        old, new = (part.levels[stage].array for part in (blocks._input, blocks._output))
+        stops = np.minimum(np.add(first, blocks._shape(stage)), new.shape).tolist()
+        place = tuple(map(slice, first, stops))
+        write(new, place, read(old, place))
+
+    tasks = [(stage, first) for stage in range(blocks.stages) for first in blocks.starts(stage)]
+    with concurrent.futures.ThreadPoolExecutor(THREADS) as threads:
+        list(threads.map(one, *zip(*tasks)))
+    return time.perf_counter() - begin
+
+
+def in_memory(source, d):
+    """Seconds of `Deformation.resample` of the finest resolution."""
+    level = open_image(source).finest
+    values = level.array[...]
+    begin = time.perf_counter()
+    d.resample([values], level.grid)
+    return time.perf_counter() - begin
+
+
+def killed(whole_time, count):
+    """Deform with some kills at random moments; how many there were."""
+    kills, rng = 0, random.Random(2)
+    while True:
+        process = start("in.ome.zarr", "killed.ome.zarr")
+        try:
+            is_last = kills == count
+            process.wait(None if is_last else rng.uniform(0.5, 2.5) * whole_time / count + 2)
+            return kills
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            kills += 1
+
+
+def by_workers():
+    """Deform by two worker processes of dask."""
+    import distributed
+
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
+        process = start("in.ome.zarr", "workers.ome.zarr", "--scheduler", cluster.scheduler_address)
+        assert process.wait() == 0
+
+
+def main():
+    """Print a line for each question."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--size", default="2048,2048,512", help="NX,NY,NZ; default: %(default)s")
+    parser.add_argument("--kills", type=int, default=10, help="default: %(default)s")
+    parser.add_argument("--folder", default="build/large", help="default: %(default)s")
+    options = parser.parse_args()
+    size = [int(part) for part in options.size.split(",")]
+    shutil.rmtree(options.folder, ignore_errors=True)
+    Path(options.folder).mkdir(parents=True)
+    os.environ["PYTHONPATH"] = os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])
+    os.chdir(options.folder)
+    make("in.ome.zarr", size)
+    points = handles(size)
+    np.savetxt("handles.csv", points, delimiter=",", fmt="%.17g")
+    d = Deformation(*np.hsplit(points, 2), kind="rigid")
+    start("in.ome.zarr", "small-test.vti", "--help").wait()  # imports are in the disk's cache
+    begin = time.perf_counter()
+    assert start("in.ome.zarr", "out.ome.zarr").wait() == 0
+    seconds = time.perf_counter() - begin
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+    print(f"deformed in {seconds:.0f} s, at most {peak:.2f} GiB of memory", flush=True)
+    equal = is_equal_in_memory("in.ome.zarr", "out.ome.zarr", d)
+    print(f"equal to the bit in memory: {equal}", flush=True)
+    copying, resampling = copy("in.ome.zarr", "copy.ome.zarr"), in_memory("in.ome.zarr", d)
+    share = (copying + resampling) / seconds
+    print(
+        f"read and written in {copying:.0f} s, resampled in memory in {resampling:.0f} s: "
+        f"throughput {share:.2f} of both",
+        flush=True,
+    )
+    expected = digests("out.ome.zarr")
+    kills = killed(seconds, options.kills)
+    print(f"killed {kills} times: same files {digests('killed.ome.zarr') == expected}", flush=True)
+    by_workers()
+    print(f"two workers: same files {digests('workers.ome.zarr') == expected}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

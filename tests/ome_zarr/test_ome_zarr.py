@@ -1,0 +1,311 @@
+"""`vtk-mls deform` and `field` of OME-Zarr: all resolutions, metadata, interruptions, errors."""
+
+import concurrent.futures
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import ngff_zarr
+import numpy as np
+import pytest
+import tensorstore
+import zarr
+from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, files, halves, values, write
+
+from vtk_mls import Aborted, Deformation, Grid, Sampling, io
+from vtk_mls.cli import main
+from vtk_mls.commands import view
+from vtk_mls.editor import saving
+from vtk_mls.ome_zarr import blocks, job
+
+GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
+D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")
+SETTINGS = {"interpolation": "linear", "background": 0.0, "void_values": "background"}
+CHANNELS = [
+    {"label": name, "color": color, "window": {"min": 0, "max": 9, "start": 0, "end": 9}}
+    for name, color in (("cells", "FF0000"), ("nuclei", "00FF00"))
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, with handles.csv."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+    np.savetxt("handles.csv", HANDLES, delimiter=",")
+    return tmp_path
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(blocks, "MAX_VALUES", 6 * 8 * 10)
+
+
+def opened(path, name):
+    """An array by the library tensorstore."""
+    driver = "zarr3" if Path(path, "zarr.json").exists() else "zarr"
+    spec = {"driver": driver, "kvstore": {"driver": "file", "path": str(Path(path, name))}}
+    return tensorstore.open(spec).result()
+
+
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+def test_all_resolutions_times_and_channels(version, folder, rng, small_blocks, capsys):
+    stored = values(rng, (2, 2))
+    write("in.ome.zarr", halves(stored), version, axes="tczyx", omero={"channels": CHANNELS})
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    assert "26 x 20 x 12 points" in capsys.readouterr().out
+    moved = D.resample([*stored.reshape(4, *SHAPE)], GRID)
+    expected = halves(np.reshape(moved, stored.shape))
+    for number, level in enumerate(expected):
+        found = opened("out.ome.zarr", f"scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+    names = {name for name in files(Path("in.ome.zarr")) if Path(name).name[0] in ".z"}
+    for name in names:  # the same metadata: axes, units, channels, chunks and compression
+        text, old = Path("out.ome.zarr", name).read_text(), Path("in.ome.zarr", name).read_text()
+        assert json.loads(text) == json.loads(old)
+    image = ngff_zarr.from_ngff_zarr("out.ome.zarr", validate=True).images[0]
+    assert image.axes_units["x"] == "micrometer"
+    assert (image.dims, image.translation["z"]) == (tuple("tczyx"), 5)
+    assert sorted(path.name for path in folder.iterdir()) == [
+        *("handles.csv", "in.ome.zarr", "out.ome.zarr"),
+    ]
+
+
+def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
+    stored = values(rng, dtype="float32")
+    file = write("in.ome.zarr", [stored])
+    file.create_group("labels").attrs["ome"] = {"version": "0.5", "labels": ["cells"]}
+    labels = rng.integers(0, 2**31, SHAPE, dtype="uint32")
+    write("in.ome.zarr/labels/cells", halves(labels, is_label=True), **{"image-label": {}})
+    main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--interpolation", "cubic"])
+    (moved,) = D.resample([labels], Sampling(GRID, interpolation="nearest"))
+    for number, level in enumerate(halves(moved, is_label=True)):
+        found = opened("out.ome.zarr", f"labels/cells/scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+    (moved,) = D.resample([stored], Sampling(GRID, interpolation="cubic"))
+    np.testing.assert_array_equal(opened("out.ome.zarr", "scale0").read().result(), moved)
+
+
+def test_the_displacement_field(folder, rng, small_blocks):
+    for version in ("0.4", "0.5"):
+        shutil.rmtree("in.ome.zarr", ignore_errors=True)
+        write("in.ome.zarr", [values(rng)], version)
+        assert main(["field", "in.ome.zarr", "handles.csv", "field.ome.zarr"]) == 0
+        field = D.displacement_field(GRID).displacement
+        found = opened("field.ome.zarr", "0").read().result()
+        np.testing.assert_array_equal(np.moveaxis(found, 0, -1), field)
+        image = ngff_zarr.from_ngff_zarr("field.ome.zarr", validate=True).images[0]
+        assert (image.scale["z"], image.translation["x"], image.axes_units["y"]) == (
+            *(4, 3, "micrometer"),
+        )
+
+
+KILLED = """
+import os, signal, sys
+sys.path.insert(0, {project!r})
+from vtk_mls import Deformation
+from vtk_mls.ome_zarr import blocks, job
+import numpy as np
+blocks.MAX_VALUES = 6 * 8 * 10
+handles = np.loadtxt("handles.csv", delimiter=",")
+d = Deformation(handles[:, :3], handles[:, 3:], device="reference")
+stop = lambda fraction: fraction > 0.4 and os.kill(os.getpid(), signal.SIGKILL)
+job.deform("in.ome.zarr", "out.ome.zarr", d, {settings!r}, progress=stop)
+"""
+
+
+def test_a_killed_process_is_resumed_to_the_same_files(folder, rng, small_blocks, monkeypatch):
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    code = KILLED.format(project=str(Path(__file__).parents[2]), settings=SETTINGS)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    assert not Path("out.ome.zarr").exists(), "an unfinished output has another name"
+    remains = Path("out.ome.zarr.unfinished/out.ome.zarr/scale0/c/0/0/0.12ab.partial")
+    remains.write_bytes(b"half of a chunk")
+    count, run = [], blocks.DeformedBlocks.write
+    monkeypatch.setattr(blocks.DeformedBlocks, "write", lambda *a: count.append(run(*a)))
+    text = job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS)
+    assert text == "an interrupted output was resumed"
+    total = 2 * 3 * 3 + 2 * 2 + 1
+    assert 3 <= len(count) <= total * 0.6 + 3, "just the blocks that were missing are computed"
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+    assert not Path("out.ome.zarr.unfinished").exists()
+
+
+def test_other_inputs_start_anew(folder, rng, small_blocks):
+    write("in.ome.zarr", halves(values(rng)))
+    other = Deformation(HANDLES[:, :3], HANDLES[:, 3:] + 1, device="reference")
+    with pytest.raises(Aborted):
+        job.deform("in.ome.zarr", "out.ome.zarr", other, SETTINGS, progress=lambda f: f > 0.4)
+    text = job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS)
+    assert text == "an interrupted output of other inputs was replaced"
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+    with pytest.raises(Aborted):
+        job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS, progress=lambda f: f > 0.4)
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr")), "the old one stays"
+    write("in.ome.zarr", halves(values(rng)))
+    text = job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS)
+    assert text == "an interrupted output of other inputs was replaced"
+
+
+def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
+    import distributed
+
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    options = {"processes": False, "dashboard_address": None, "threads_per_worker": 1}
+    with distributed.LocalCluster(2, protocol="tcp", host="127.0.0.1", **options) as cluster:
+        command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]
+        assert main([*command, "--scheduler", cluster.scheduler_address]) == 0
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+
+
+def test_a_cluster_that_stops_is_one_sentence():
+    future = concurrent.futures.Future()
+    future.cancel()
+    with pytest.raises(OSError, match="the cluster has stopped; run the same again to resume"):
+        job._check(future)
+
+
+def test_a_flat_image_and_other_commands(folder, rng):
+    stored = values(rng)[0]
+    file = write("in.zarr", [stored[None]])
+    attributes = json.loads(json.dumps(dict(file.attrs)))
+    entry = attributes["ome"]["multiscales"][0]
+    entry["axes"] = entry["axes"][1:]
+    for transform in entry["datasets"][0]["coordinateTransformations"]:
+        transform[transform["type"]] = transform[transform["type"]][1:]
+    shutil.rmtree("in.zarr/scale0")
+    file = zarr.open_group("in.zarr", mode="r+")
+    file.create_array("scale0", data=stored, chunks=(8, 10), dimension_names=["y", "x"])
+    file.attrs.put(attributes)
+    assert main(["deform", "in.zarr", "handles.csv", "out.zarr"]) == 0
+    grid = Grid((*SHAPE[:0:-1], 1), (*ORIGIN[:0:-1], 0), (*SPACING[:0:-1], 1))
+    (moved,) = D.resample([stored[None]], grid)
+    np.testing.assert_array_equal(opened("out.zarr", "scale0").read().result(), moved[0])
+    image = io.read_dataset("out.zarr")  # as all images
+    assert image.GetDimensions() == (26, 20, 1)
+    assert image.GetPointData().GetScalars().GetName() == "OME-Zarr"
+    assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
+
+
+def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
+    stored = halves(values(rng))
+    write("in.ome.zarr", stored)
+    shown = []
+
+    def show(datasets, state, paths, folder):
+        saver = saving.Saver(datasets, paths)
+        saver.folder, saver.progress = Path(folder), shown.append
+        saver.save(state, None)
+        shown.append(datasets[0])
+
+    monkeypatch.setattr(saving, "_write_picture", lambda *_: None)
+    monkeypatch.setattr("vtk_mls.editor.window.show", show)
+    monkeypatch.setattr(view, "MAX_POINTS", 1000)
+    assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0
+    *fractions, dataset = shown
+    assert dataset.GetDimensions() == (13, 10, 6)
+    np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))
+    np.testing.assert_allclose(dataset.GetOrigin(), np.add(ORIGIN, np.array(SPACING) / 2)[::-1])
+    assert fractions == sorted(fractions)
+    (moved,) = D.resample([stored[0]], GRID)
+    for number, level in enumerate(halves(moved)):
+        found = opened("saved/in-deformed.ome.zarr", f"scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+    shutil.rmtree("saved/in-deformed.ome.zarr")
+    subprocess.run([sys.executable, "saved/deform.py"], check=True, capture_output=True)
+    assert Path("saved/in-deformed.ome.zarr/zarr.json").is_file()
+
+
+def metadata(change):
+    """A function of a folder that changes the metadata of its image."""
+
+    def apply(folder):
+        file = folder / "zarr.json"
+        content = json.loads(file.read_text())
+        change(content["attributes"]["ome"]["multiscales"][0])
+        file.write_text(json.dumps(content))
+
+    return apply
+
+
+def first_transform(**values):
+    """The same of the first transform of a level: of the finest one, or `level`."""
+    level = values.pop("level", 0)
+    return metadata(lambda m: m["datasets"][level]["coordinateTransformations"][0].update(values))
+
+
+def truncate(name):
+    def apply(folder):
+        file = folder / name
+        file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+    return apply
+
+
+BROKEN = {
+    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is no OME-Zarr"),
+    "truncated": (truncate("zarr.json"), "is no OME-Zarr: "),
+    "array": (truncate("scale1/zarr.json"), "is no OME-Zarr that can be read: "),
+    "chunk": (truncate("scale0/c/0/1/0"), "in.ome.zarr` could not be deformed at "),
+    "axes": (metadata(lambda m: m["axes"].reverse()), "its axes must be t, c, z, y, x in this"),
+    "count": (metadata(lambda m: m["axes"].pop(0)), "array `scale0` must have the axes yx, got 3"),
+    "units": (metadata(lambda m: m["axes"][0].pop("unit")), "must have one unit, got None, micro"),
+    "missing": (metadata(lambda m: m.pop("axes")), "that can be read: KeyError 'axes'"),
+    "empty": (metadata(lambda m: m["datasets"].clear()), "it has no resolutions"),
+    "order": (metadata(lambda m: m["datasets"].reverse()), "its finest resolution must be the fir"),
+    "scale": (
+        metadata(
+            lambda m: m["datasets"][0]["coordinateTransformations"][0].update(scale=[1, 0, 2])
+        ),
+        "scales of `scale0` must be positive, got .1.0, 0.0, 2.0",
+    ),
+    "kind": (
+        first_transform(type="affine"),
+        "must be scales and translations, got 'affine'",
+    ),
+    "ratio": (
+        metadata(
+            lambda m: m["datasets"][1]["coordinateTransformations"][0].update(scale=[3, 3, 3])
+        ),
+        "level `scale1` must be a whole number of times coarser",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_broken_files_are_one_sentence(case, folder, rng, capfd):
+    write("in.ome.zarr", halves(values(rng)))
+    change, sentence = BROKEN[case]
+    change(Path("in.ome.zarr"))
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 1
+    said = capfd.readouterr().err
+    assert re.search(sentence, said), said
+    assert len(said.strip().split("\n")) == 1
+    assert not Path("out.ome.zarr").exists()
+
+
+def test_refused_outputs_and_options(folder, rng, capsys):
+    write("in.ome.zarr", [values(rng)])
+    Path("some.zarr").mkdir()
+    (folder / "in.vti").touch()
+    for arguments, sentence in {
+        ("in.ome.zarr", "in.ome.zarr"): "it is the input",
+        ("in.ome.zarr", "some.zarr"): "it exists and is no OME-Zarr",
+        ("in.ome.zarr", "none/out.zarr"): "there is no folder",
+        ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
+        ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",
+        ("in.ome.zarr", "out.zarr", "--overlap"): "`--overlap` is not for OME-Zarr",
+        ("in.ome.zarr", "out.zarr", "--grid", "fitted"): "`--grid` must be input",
+        ("in.ome.zarr", "out.vti", "--scheduler", "x"): "`--scheduler` is for outputs that end in",
+    }.items():
+        source, target, *options = arguments
+        assert main(["deform", source, "handles.csv", target, *options]) == 1
+        assert sentence in capsys.readouterr().err

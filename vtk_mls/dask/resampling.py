@@ -1,0 +1,133 @@
+"""Arrays on a grid, resampled through a deformation block by block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import dask
+import dask.array as da
+import numpy as np
+from numpy.typing import NDArray
+
+from vtk_mls.base import interpolation
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.validation import short_repr
+from vtk_mls.queries.transform import Transform
+from vtk_mls.transforms.parts import resampled_part, slices_of
+
+
+def resample(
+    array: Any, deformation: Transform, sampling: Sampling | Grid, chunks: Any = "auto"
+) -> da.Array:
+    """Deform an array on a grid, lazily: `Transform.resample` in blocks.
+
+    Each block of the output is one task, which reads only the part of `array` that it needs. Blocks
+    are, put together, the result of `Transform.resample` to the bit, also with `map_tolerance`.
+    Every worker process uses one device, the `device` of the deformation or, by default, that of
+    its environment variable VTK_MLS_DEVICE; the threads of a process share it.
+
+    Parameters
+    ----------
+    array : (nz, ny, nx) or (nz, ny, nx, components) dask array, or other array with slices
+        Such as an array of zarr or HDF5 or a numpy.memmap, of any real dtype. Tasks read slices of
+        it; the blocks of a dask array that a slice needs are computed in the task.
+    deformation : Deformation or other transform
+    sampling : Sampling or Grid
+        A Grid is short for `Sampling(grid)`.
+    chunks : optional
+        Of the three axes of the result, as of `dask.array.rechunk`. Larger blocks read less of
+        `array` twice.
+
+    Returns
+    -------
+    dask.array.Array
+        With the target's shape, the components and the dtype of `array`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument.
+
+    Examples
+    --------
+    >>> image = dask.array.from_zarr("image.zarr")
+    >>> moved = vtk_mls.dask.resample(image, deformation, Grid(image.shape[::-1]))
+    >>> moved.to_zarr("moved.zarr")
+    """
+    sampling = Sampling.of(sampling)
+    if sampling.source.whole is not sampling.source:
+        raise ValueError("`sampling` must have a whole grid as its source, got a part of one")
+    if not isinstance(deformation, Transform):
+        raise TypeError(f"`deformation` must be a transform, got {short_repr(deformation)}")
+    dtype = _checked_dtype(array, sampling)
+    (method,) = sampling.methods(1)
+    sampling.warn_of_background({"the array": dtype})
+    if not interpolation.is_in_range(sampling.background, dtype):  # blocks warn no more
+        background = interpolation.cast(sampling.background, dtype).item()
+        sampling = replace(sampling, background=background)
+    components = tuple(array.shape[3:])
+    shape = (*sampling.target.shape, *components)
+    chunks = da.core.normalize_chunks(_all_chunks(chunks, components), shape, dtype=dtype)
+    if len(chunks) == 4 and len(chunks[3]) > 1:
+        raise ValueError(f"`chunks` must not divide the components, got {chunks[3]}")
+    sampling = replace(sampling, interpolation=method, versions=())
+    blocks = dask.delayed(_Blocks(array, deformation, sampling, chunks), traverse=False)
+    meta = np.empty((0,) * len(shape), dtype)
+    return da.map_blocks(_block, blocks, chunks=chunks, dtype=dtype, meta=meta)
+
+
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """The blocks of a resampled array: a value that all tasks share."""
+
+    array: Any
+    deformation: Transform
+    sampling: Sampling
+    chunks: tuple[tuple[int, ...], ...]
+
+    def block(self, number: tuple[int, ...]) -> NDArray[Any]:
+        """The block with a number along each axis."""
+        first = [sum(sizes[:n]) for sizes, n in zip(self.chunks[:3], number)]
+        size = [sizes[n] for sizes, n in zip(self.chunks[:3], number)]
+        target = self.sampling.target.part(first[::-1], size[::-1])
+        dtype = np.dtype((self.array.dtype, tuple(self.array.shape[3:])))
+        sampling = replace(self.sampling, target=target)
+        (values,) = resampled_part(self._read, [dtype], self.deformation, sampling)
+        return values
+
+    def _read(self, part: Grid) -> list[NDArray[Any]]:
+        values = self.array[slices_of(part)]
+        if dask.is_dask_collection(values):
+            (values,) = dask.compute(values, scheduler="synchronous")  # this task has one thread
+        return [np.asarray(values)]
+
+
+def _block(blocks: _Blocks, block_id: tuple[int, ...]) -> NDArray[Any]:
+    return blocks.block(block_id)
+
+
+def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
+    """The dtype of the argument `array`, which has the shape of the source."""
+    shape, grid = getattr(array, "shape", None), sampling.source.shape
+    if shape is None or not hasattr(array, "dtype"):
+        raise TypeError(f"`array` must have a shape and a dtype, got {short_repr(array)}")
+    if len(shape) not in (3, 4) or tuple(shape[:3]) != grid:
+        raise ValueError(
+            f"`array` must have the shape of the grid, {grid} or {(*grid, 'components')}, "
+            f"got {tuple(shape)}"
+        )
+    dtype = np.dtype(array.dtype)
+    if dtype.kind not in "iuf" or dtype.itemsize > 8:
+        raise TypeError(f"`array` must hold integers or floats, got {dtype}")
+    return dtype
+
+
+def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:
+    """`chunks` of three axes, with those of the components."""
+    if isinstance(chunks, dict):
+        chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
+    if not isinstance(chunks, tuple | list):
+        chunks = (chunks,) * 3
+    return (*chunks, *components)

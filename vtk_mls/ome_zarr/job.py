@@ -1,0 +1,196 @@
+"""Deforms OME-Zarr images in blocks, by threads of this process or by a dask cluster."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import functools
+import os
+import pickle
+from contextlib import contextmanager
+from pathlib import Path
+
+import vtk_mls
+from vtk_mls.base import validation
+from vtk_mls.base.interpolation import INTERPOLATIONS
+from vtk_mls.base.progress import whole
+from vtk_mls.files.ome_zarr import open_image
+from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
+from vtk_mls.ome_zarr.field_metadata import create_field
+from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
+
+_LABELS = "labels"
+_MAX_THREADS = 4  # each holds a block: while one computes, others read and write
+
+
+def deform(source, target, transform, settings, *, scheduler=None, progress=None):
+    """Deform an image: all times, channels, resolutions and label images.
+
+    Parameters
+    ----------
+    source, target : path
+        Folders of OME-Zarr. An interrupted `target` of the same inputs is resumed.
+    transform : Transform
+        In the units of the file.
+    settings : dict
+        `interpolation`, `background` and `void_values` of a `Sampling`. Label images are sampled
+        nearest.
+    scheduler : str, optional
+        Address of a dask.distributed scheduler, whose workers see the same folders.
+    progress : callable, optional
+
+    Returns
+    -------
+    str
+        Whether work was resumed, as a sentence; "" if it was not.
+
+    Raises
+    ------
+    Aborted, DeviceError, OSError, ValueError
+        Naming the folder.
+    """
+    validation.choice("interpolation", settings["interpolation"], INTERPOLATIONS)
+    image = open_image(source)
+    images = {"": image}
+    for name in image.labels:
+        images[f"{_LABELS}/{name}"] = open_image(Path(source, _LABELS, name))
+    paths = []
+    for place, member in images.items():
+        for index in range(1, len(member.levels)):
+            member.factors(index)  # an error now, not after hours
+        paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
+    check_output(target, [source])
+    inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
+    unfinished = Unfinished(target, inputs)
+    copy_metadata(Path(source), unfinished.data, [*images, *paths])
+    source = Path(source).resolve()
+    parts = [
+        DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
+        for place in images
+    ]
+    return _run(parts, unfinished, scheduler, progress)
+
+
+def write_field(source, target, transform, *, scheduler=None, progress=None):
+    """Write the displacement field of a transform on the finest grid of an image.
+
+    Parameters and errors are those of `deform`. The field has the axes c, z, y, x: components along
+    x, y and z.
+    """
+    image = open_image(source)
+    check_output(target, [source])
+    inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
+    unfinished = Unfinished(target, inputs)
+    if not unfinished.is_resumed:
+        create_field(unfinished.data, image)
+    parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]
+    return _run(parts, unfinished, scheduler, progress)
+
+
+def _run(parts, unfinished, scheduler, progress):
+    """Write all blocks that are not written, and finish the output."""
+    if not scheduler:
+        for part in parts:
+            part.transform._engine  # noqa: B018  an error of the device, before all work
+    job = pickle.dumps((os.urandom(8), parts))  # another job for each run: workers keep the last
+    stages = _stages(parts)
+    total = sum(map(len, stages))
+    with whole(progress) as part, _executor(scheduler) as (executor, count):
+        finished = 0
+        for stage in stages:
+            finished += sum(name in unfinished.done for name in stage)
+            todo = [(name, *task) for name, task in stage.items() if name not in unfinished.done]
+            for name in _completed(executor, count, job, todo):
+                unfinished.note(name)
+                finished += 1
+                part.report(min(finished / total, 1))
+    unfinished.finish()
+    if unfinished.is_resumed:
+        return "an interrupted output was resumed"
+    return "an interrupted output of other inputs was replaced" * unfinished.was_other
+
+
+def _stages(parts):
+    """Blocks of each stage: (image, stage, first index) by name."""
+    return [
+        {
+            f"{number}/{stage}/{'.'.join(map(str, start))}": (number, stage, start)
+            for number, part in enumerate(parts)
+            if stage < part.stages
+            for start in part.starts(stage)
+        }
+        for stage in range(max(part.stages for part in parts))
+    ]
+
+
+def _completed(executor, count, job, todo):
+    """Names of blocks, as they are written; `count` at a time."""
+    todo, running = iter(todo), {}
+    try:
+        while True:
+            while len(running) < count and (task := next(todo, None)):
+                name, *arguments = task
+                running[executor.submit(_write, job, *arguments)] = name
+            if not running:
+                return
+            done, _ = concurrent.futures.wait(running, return_when="FIRST_COMPLETED")
+            for future in done:
+                _check(future)
+                yield running.pop(future)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _check(future):
+    """Raise the error of a block."""
+    try:
+        future.result()
+    except concurrent.futures.CancelledError as error:
+        raise OSError("the cluster has stopped; run the same again to resume") from error
+    except Exception as error:
+        if not type(error).__module__.startswith("distributed"):
+            raise
+        raise OSError(f"the cluster failed: {error}; run the same again to resume") from error
+
+
+def _write(job, number, stage, start):
+    """Write a block, in a thread or a worker."""
+    part = _parts(job)[number]
+    try:
+        part.write(stage, start)
+    except (OSError, RuntimeError, ValueError) as error:
+        if isinstance(error, vtk_mls.DeviceError):
+            raise
+        raise ValueError(
+            f"`{part.source}` could not be deformed at {start}: {error or type(error).__name__}"
+        ) from error
+
+
+@functools.lru_cache(1)
+def _parts(job):
+    """The blocks of a job; opened images are kept for the next block."""
+    return pickle.loads(job)[1]
+
+
+@contextmanager
+def _executor(scheduler):
+    """Where blocks are computed, and how many at a time."""
+    if not scheduler:
+        count = min(_MAX_THREADS, (os.cpu_count() or 1) + 1)
+        with concurrent.futures.ThreadPoolExecutor(count) as executor:
+            yield executor, count
+        return
+    try:
+        import distributed
+    except ModuleNotFoundError as error:
+        raise OSError("`--scheduler` needs dask: pip install 'vtk-mls[zarr]'") from error
+    try:
+        client = distributed.Client(scheduler, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise OSError(f"`{scheduler}` is no scheduler that answers: {error}") from error
+    with client:
+        threads = sum(client.nthreads().values())
+        if not threads:
+            raise OSError(f"the scheduler `{scheduler}` has no workers")
+        with client.get_executor(pure=False) as executor:
+            yield executor, 2 * threads

@@ -1,0 +1,98 @@
+"""Parts of a resampled image, each from the part of the source that it needs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vtk_mls.base import interpolation, validation
+from vtk_mls.engine.dispatch import engine_for
+
+MAX_SOURCE_BYTES = 1 << 28  # read at once; a part that needs more is resampled in halves
+_MIN_SIDE = 8  # points along an axis that is not halved
+_ROWS = 1 << 20  # of indices at a time, which fit caches
+
+
+def resampled_part(read, dtypes, transform, sampling):
+    """Arrays on a part of the target, equal to the bit to that part of the whole.
+
+    The map is evaluated once: its origins say what to read, and are sampled then. Threads that read
+    do not keep others from the device.
+
+    Parameters
+    ----------
+    read : callable
+        Of a Grid, a part of the source: the list of arrays there, (nz, ny, nx) or
+        (nz, ny, nx, components).
+    dtypes : list of dtype
+        Of the arrays, with the shape of the components.
+    transform : Transform
+    sampling : Sampling
+        From the whole source to a part of the target.
+
+    Returns
+    -------
+    list of arrays
+    """
+    target = sampling.target
+    index = transform._engine.source_index(transform, sampling)
+    source = _needed_part(sampling, _bounds(index, sampling.source.whole))
+    if source is None:
+        return [_background(target.shape, dtype, sampling.background) for dtype in dtypes]
+    size = source.size * sum(dtype.itemsize for dtype in dtypes)
+    if size > MAX_SOURCE_BYTES and max(target.dimensions) > _MIN_SIDE:
+        del index
+        axis = int(np.argmax(target.dimensions))
+        halves = [
+            resampled_part(read, dtypes, transform, replace(sampling, target=half))
+            for half in _halves(target, axis)
+        ]
+        return [np.concatenate(pair, axis=2 - axis) for pair in zip(*halves)]
+    sample = engine_for(transform.device).sample
+    results = []
+    for array, dtype, method in zip(read(source), dtypes, sampling.methods(len(dtypes))):
+        values = validation.native_array(array)
+        values = sample(values, index, method, sampling.background, source)
+        results.append(values.reshape(target.shape + dtype.shape).astype(dtype.base, copy=False))
+    return results
+
+
+def slices_of(part):
+    """Slices (z, y, x) of a part in an array of the whole."""
+    return tuple(slice(a, a + n) for a, n in zip(part.first[::-1], part.shape))
+
+
+def _bounds(index, grid):
+    bounds = interpolation.NO_BOUNDS
+    for start in range(0, len(index), _ROWS):
+        bounds = interpolation.joined_bounds(bounds, index[start : start + _ROWS], grid)
+    return bounds
+
+
+def _needed_part(sampling, bounds):
+    """The part of the source that determines all values of the target; None if nothing does."""
+    low, high = bounds
+    if not np.isfinite(low).all():
+        return None
+    methods = sampling.interpolation
+    methods = (methods,) if isinstance(methods, str) else methods
+    reach = max(interpolation.REACH[method] for method in methods)
+    last = np.array(sampling.source.dimensions) - 1
+    low = np.clip(np.floor(low) - reach, 0, last)
+    high = np.clip(np.ceil(high) + reach, low, last)
+    return sampling.source.part(low, high - low + 1)
+
+
+def _background(shape, dtype, background):
+    return np.full(shape + dtype.shape, interpolation.cast(background, dtype.base), dtype.base)
+
+
+def _halves(grid, axis):
+    """Two parts of a grid, divided along an axis."""
+    first, size = np.zeros(3, int), np.array(grid.dimensions)
+    middle, second = size[axis] // 2, first.copy()
+    second[axis] = middle
+    for start, count in ((first, middle), (second, size[axis] - middle)):
+        size[axis] = count
+        yield grid.part(start, size)
