@@ -61,7 +61,7 @@ __all__ = [
     "write_transform",
 ]
 _PathLike = str | PathLike[str]
-_DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
+DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
 
 
 def read_dataset(path: _PathLike) -> vtkDataObject:
@@ -87,7 +87,7 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     if len(times) > 1:
         raise ValueError(
             f"`{path}` has {len(times)} time steps, expected one; `vtk-mls deform` takes all of "
-            "them to a .pvd file"
+            "them to a .pvd file, volumes also to a file of the same format"
         )
     return read(0)
 
@@ -114,7 +114,7 @@ def open_dataset(
         Naming the file.
     """
     path = existing_file(path)
-    line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
+    line = formats.choose(path, "read an image or a mesh from", reads=DATASETS)
     times, read = (), lambda index: line.read(path)
     if line.has_times:
         with failures_named(path):

@@ -271,9 +271,9 @@ def test_a_full_disk_is_said_of_the_series():
             pytest.raises(
                 OSError, match=r"^`out\.pvd` could not be written: `\./out/out_0000\.vtu` "
             ),
-            series.writing("out.pvd") as write,
+            series.writing("out.pvd", (0.0,)) as write,
         ):
-            write(0.0, mesh(1))
+            write(mesh(1))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert not list(Path().glob("*out*"))

@@ -71,11 +71,11 @@ def run(options):
 
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
-    is_series = options.output.lower().endswith(series.SUFFIX)
-    if len(steps) > 1 and not is_series:
+    is_series = len(steps) > 1 or options.output.lower().endswith(series.SUFFIX)
+    if is_series and not series.can_hold(options.output):
         raise ValueError(
-            f"`{options.input}` has {len(steps)} time steps, which only a {series.SUFFIX} file can "
-            f"hold, got `{options.output}`"
+            f"`{options.input}` has {len(steps)} time steps, which only these files can hold: "
+            f"{series.suffixes()}; got `{options.output}`"
         )
     return (_deform_all if is_series else _deform_one)(steps, MLSDeform(), options)
 
@@ -125,8 +125,8 @@ def _deform_all(steps, deform, options):
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
     map_options.apply(options, deform)
-    with distinct_warnings(), series.writing(options.output) as write:
-        for number, (time, read_step) in enumerate(steps):
+    with distinct_warnings(), _writing(steps, options) as write:
+        for number, (_, read_step) in enumerate(steps):
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells.prepare(dataset)
@@ -137,11 +137,18 @@ def _deform_all(steps, deform, options):
             if number + 1 == len(steps):  # the map is the same for all
                 notes = _notes(deform)
             with step("write", options.output):
-                write(time, deform.GetOutput())
+                write(deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
     summary += inverted_cells.note() + notes
     _report(summary, are_empty, options)
     return 0
+
+
+def _writing(steps, options):
+    """The context of `series.writing`."""
+    from vtk_mls.commands import series
+
+    return series.writing(options.output, [time for time, _ in steps])
 
 
 def _notes(deform):

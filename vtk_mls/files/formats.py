@@ -51,6 +51,9 @@ class Format:
         Whether the reader returns times, as `simulation_files.open_file` does.
     needs : str
         A package that must be installed.
+    series_writer : str
+        As `writer`, for images in time: a context manager of a path and the times, with a function
+        that adds an image.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Format:
     writer: str = ""
     has_times: bool = False
     needs: str = ""
+    series_writer: str = ""
 
     def ending(self, path: Path) -> str:
         """The ending of a file name, if it is of this format; "" for others."""
@@ -78,11 +82,20 @@ class Format:
         """The function that writes to a path or, for text formats, to an open file."""
         return _function(*self.writer.split())
 
+    @property
+    def write_series(self) -> Callable[..., Any]:
+        """The function that writes images in time."""
+        return _function(*self.series_writer.split())
+
 
 def _image(name: str, endings: str, frame: str, array: str) -> Format:
     """A format of images of patients; `array` is the name of the array."""
-    reader, writer = f"image_files.read_volume {array}", f"image_files.write_volume {array}"
-    return Format(name, endings, frame, (IMAGE, MEDICAL), reader, (IMAGE,), writer)
+    return Format(
+        *(name, endings, frame, (IMAGE, MEDICAL), f"image_files.open_volumes {array}"),
+        *((IMAGE,), f"image_files.write_volume {array}"),
+        has_times=True,
+        series_writer=f"image_files.writing_volumes {array}",
+    )
 
 
 def _field(name: str, endings: str, frame: str, array: str) -> Format:
@@ -135,7 +148,9 @@ TABLE = (
     _image("MetaImage", ".mha .mhd", LPS, "MetaImage"),
     _image("NRRD", ".nrrd .nhdr .seg.nrrd", HEADER, "NRRD"),
     _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
-    Format("NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.read_volume NIFTI"),
+    Format(
+        "NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.open_volumes NIFTI", has_times=True
+    ),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
