@@ -6,6 +6,7 @@ command line runs in a child process for that reason (see `supervision`).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
@@ -70,7 +71,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     Parameters
     ----------
     path : path
-        Of an image, a mesh, blocks or pieces, as docs/formats.md lists them.
+        Of an image, a mesh, blocks or pieces, as docs/formats.md lists them; or a folder with the
+        slices of a series of DICOM.
 
     Returns
     -------
@@ -113,7 +115,7 @@ def open_dataset(
     OSError, ValueError
         Naming the file.
     """
-    path = existing_file(path)
+    path = Path(path) if os.fspath(path) and Path(path).is_dir() else existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=DATASETS)
     times, read = (), lambda index: line.read(path)
     if line.has_times:

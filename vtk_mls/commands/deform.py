@@ -23,7 +23,8 @@ def add(commands):
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr .tif, also in time; "
+        "a folder of DICOM slices, or one of them; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj; pieces, blocks or time steps of these: "
         ".pvti .pvtu .pvtp .pvts .pvtr .vtm .vtpc .vtkhdf .cgns .ex2 .e .exo .case .xdmf; "
         "of the simulation programs that meshio knows: .msh .inp .bdf .med ...; time series: .pvd "
@@ -33,8 +34,9 @@ def add(commands):
     deform.add_argument(
         "output",
         help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz; mesh: .vtu .vtp .vts .vtk "
-        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. .vtm, .vtpc and .pvd "
-        "files have their data in a folder of the same name",
+        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd, and for images .mha "
+        ".mhd .nrrd .nhdr .nii .nii.gz. .vtm, .vtpc and .pvd files have their data in a folder of "
+        "the same name",
     )
     add = partial(property_options.add, deform)
     add("Interpolation")

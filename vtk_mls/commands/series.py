@@ -45,7 +45,7 @@ def read_steps(path):
         Naming the file; only ValueError when datasets are read.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
-    line = None if path.is_dir() else formats.find(path, reads=io.DATASETS)
+    line = formats.find(path, reads=io.DATASETS)
     if _is_series(path) or line is None or not line.has_times:
         return [(time, _reader(files)) for time, files in _files(path)]
     times, read = io.open_dataset(path)

@@ -114,6 +114,8 @@ class Saver:
         if number >= len(self._paths):
             return f"data-{number + 1}", ".vti"
         name = self._paths[number].name
+        if "." not in name:  # a folder of DICOM
+            return name, ".vti"
         stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
         return stem, dot + ending
 

@@ -31,6 +31,9 @@ SPACE = "`SPACE=` of 3D Slicer, else used as it is"
 CALLER = "`--handles-space`, unless its columns state it"
 
 
+_DICOM, _DICOM_START = ".dcm", 128  # files of DICOM often have no ending
+
+
 @dataclass(frozen=True)
 class Format:
     """A line of the table.
@@ -98,6 +101,11 @@ def _image(name: str, endings: str, frame: str, array: str) -> Format:
     )
 
 
+def _tiff(endings: str) -> Format:
+    reader = "tiff.open_file"
+    return Format("TIFF", endings, AS_IS, (IMAGE,), reader, has_times=True, needs="tifffile")
+
+
 def _field(name: str, endings: str, frame: str, array: str) -> Format:
     reader, writer = f"field_files.read_volume {array}", f"field_files.write_volume {array}"
     return Format(name, endings, frame, (FIELD,), reader, (FIELD,), writer)
@@ -150,6 +158,23 @@ TABLE = (
     _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
     Format(
         "NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.open_volumes NIFTI", has_times=True
+    ),
+    Format(
+        "DICOM, a folder or a file of a series",
+        ".dcm",
+        LPS,
+        (IMAGE,),
+        "dicom.read",
+        needs="SimpleITK",
+    ),
+    Format(
+        "TIFF, a stack",
+        ".tif .tiff",
+        AS_IS,
+        (IMAGE,),
+        "tiff.open_file",
+        has_times=True,
+        needs="tifffile",
     ),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
@@ -261,7 +286,9 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
         If there is none, with the endings that are possible; or if it needs a package.
     """
     line = find(path, **contents)
-    if line is None and path.is_dir():
+    if IMAGE in contents.get("reads", ()) and _is_dicom(path, line):
+        line = find(Path(_DICOM), **contents)
+    elif line is None and path.is_dir():
         raise IsADirectoryError(f"`{path}` is a folder; expected a file")
     if line is None:
         raise ValueError(
@@ -271,6 +298,14 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     if not _is_installed(line):
         raise ValueError(f"`{path}` needs the package {line.needs}: pip install {line.needs}")
     return line
+
+
+def _is_dicom(path: Path, line: Format | None) -> bool:
+    """Whether a path is a folder, or a file without a known ending that begins as DICOM does."""
+    if line is not None or not path.is_file():
+        return path.is_dir()
+    with path.open("rb") as file:
+        return file.read(_DICOM_START + 4)[_DICOM_START:] == b"DICM"
 
 
 def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:

@@ -143,6 +143,7 @@ def image_of(volume, name, header=""):
     _set_geometry(image, volume.origin.tolist(), volume.steps)
     metadata.store(image, metadata.FILE_SPACE, [volume.space] * bool(volume.space))
     metadata.store(image, metadata.LABEL_ARRAYS, [name] * volume.is_label)
+    metadata.store(image, metadata.LENGTH_UNIT, [volume.unit] * bool(volume.unit))
     if header:
         metadata.store(image, header, volume.header)
     return image
@@ -221,6 +222,7 @@ def _volume_of(image, path, header):
         is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
         space=space[0] if space else "",
         header=metadata.load(image, header),
+        unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
     )
 
 

@@ -46,7 +46,9 @@ _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
 }
 _LINES = {name: (name,) for name in ("intent_code", "intent_name", "xyzt_units", "toffset")}
 _LINES |= _GEOMETRY
-_SCANNER, _MILLIMETERS = 1, 2
+_SCANNER, _MILLIMETERS, _MICROMETERS = 1, 2, 3
+_FOREIGN_UNITS = {"nm": 1e-6, "um": 1e-3, "cm": 10.0, "m": 1e3}  # millimeters per unit
+_SMALL_UNITS = ("nm", "um")  # become micrometers
 _SPATIAL_UNIT = 7  # mask of xyzt_units
 _LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters per unit; other codes mean millimeters
 _MAX_SHEAR = 1e-4  # axes closer to orthogonal than this are orthogonal for ITK
@@ -182,7 +184,10 @@ def _header_of(volume, times):
     header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
     if not header["xyzt_units"] & _SPATIAL_UNIT:
         header["xyzt_units"] |= _MILLIMETERS
-    _place(header, source, _TO_RAS[:, None] * np.column_stack([volume.steps, volume.origin]))
+    if volume.unit in _SMALL_UNITS:
+        header["xyzt_units"] = _MICROMETERS
+    affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
+    _place(header, source, _TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
     if count > 1 and times != _times(source):  # those of another file
         header["toffset"], header["pixdim"][4] = volumes.steps_of(times)

@@ -223,6 +223,8 @@ def _text(path, volume, time_axis):
         kinds, steps = [_kind(volume, copied.get("kinds", "")), *kinds], ["none", *steps]
     if volume.is_vector:
         copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    if volume.unit:
+        copied["space units"] = " ".join([f'"{volume.unit}"'] * 3)
     if time_axis is None and copied.get("space units", "").count('"') > 6:
         del copied["space units"]  # of a file with times
     fields = {

@@ -39,6 +39,8 @@ class Volume:
         Name of the file's frame, if its format knows several.
     header : tuple of str
         Lines of the header that a file of the same format gets again.
+    unit : str
+        Of lengths, if it is not that of the format: "nm", "um", "mm", "cm" or "m".
     """
 
     values: np.ndarray
@@ -48,6 +50,7 @@ class Volume:
     is_vector: bool = False
     space: str = ""
     header: tuple = ()
+    unit: str = ""
 
 
 def decoded(line):

@@ -120,10 +120,14 @@ def _signature(block):
     if not isinstance(block, vtkImageData) or block.GetNumberOfPoints() == 0:
         return None
     signature = [metadata.load(block, metadata.LABEL_ARRAYS)]
-    for attributes in (block.GetPointData(), block.GetCellData()):
+    for attributes, count in (
+        (block.GetPointData(), block.GetNumberOfPoints()),
+        (block.GetCellData(), block.GetNumberOfCells()),
+    ):
         for i in range(attributes.GetNumberOfArrays()):
             array = attributes.GetAbstractArray(i)
-            if not arrays.is_numeric(array) or array.GetName() == arrays.GHOSTS:
+            is_sound = arrays.is_numeric(array) and array.GetNumberOfTuples() == count
+            if not is_sound or array.GetName() == arrays.GHOSTS:
                 return None
             kind = array.GetName(), array.GetDataType(), array.GetNumberOfComponents()
             signature.append((attributes.GetClassName(), *kind))
