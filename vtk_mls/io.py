@@ -348,14 +348,16 @@ def write_handles(
     write_dataset(polydata, path)
 
 
-def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) -> Landmarks:
+def read_landmarks(
+    path: _PathLike, space: str = "LPS", is_alone: bool = False, time: float | None = None
+) -> Landmarks:
     """Read points with their labels.
 
     Parameters
     ----------
     path : path
         As of `read_control_points`.
-    space, is_alone
+    space, is_alone, time
         As of `control_point_files.read_landmarks`.
 
     Returns
@@ -373,7 +375,7 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
     line = formats.choose(path, "read control points from", reads=roles)
     if formats.POINTS in line.reads:
         with failures_named(path):
-            return control_point_files.read_landmarks(path, space, is_alone)
+            return control_point_files.read_landmarks(path, space, is_alone, time)
     point_set = _checked(lambda: line.read(path), path, vtkPointSet, "no control points")
     with failures_named(path):
         return _landmarks_of(point_set, path, is_alone).in_lps(space)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 from vtk_mls.commands import map_options, property_options, remarks
 from vtk_mls.commands.running import distinct_warnings, read, update
 from vtk_mls.commands.supervision import step
 
-_MULTI_ARRAY_FORMATS = (".vti", ".vtk")  # of images
+_MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
 def add(commands):
@@ -73,13 +73,20 @@ def run(options):
 
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
-    is_series = len(steps) > 1 or options.output.lower().endswith(series.SUFFIX)
+    handle_times = map_options.handle_times(options)
+    if len(steps) == 1 and handle_times:  # still data
+        read_data = cache(steps[0][1])
+        steps = [(time, read_data) for time in handle_times]
+    is_series = len(steps) > 1 or handle_times or options.output.lower().endswith(series.SUFFIX)
     if is_series and not series.can_hold(options.output):
+        source = options.handles if handle_times else options.input
         raise ValueError(
-            f"`{options.input}` has {len(steps)} time steps, which only these files can hold: "
+            f"`{source}` has {len(steps)} time steps, which only these files can hold: "
             f"{series.suffixes()}; got `{options.output}`"
         )
-    return (_deform_all if is_series else _deform_one)(steps, MLSDeform(), options)
+    if is_series:
+        return _deform_all(steps, handle_times, MLSDeform(), options)
+    return _deform_one(steps, MLSDeform(), options)
 
 
 def _deform_one(steps, deform, options):
@@ -90,11 +97,7 @@ def _deform_one(steps, deform, options):
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # whether a mesh can be written depends on cuts
         io.check_writable(options.output, dataset)
-        if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
-            raise ValueError(
-                "`--gradient` adds an array, and only .vti and .vtk hold more than one, "
-                f"got `{options.output}`"
-            )
+        _check_gradient(options)
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
     inverted_cells = remarks.InvertedCells(deform)
@@ -119,16 +122,37 @@ def _deform_one(steps, deform, options):
     return 0
 
 
-def _deform_all(steps, deform, options):
-    """Deform and write one time step after the other."""
-    from vtk_mls.commands import series
+def _check_gradient(options):
+    """Raise if the output has no place for the array of `--gradient`."""
+    if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
+        raise ValueError(
+            "`--gradient` adds an array, and only .vti, .vtk and .pvd hold more than one, "
+            f"got `{options.output}`"
+        )
 
-    failures, are_empty, notes = 0, [], ""
+
+def _deform_all(steps, handle_times, deform, options):
+    """Deform and write one time step after the other.
+
+    Handles that move in time are those of the last of their times that is not after the step, as of
+    VTK's readers; before the first, those of the first.
+    """
+    from vtk_mls.commands import series
+    from vtk_mls.files.point_tables import step_at
+
+    failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
-    map_options.apply(options, deform)
+    _check_gradient(options)
+    handles = {}
+    if handle_times:
+        moving = map_options.control_points_in_time(options, handle_times)
+        handles = dict(zip(handle_times, moving))
+    map_options.apply(options, deform, handles[handle_times[0]] if handles else None)
     with distinct_warnings(), _writing(steps, options) as write:
-        for number, (_, read_step) in enumerate(steps):
+        for number, (time, read_step) in enumerate(steps):
+            if handles:
+                deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells.prepare(dataset)
@@ -136,12 +160,15 @@ def _deform_all(steps, deform, options):
             inverted_cells.take()
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
-            if number + 1 == len(steps):  # the map is the same for all
-                notes = _notes(deform)
+            if handles or number + 1 == len(steps):  # else the map is the same for all
+                note = _notes(deform)
+                notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):
                 write(deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
-    summary += inverted_cells.note() + notes
+    at_times = f", handles at {len(handles)} times" * bool(handles)
+    found = "".join(f"{note}{where}" for note, where in notes.items())
+    summary += at_times + inverted_cells.note() + found
     _report(summary, are_empty, options)
     return 0
 

@@ -65,6 +65,11 @@ def files_in_time(path):
     OSError, ValueError
         Naming the file.
     """
+    return [file for _, file in timed_files(path)]
+
+
+def timed_files(path):
+    """As `files_in_time`, with the times: a list of (time, file)."""
     path = Path(path) if os.fspath(path) else existing_file(path)
     steps = _files(path)
     for time, files in steps:
@@ -72,7 +77,12 @@ def files_in_time(path):
             raise ValueError(
                 f"`{path}` must have one file for each time, got {len(files)} at {time}"
             )
-    return [file for _, (file,) in steps]
+    return [(time, file) for time, (file,) in steps]
+
+
+def is_series(path):
+    """Whether a path names the files of several times: a pattern, .pvd or .series."""
+    return _is_series(Path(path))
 
 
 def _files(path):

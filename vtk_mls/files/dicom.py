@@ -58,7 +58,7 @@ def _series(path):
     found = _all_series(folder)
     if path.is_dir():
         if not found:
-            raise ValueError(
+            raise IsADirectoryError(
                 f"`{path}` is a folder; expected a file, or a folder of DICOM images, and it has "
                 "none"
             )
