@@ -101,11 +101,6 @@ def _image(name: str, endings: str, frame: str, array: str) -> Format:
     )
 
 
-def _tiff(endings: str) -> Format:
-    reader = "tiff.open_file"
-    return Format("TIFF", endings, AS_IS, (IMAGE,), reader, has_times=True, needs="tifffile")
-
-
 def _field(name: str, endings: str, frame: str, array: str) -> Format:
     reader, writer = f"field_files.read_volume {array}", f"field_files.write_volume {array}"
     return Format(name, endings, frame, (FIELD,), reader, (FIELD,), writer)
@@ -143,6 +138,7 @@ def _points(name: str, endings: str, frame: str, reader: str, writer: str) -> Fo
     return Format(name, endings, frame, (POINTS,), reader, (POINTS,), writer)
 
 
+_TIFF: dict[str, Any] = {"reader": "tiff.open_file", "has_times": True, "needs": "tifffile"}
 _ROLES = (MESH, SURFACE, POINT_DATA)
 _VTI = "image_files.read_xml", (IMAGE,), "image_files.write_xml"
 _VTK = "mesh_files.read vtkIOLegacy.vtkDataSetReader", (IMAGE,), "image_files.write_legacy"
@@ -159,23 +155,8 @@ TABLE = (
     Format(
         "NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.open_volumes NIFTI", has_times=True
     ),
-    Format(
-        "DICOM, a folder or a file of a series",
-        ".dcm",
-        LPS,
-        (IMAGE,),
-        "dicom.read",
-        needs="SimpleITK",
-    ),
-    Format(
-        "TIFF, a stack",
-        ".tif .tiff",
-        AS_IS,
-        (IMAGE,),
-        "tiff.open_file",
-        has_times=True,
-        needs="tifffile",
-    ),
+    Format("DICOM, one series", ".dcm", LPS, (IMAGE,), "dicom.read", needs="SimpleITK"),
+    Format("TIFF", ".tif .tiff", AS_IS, (IMAGE,), **_TIFF),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
