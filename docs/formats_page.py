@@ -67,9 +67,9 @@ them; those with 1007 have vectors in LPS, as ANTs and nitransforms read them
 """
 IMAGES = """**Volumes in time.** In {in_time} a fourth axis is time. `vtk-mls deform` takes
 volume by volume into a file of the same format, or into `.pvd`. First time, time step and
-units stay. The files hold equal time steps only. NRRD is written as ITK does, with `space dimension:
-4`. Volumes with components are all in memory for NIfTI, and so are all volumes of a NRRD
-file whose time axis is not the slowest.
+units stay. The files hold equal time steps only. NRRD is written as ITK does,
+with `space dimension: 4`. Volumes with components are all in memory for NIfTI, and so are
+all volumes of a NRRD file whose time axis is not the slowest.
 
 **DICOM.** Give a folder with one series, or one slice of a series, whose name may have any
 ending. A missing or broken slice, slices of different sizes or spacing, and a tilted gantry
