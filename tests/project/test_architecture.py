@@ -25,7 +25,7 @@ ROOMS = {
     "landmarks": {"numpy"},
     "__init__": set(),
     "vtk": {"numpy", "vtkmodules"},
-    "files": {"SimpleITK", "meshio", "nibabel", "numpy", "vtkmodules"},
+    "files": {"SimpleITK", "meshio", "nibabel", "numpy", "tifffile", "vtkmodules"},
     "filters": {"numpy", "vtkmodules"},
     "io": {"numpy", "vtkmodules"},
     "rendering": {"numpy", "vtkmodules"},
