@@ -57,12 +57,14 @@ def without_time(fields, sizes):
     in_spacetime = [i for i, vector in enumerate(numbers) if len(vector) == 4]
     is_spacetime = len(vectors) == count and len(in_spacetime) == 4
     spacings = _numbers(fields.get("spacings", ""))
-    index = kinds.index("time") if "time" in kinds else None
-    if index is None and is_spacetime:
+    has_spacings = count == len(spacings) == 4 and np.isfinite(spacings).all() and not vectors
+    index = None
+    if "time" in kinds:
+        index = kinds.index("time")
+    elif is_spacetime:
         index = in_spacetime[-1]
-    if index is None and {*kinds} <= {*_IN_TIME} and not vectors:
-        has_spacings = count == len(spacings) == 4 and np.isfinite(spacings).all()
-        index = 3 if has_spacings else None
+    elif has_spacings and {*kinds} <= {*_IN_TIME}:
+        index = 3
     if index is None or len(kinds) != count:
         return None, fields, sizes
     start, step = 0.0, spacings[index] if len(spacings) == count else 1.0
@@ -82,17 +84,26 @@ def without_time(fields, sizes):
         start = _numbers(fields["axis mins"])[index]
     if len(vectors) == count:
         rest["space directions"] = " ".join(np.delete(vectors, index))
-    for name in ("kinds", "spacings", "axis mins", "axis maxs", "centers"):
-        words = fields.get(name, "").split()
-        if len(words) == count and not (name == "spacings" and vectors):
-            rest[name] = " ".join(np.delete(words, index))
+    _drop_words(rest, fields, index, count, bool(vectors))
     _move_units(rest, fields, count)
     rest["dimension"] = str(count - 1)
-    start, step = (
-        value if np.isfinite(value) else other for value, other in ((start, 0), (step, 1))
-    )
-    times = tuple(float(start + step * number) for number in range(sizes[index]))
+    times = _times(start, step, sizes[index])
     return TimeAxis(index, times), rest, [*sizes[:index], *sizes[index + 1 :]]
+
+
+def _drop_words(rest, fields, index, count, has_directions):
+    """Leave an axis out of the fields with a word for each of `count` axes."""
+    for name in ("kinds", "spacings", "axis mins", "axis maxs", "centers"):
+        words = fields.get(name, "").split()
+        if len(words) == count and not (name == "spacings" and has_directions):
+            rest[name] = " ".join(np.delete(words, index))
+
+
+def _times(start, step, count):
+    """Equal steps; a start that is not said is 0, a step that is not said 1."""
+    start = start if np.isfinite(start) else 0.0
+    step = step if np.isfinite(step) else 1.0
+    return tuple(float(start + step * number) for number in range(count))
 
 
 def _move_units(rest, fields, count):
