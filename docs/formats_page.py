@@ -44,6 +44,7 @@ COLUMNS = """The columns of a table are what its header says, in any order and l
 | `x y z dx dy dz` | p and q - p; also `Displacement:0 ..` of ParaView |
 | `x y z`, `l p s`, `r a s` | positions |
 | `weight` | a factor of each control point |
+| `time` | control points move in time: lines with one time are the points of that time |
 | `label` or `name` | texts by which the points of two files are paired |
 | `use` or `active`, `defined` | lines with `false` or 0 are left out |
 
@@ -72,9 +73,33 @@ them; those with 1007 have vectors in LPS, as ANTs and nitransforms read them
 """
 ZARR = """`vtk-mls deform` and `vtk-mls field` also write an OME-Zarr, of an OME-Zarr, in blocks
 ([Deform a terabyte](large.md)). Other commands and `vtk_mls.io` read its finest resolution, which
-must fit in memory. Versions 0.4 and 0.5 are read. N5, HDF5 of BigDataViewer, and plates are not.
+must fit in memory. Versions 0.4 and 0.5 are read. Plates are not.
 """
-SERIES = "`.pvd`, `.series` and patterns in quotes (`'beat_*.vti'`) are series of all of these.\n"
+IMAGES = """**Volumes in time.** In {in_time} a fourth axis is time. `vtk-mls deform` takes
+volume by volume into a file of the same format, or into `.pvd`. First time, time step and
+units stay. The files hold equal time steps only. NRRD is written as ITK does,
+with `space dimension: 4`. Volumes with components are all in memory for NIfTI, and so are
+all volumes of a NRRD file whose time axis is not the slowest.
+
+**DICOM.** Give a folder with one series, or one slice of a series, whose name may have any
+ending. A missing or broken slice, slices of different sizes or spacing, and a tilted gantry
+are errors. So is a folder with several series, which are listed with a file of each.
+Enhanced DICOM, all slices in one file, is not read, for SimpleITK does not place its
+slices.
+
+**TIFF.** Pages are layers. Spacing, time step and unit come from the metadata of ImageJ or
+OME, and coordinates are in that unit: micrometers stay micrometers, and handles are in
+micrometers, too. NRRD and NIfTI outputs state the unit. Other TIFF files have voxels of
+size 1. Several images of different sizes in one file are refused.
+
+**Not read**: N5, and the HDF5 of BigDataViewer. Export a TIFF stack or NRRD from Fiji.
+"""
+SERIES = """`.pvd`, `.series` and patterns in quotes (`'beat_*.vti'`) are series of all of these.
+
+Blocks that are images of one lattice, with the same arrays, are sampled as one image if
+they fill a box. A warning says so where material that crosses a border of other blocks is
+lost. Images of AMR are refused.
+"""
 
 
 def page() -> str:
@@ -87,6 +112,8 @@ def page() -> str:
         parts.append("")
         if title == "Images":
             parts.append(ZARR)
+            lines = [line for line in formats.TABLE if line.series_writer]
+            parts.append(IMAGES.format(in_time=", ".join(line.name for line in lines)))
         if title.startswith("Transforms"):
             parts.append(TRANSFORMS)
         if title.startswith("Blocks"):

@@ -6,6 +6,7 @@ command line runs in a child process for that reason (see `supervision`).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
@@ -61,7 +62,7 @@ __all__ = [
     "write_transform",
 ]
 _PathLike = str | PathLike[str]
-_DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
+DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
 
 
 def read_dataset(path: _PathLike) -> vtkDataObject:
@@ -70,7 +71,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     Parameters
     ----------
     path : path
-        Of an image, a mesh, blocks or pieces, as docs/formats.md lists them.
+        Of an image, a mesh, blocks or pieces, as docs/formats.md lists them; or a folder with the
+        slices of a series of DICOM.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     if len(times) > 1:
         raise ValueError(
             f"`{path}` has {len(times)} time steps, expected one; `vtk-mls deform` takes all of "
-            "them to a .pvd file"
+            "them to a .pvd file, volumes also to a file of the same format"
         )
     return read(0)
 
@@ -113,9 +115,8 @@ def open_dataset(
     OSError, ValueError
         Naming the file.
     """
-    named = formats.find(Path(path), reads=_DATASETS)
-    path = Path(path) if named and named.is_folder else existing_file(path)
-    line = formats.choose(path, "read an image or a mesh from", reads=_DATASETS)
+    path = Path(path) if os.fspath(path) and Path(path).is_dir() else existing_file(path)
+    line = formats.choose(path, "read an image or a mesh from", reads=DATASETS)
     times, read = (), lambda index: line.read(path)
     if line.has_times:
         with failures_named(path):
@@ -347,14 +348,16 @@ def write_handles(
     write_dataset(polydata, path)
 
 
-def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) -> Landmarks:
+def read_landmarks(
+    path: _PathLike, space: str = "LPS", is_alone: bool = False, time: float | None = None
+) -> Landmarks:
     """Read points with their labels.
 
     Parameters
     ----------
     path : path
         As of `read_control_points`.
-    space, is_alone
+    space, is_alone, time
         As of `control_point_files.read_landmarks`.
 
     Returns
@@ -372,7 +375,7 @@ def read_landmarks(path: _PathLike, space: str = "LPS", is_alone: bool = False) 
     line = formats.choose(path, "read control points from", reads=roles)
     if formats.POINTS in line.reads:
         with failures_named(path):
-            return control_point_files.read_landmarks(path, space, is_alone)
+            return control_point_files.read_landmarks(path, space, is_alone, time)
     point_set = _checked(lambda: line.read(path), path, vtkPointSet, "no control points")
     with failures_named(path):
         return _landmarks_of(point_set, path, is_alone).in_lps(space)

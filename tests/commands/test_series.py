@@ -207,7 +207,7 @@ def test_several_time_steps_want_a_series(capsys):
         name = write_input(how)
         assert main([command, name, "handles.csv", "out.vtu", "--device", FAST]) == 1
         error = capsys.readouterr().err
-        assert error.startswith(f"vtk-mls: `{name}` has 3 time steps, which only a .pvd file can")
+        assert error.startswith(f"vtk-mls: `{name}` has 3 time steps, which only these files can")
     assert main(["field", "in.vtkhdf", "handles.csv", "out.nrrd", "--device", FAST]) == 1
     assert "`in.vtkhdf` has 3 time steps, expected one" in capsys.readouterr().err
 
@@ -271,9 +271,9 @@ def test_a_full_disk_is_said_of_the_series():
             pytest.raises(
                 OSError, match=r"^`out\.pvd` could not be written: `\./out/out_0000\.vtu` "
             ),
-            series.writing("out.pvd") as write,
+            series.writing("out.pvd", (0.0,)) as write,
         ):
-            write(0.0, mesh(1))
+            write(mesh(1))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert not list(Path().glob("*out*"))
@@ -295,3 +295,93 @@ series.io.read_dataset = lambda path: meet() if "9" in str(path) else usual(path
     arguments = ["deform", "step_*.vtu", "handles.csv", "out.pvd", "--device", "reference"]
     assert run(*arguments, child=child)[0] == status
     assert sorted(folder.rglob("*")) == before
+
+
+# Handles that move in time
+
+
+MOVES = (0.0, 1.0, 2.5)  # of the second handle, at HANDLE_TIMES
+HANDLE_TIMES = (0.0, 2.0, 5.0)
+
+
+def handles_at(move):
+    return REST, REST + np.outer(np.arange(len(REST)) == 1, (0, move, 0))
+
+
+def write_moving(how):
+    """Handles at HANDLE_TIMES, as a table or a collection of files."""
+    if how == "table":
+        rows = [
+            [time, *p, *q]
+            for time, move in zip(HANDLE_TIMES[::-1], MOVES[::-1])
+            for p, q in zip(*handles_at(move))
+        ]
+        np.savetxt("moving.csv", rows, "%.17g", ",", header="time,px,py,pz,qx,qy,qz", comments="")
+        return "moving.csv"
+    for number, move in enumerate(MOVES):
+        rest, deformed = handles_at(move)
+        io.write_handles(f"h{number}.vtp", rest, deformed)
+    return write_pvd([(t, f"h{number}.vtp") for number, t in enumerate(HANDLE_TIMES)], "h.pvd")
+
+
+def image_at(time):
+    made = make_image()
+    add_array(made.GetPointData(), "values", np.arange(504) * (1 + time))
+    made.GetPointData().SetActiveScalars("values")
+    return made
+
+
+def test_still_data_at_the_times_of_handles(capsys):
+    io.write_dataset(mesh(0), "in.vtu")
+    arguments = ["--device", FAST]
+    for how in ("table", "collection"):
+        assert main(["deform", "in.vtu", write_moving(how), "out.pvd", *arguments]) == 0
+        assert "3 time steps, rigid, handles at 3 times" in capsys.readouterr().out
+        steps = series.read_steps("out.pvd")
+        assert tuple(time for time, _ in steps) == HANDLE_TIMES
+        for (_, read), move in zip(steps, MOVES):
+            d = Deformation(*handles_at(move), device="reference")
+            np.testing.assert_allclose(points_of(read()), d.forward(places(0)), atol=1e-5)
+
+
+def test_data_in_time_take_the_last_handles_before(capsys):
+    """The same bytes as each step deformed by the handles of one time."""
+    write_steps(["1.mha", "2.mha", "3.mha"], image_at)
+    write_pvd([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
+    arguments = ["--device", FAST, "--allow-identity"]
+    assert main(["deform", "in.pvd", write_moving("collection"), "out.mha", *arguments]) == 0
+    found = [read() for _, read in series.read_steps("out.mha")]
+    for number, handles in enumerate((0, 1, 1)):
+        assert main(["deform", f"{number + 1}.mha", f"h{handles}.vtp", "one.mha", *arguments]) == 0
+        one = arrays.to_numpy(io.read_dataset("one.mha").GetPointData().GetScalars())
+        scalars = arrays.to_numpy(found[number].GetPointData().GetScalars())
+        np.testing.assert_array_equal(scalars, one)
+    assert (scalars != arrays.to_numpy(image_at(10).GetPointData().GetScalars())).any()
+
+
+@pytest.mark.parametrize("command", ["field", "points", "view"])
+def test_other_commands_take_handles_of_one_time(command, capsys):
+    io.write_dataset(image_at(0), "in.vti")
+    for how in ("table", "collection"):
+        name = write_moving(how)
+        source = name if command == "points" else "in.vti"
+        Path("p.csv").write_text("x,y,z\n1,2,3\n")
+        source = "p.csv" if command == "points" else source
+        output = {"field": ["f.nrrd"], "points": ["o.csv"], "view": []}[command]
+        assert main([command, source, name, *output]) == 1
+        assert "control points at 3 times" in capsys.readouterr().err
+
+
+def test_moving_handles_that_cannot_be(capsys):
+    io.write_dataset(image_at(0), "in.vti")
+    name = write_moving("table")
+    assert main(["deform", "in.vti", name, "out.vti"]) == 1
+    assert "`moving.csv` has 3 time steps, which only these files" in capsys.readouterr().err
+    rows = [[t, *p, *p] for t in (0, 1) for p in REST]
+    np.savetxt("still.csv", rows, "%g", ",", header="time,px,py,pz,qx,qy,qz", comments="")
+    assert main(["deform", "in.vti", "still.csv", "out.pvd"]) == 1
+    assert "are at rest (p = q) at all 2 times" in capsys.readouterr().err
+    text = Path("moving.csv").read_text().replace("\n5,", "\nnan,", 1)
+    Path("broken.csv").write_text(text)
+    assert main(["deform", "in.vti", "broken.csv", "out.pvd"]) == 1
+    assert "its time must be finite" in capsys.readouterr().err

@@ -168,9 +168,9 @@ def _make_blocks():
         found = [str(path) for path in Path().rglob(f"blocks_{suffix}*") if path.is_file()]
         role = {"pvtu": "vtu", "pvti": "vti"}.get(suffix, suffix)
         jobs.append((role, [name, *sorted(set(found) - {name})]))
-    with series.writing("series.pvd") as write:
-        write(0.0, data["pvtu"])
-        write(1.5, data["pvti"])
+    with series.writing("series.pvd", (0, 1)) as write:
+        write(data["pvtu"])
+        write(data["pvti"])
     found = sorted(str(path) for path in Path("series").iterdir())
     jobs.append(("pvd", ["series.pvd", *found]))
     names = [{"name": name, "time": time} for time, name in enumerate(found)]

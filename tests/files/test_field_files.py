@@ -260,7 +260,7 @@ def test_the_old_file_stays_when_the_disk_is_full(tmp_path, monkeypatch):
     def fails(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(field_files.nrrd, "_pack", fails)
+    monkeypatch.setattr(field_files.nrrd.volumes, "write_values", fails)
     with pytest.raises(OSError, match=r"x\.nrrd` could not be written: No space left on device"):
         io.write_field(image, tmp_path / "x.nrrd")
     assert (tmp_path / "x.nrrd").read_text() == "old"

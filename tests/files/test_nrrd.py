@@ -351,14 +351,12 @@ def in_four_dimensions(lines):
     ("lines", "axis"),
     [
         ("sizes: 5 6 7 3\n", 3),
-        ("sizes: 5 6 7 3\nspacings: 2 3 4 0.5\n", 3),
         ("sizes: 5 6 7 3\nspacings: 2 3 4 nan\n", 3),
         ("sizes: 3 5 6 7\nspacings: nan 2 3 4\n", 0),
         ("sizes: 5 6 7 3\nkinds: ??? ??? ??? ???\n", 3),
         ("sizes: 3 5 6 7\nkinds: ??? domain domain domain\n", 0),
         ("sizes: 5 6 7 3\nkinds: domain domain domain none\n", 3),
         ("sizes: 3 5 6 7\nkinds: VECTOR Domain domain space\n", 0),
-        ("sizes: 5 6 7 3\nkinds: space space space time\n", 3),
         (
             "sizes: 3 5 6 7\nspace dimension: 3\n"
             "space directions: (nan,nan,nan) (2,0,0) (0,3,0) (0,0,4)\n",

@@ -1,5 +1,7 @@
 """Images in blocks, AMR data, and control points that are any point set."""
 
+import itertools
+
 import numpy as np
 import pytest
 from mesh_fixtures import array_of, cells, deforming, places_of, set_places
@@ -7,6 +9,7 @@ from vtk_fixtures import DEFORMED, REST, add_array, connect, control_points, mak
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,
+    vtkImageData,
     vtkMultiBlockDataSet,
     vtkNonOverlappingAMR,
     vtkPartitionedDataSet,
@@ -17,12 +20,16 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
+from vtkmodules.vtkCommonMath import vtkMatrix3x3
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkExtractVOI
 from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
-from vtk_mls import cli
+from vtk_mls import HalfPlane, cli
+from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 try:
     from vtkmodules.vtkFiltersAMR import vtkAMRGaussianPulseSource
@@ -60,10 +67,43 @@ def composite(kind, parts):
 KINDS = [vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection]
 
 
+def other_lattice():
+    """Halves, the second half a voxel further."""
+    first, second = halves()
+    second.SetOrigin(0.5, 0, 0)
+    return [first, second]
+
+
+def other_arrays():
+    first, second = halves()
+    second.GetPointData().RemoveArray("one")
+    return [first, second]
+
+
+def other_values():
+    first, second = halves()
+    array_of(second, "one")[:] = 2
+    return [first, second]
+
+
+def with_ghosts():
+    first, second = halves()
+    add_array(first.GetPointData(), "vtkGhostType", np.zeros(first.GetNumberOfPoints()), 3)
+    return [first, second]
+
+
+def open_box():
+    """Three quarters of an image."""
+    return boxes(make_image((21, 8, 7)), [(0, 10), (10, 20)], [(0, 4), (4, 7)])[:3]
+
+
+APART = [other_lattice, other_arrays, other_values, with_ghosts, open_box]
+
+
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("gap", [0, 1])
-def test_images_that_touch_are_warned_about_at_each_update(kind, gap, messages):
-    filter_ = deforming(composite(kind, halves(gap)))
+@pytest.mark.parametrize("make", APART)
+def test_images_that_touch_are_warned_about_at_each_update(kind, make, messages):
+    filter_ = deforming(composite(kind, make()))
     for alpha in (1.0, 1.5):
         filter_.SetAlpha(alpha)
         update(filter_)
@@ -77,8 +117,125 @@ def test_images_that_touch_are_warned_about_at_each_update(kind, gap, messages):
 
 
 def test_many_images_are_one_sentence(messages):
-    update(deforming(composite(vtkMultiBlockDataSet, [*halves(), *halves(1)])))
+    update(deforming(composite(vtkMultiBlockDataSet, [*other_lattice(), *open_box()])))
     messages.assert_one(SEAM)
+
+
+def boxes(whole, *ranges):
+    """Blocks of an image by ranges of indices along x, y and z."""
+    dimensions = whole.GetDimensions()
+    ranges = [*ranges, *[[(0, n - 1)] for n in dimensions[len(ranges) :]]]
+    return [part_of(whole, extent) for extent in itertools.product(*ranges)]
+
+
+def part_of(whole, extent):
+    """A part of an image, which vtkExtractVOI misplaces if it has directions."""
+    part = vtkImageData()
+    ImageGeometry.of_image(whole).part(np.ravel(extent).tolist()).apply_to(part)
+    for name, is_cells in (("GetPointData", 0), ("GetCellData", 1)):
+        source, target = getattr(whole, name)(), getattr(part, name)()
+        shape = np.array(whole.GetDimensions())[::-1] - is_cells
+        region = tuple(slice(a, b + 1 - is_cells) for a, b in extent[::-1])
+        values = [
+            arrays.to_numpy(source.GetArray(i)).reshape(*shape, -1)[region]
+            for i in range(source.GetNumberOfArrays())
+        ]
+        flat = [value.reshape(-1, *value.shape[3:][: value.shape[3] > 1]) for value in values]
+        arrays.set_values(target, [np.ascontiguousarray(value) for value in flat], source)
+    return part
+
+
+def scene(rng, has_cells):
+    """An oblique image with several arrays."""
+    whole = make_image((13, 12, 11))
+    whole.SetSpacing(0.75, 0.8, 0.9)
+    turn = vtkMatrix3x3()
+    turn.DeepCopy([0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1])
+    whole.SetDirectionMatrix(turn)
+    add_array(whole.GetPointData(), "values", rng.normal(size=13 * 12 * 11))
+    add_array(whole.GetPointData(), "labels", rng.integers(0, 9, 13 * 12 * 11), 6)
+    whole.GetPointData().SetActiveScalars("values")
+    if has_cells:
+        add_array(whole.GetCellData(), "cells", rng.normal(size=12 * 11 * 10))
+    return whole
+
+
+RANGES = {
+    "shared points": ([(0, 5), (5, 12)], [(0, 7), (7, 11)]),
+    "ghost layers": ([(0, 7), (3, 12)], [(0, 11)], [(0, 6), (6, 10)]),
+    "no shared points": ([(0, 5), (6, 12)],),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", RANGES)
+def test_blocks_of_one_lattice_are_parts_of_one_image(kind, name, rng):
+    """Equal to the joined image to the bit; origins and extents are those of each block."""
+    whole = scene(rng, has_cells=name != "no shared points")
+    parts = boxes(whole, *RANGES[name])
+    parts[-1] = with_own_origin(parts[-1])
+    filters = [deforming(data) for data in (whole, composite(kind, parts))]
+    for filter_ in filters:
+        filter_.AddLabelArray("labels")
+        filter_.SetGradientArray("values")
+        filter_.AddCut(HalfPlane((0, 0, 0), (1, 0.2, 0), (0, 0, 1)))
+        update(filter_)
+    expected, found = (filter_.GetOutput() for filter_ in filters)
+    assert found.IsA(kind.__name__)
+    for part, block in zip(parts, blocks(found)):
+        assert block.GetExtent() == part.GetExtent()
+        assert block.GetOrigin() == part.GetOrigin()
+        first = np.round(ImageGeometry.of_image(expected).grid.index_of(block_start(part))[0])
+        last = first + np.array(part.GetDimensions()) - 1
+        same = part_of(expected, np.column_stack([first, last]).astype(int).tolist())
+        assert block.GetPointData().GetNumberOfArrays() == 6
+        for data, own in (
+            (same.GetPointData(), block.GetPointData()),
+            (same.GetCellData(), block.GetCellData()),
+        ):
+            assert data.GetNumberOfArrays() == own.GetNumberOfArrays()
+            for i in range(data.GetNumberOfArrays()):
+                name = data.GetArrayName(i)
+                np.testing.assert_array_equal(
+                    arrays.to_numpy(own.GetArray(name)), arrays.to_numpy(data.GetArray(name)), name
+                )
+
+
+def block_start(image):
+    return ImageGeometry.of_image(image).grid.origin[None]
+
+
+def with_own_origin(image):
+    """The same points with the first at index 0."""
+    ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).apply_to(image)
+    return image
+
+
+def test_names_of_blocks_and_another_update(rng):
+    data = composite(vtkMultiBlockDataSet, halves())
+    data.GetMetaData(1).Set(data.NAME(), "right")
+    filter_ = deforming(data)
+    for _ in range(2):
+        output = update(filter_)
+        assert output.GetMetaData(1).Get(output.NAME()) == "right"
+        ones = np.concatenate([array_of(block, "one") for block in blocks(output)])
+        alone = [array_of(update(deforming(half)), "one") for half in halves()]
+        assert (np.concatenate(alone) == 0).sum() > (ones == 0).sum()
+        array_of(data.GetBlock(0), "one")[:] = 1
+        data.GetBlock(0).Modified()
+
+
+def test_two_images_in_one_place_are_joined_each(rng):
+    parts = halves()
+    others = halves()
+    for part in others:
+        part.GetPointData().GetArray("one").SetName("two")
+    output = update(deforming(composite(vtkMultiBlockDataSet, [*parts, *others])))
+    expected = update(deforming(composite(vtkMultiBlockDataSet, parts)))
+    for number in range(2):
+        np.testing.assert_array_equal(
+            array_of(output.GetBlock(number + 2), "two"), array_of(expected.GetBlock(number), "one")
+        )
 
 
 def far_apart():
@@ -116,7 +273,7 @@ def test_pieces_of_one_image_are_no_blocks():
 @pytest.fixture
 def files(tmp_path):
     writer = vtkXMLMultiBlockDataWriter()
-    writer.SetInputData(composite(vtkMultiBlockDataSet, halves()))
+    writer.SetInputData(composite(vtkMultiBlockDataSet, other_lattice()))
     writer.SetFileName(str(tmp_path / "in.vtm"))
     assert writer.Write()
     lines = [",".join(map(str, (*p, *q))) for p, q in zip(REST, DEFORMED)]

@@ -18,7 +18,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersHybrid import vtkTemporalDataSetCache, vtkTemporalInterpolator
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
@@ -337,3 +337,28 @@ def test_parts_of_an_image_at_each_time():
         fresh.UpdateTimeStep(time, piece, 2, 0)
         assert found.GetExtent() == fresh.GetOutput().GetExtent()
         assert_same(found, fresh.GetOutput())
+
+
+def write_moving(path):
+    lines = ["px,py,pz,qx,qy,qz,time", "0,0,0,2,0,0,2", "0,0,0,0,0,0,0", "0,0,0,1,0,0,1"]
+    path.write_text("\n".join(lines))
+
+
+def test_a_table_with_times_moves_the_data(tmp_path):
+    write_moving(tmp_path / "moving.csv")
+    handles = MLSControlPoints()
+    handles.SetMode("file")
+    handles.SetFileName(str(tmp_path / "moving.csv"))
+    filter_ = connected(MLSDeform, still_sphere(), handles)
+    assert announced(filter_) == ((0, 1, 2), (0, 2))
+    still = arrays.to_numpy(still_sphere().GetPoints().GetData())
+    for time, move in ((1.0, 1), (0.5, 0), (2.0, 2), (-1.0, 0), (7.0, 2)):
+        filter_.UpdateTimeStep(time)
+        moved = arrays.to_numpy(filter_.GetOutput().GetPoints().GetData())
+        np.testing.assert_allclose(moved, still + [move, 0, 0], atol=TOLERANCE)
+    (tmp_path / "one.csv").write_text("px,py,pz,qx,qy,qz\n0,0,0,3,0,0")
+    handles.SetFileName(str(tmp_path / "one.csv"))
+    assert announced(filter_) == (None, None)
+    filter_.Update()
+    moved = arrays.to_numpy(filter_.GetOutput().GetPoints().GetData())
+    np.testing.assert_allclose(moved, still + [3, 0, 0], atol=TOLERANCE)

@@ -98,3 +98,27 @@ for time in (3.0, 0.0, 1.0):
     simple.Render(view)
     output = deform.GetClientSideObject().GetOutputDataObject(0)
     np.testing.assert_allclose(shift(output), time, atol=1e-5)
+
+# A table of control points with times, and an image with a time axis.
+table = folder / "moving.csv"
+rows = [f"{time},0,0,0,{time},0,0" for time in TIMES]
+table.write_text("\n".join(["time,px,py,pz,qx,qy,qz", *rows]))
+points = simple.MLSControlPoints(Mode="file", FileName=str(table))
+points.UpdatePipelineInformation()
+assert list(points.TimestepValues) == list(TIMES), points.TimestepValues
+deform = simple.MLSDeform(Input=sphere, ControlPoints=points)
+for time, expected in ((3.0, 3), (0.5, 0), (1.0, 1)):
+    deform.UpdatePipeline(time)
+    np.testing.assert_allclose(shift(servermanager.Fetch(deform)), expected, atol=1e-5)
+values = np.arange(3 * 4 * 5 * 6, dtype="<f4").reshape(3, 4, 5, 6)
+(folder / "beats.mha").write_bytes(
+    b"NDims = 4\nDimSize = 6 5 4 3\nOffset = 0 0 0 0.5\nElementSpacing = 1 1 1 0.25\n"
+    b"ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" + values.tobytes()
+)
+beats = simple.MLSImageReader(FileName=str(folder / "beats.mha"))
+beats.UpdatePipelineInformation()
+assert list(beats.TimestepValues) == [0.5, 0.75, 1.0], beats.TimestepValues
+for time, index in ((1.0, 2), (0.0, 0), (0.8, 1)):
+    beats.UpdatePipeline(time)
+    found = array(servermanager.Fetch(beats), "MetaImage")
+    np.testing.assert_array_equal(found.ravel(), values[index].ravel())

@@ -26,7 +26,7 @@ ROOMS = {
     "__init__": set(),
     "dask": {"dask", "numpy"},
     "vtk": {"numpy", "vtkmodules"},
-    "files": {"SimpleITK", "meshio", "nibabel", "numpy", "vtkmodules", "zarr"},
+    "files": {"SimpleITK", "meshio", "nibabel", "numpy", "tifffile", "vtkmodules", "zarr"},
     "ome_zarr": {"distributed", "numpy", "zarr"},
     "filters": {"numpy", "vtkmodules"},
     "io": {"numpy", "vtkmodules"},

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import distinct_warnings, read, update
 from vtk_mls.commands.supervision import step
 
-_MULTI_ARRAY_FORMATS = (".vti", ".vtk")  # of images
+_MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
 def add(commands):
@@ -23,7 +23,8 @@ def add(commands):
     )
     deform.add_argument(
         "input",
-        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr .ome.zarr; "
+        help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz .hdr .tif, also in time; "
+        ".ome.zarr; a folder of DICOM slices, or one of them; "
         "mesh: .vtu .vtp .vts .vtr .vtk .stl .ply .obj; pieces, blocks or time steps of these: "
         ".pvti .pvtu .pvtp .pvts .pvtr .vtm .vtpc .vtkhdf .cgns .ex2 .e .exo .case .xdmf; "
         "of the simulation programs that meshio knows: .msh .inp .bdf .med ...; time series: .pvd "
@@ -34,8 +35,9 @@ def add(commands):
         "output",
         help="image: .vti .vtk .mha .mhd .nrrd .nhdr .nii .nii.gz, or .ome.zarr of "
         "one, block by block: an interrupted output is resumed; mesh: .vtu .vtp .vts .vtk "
-        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd. .vtm, .vtpc and .pvd "
-        "files have their data in a folder of the same name",
+        ".vtkhdf .stl .ply; blocks: .vtm .vtpc .vtkhdf; time series: .pvd, and for images .mha "
+        ".mhd .nrrd .nhdr .nii .nii.gz. .vtm, .vtpc and .pvd files have their data in a folder of "
+        "the same name",
     )
     add = partial(property_options.add, deform)
     add("Interpolation")
@@ -80,15 +82,22 @@ def run(options):
         return ome_zarr.deform(options)
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
-    is_series = options.output.lower().endswith(series.SUFFIX)
+    handle_times = map_options.handle_times(options)
+    if len(steps) == 1 and handle_times:  # still data
+        read_data = cache(steps[0][1])
+        steps = [(time, read_data) for time in handle_times]
     deform = MLSDeform()
     deform.SetReference(_reference(options))
-    if len(steps) > 1 and not is_series:
+    is_series = len(steps) > 1 or handle_times or options.output.lower().endswith(series.SUFFIX)
+    if is_series and not series.can_hold(options.output):
+        source = options.handles if handle_times else options.input
         raise ValueError(
-            f"`{options.input}` has {len(steps)} time steps, which only a {series.SUFFIX} file can "
-            f"hold, got `{options.output}`"
+            f"`{source}` has {len(steps)} time steps, which only these files can hold: "
+            f"{series.suffixes()}; got `{options.output}`"
         )
-    return (_deform_all if is_series else _deform_one)(steps, deform, options)
+    if is_series:
+        return _deform_all(steps, handle_times, deform, options)
+    return _deform_one(steps, deform, options)
 
 
 def _reference(options):
@@ -118,11 +127,7 @@ def _deform_one(steps, deform, options):
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # whether a mesh can be written depends on cuts
         io.check_writable(options.output, dataset)
-        if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
-            raise ValueError(
-                "`--gradient` adds an array, and only .vti and .vtk hold more than one, "
-                f"got `{options.output}`"
-            )
+        _check_gradient(options)
     deform.SetInputData(0, dataset)
     map_options.apply(options, deform)
     inverted_cells = remarks.InvertedCells(deform)
@@ -147,16 +152,37 @@ def _deform_one(steps, deform, options):
     return 0
 
 
-def _deform_all(steps, deform, options):
-    """Deform and write one time step after the other."""
-    from vtk_mls.commands import series
+def _check_gradient(options):
+    """Raise if the output has no place for the array of `--gradient`."""
+    if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
+        raise ValueError(
+            "`--gradient` adds an array, and only .vti, .vtk and .pvd hold more than one, "
+            f"got `{options.output}`"
+        )
 
-    failures, are_empty, notes = 0, [], ""
+
+def _deform_all(steps, handle_times, deform, options):
+    """Deform and write one time step after the other.
+
+    Handles that move in time are those of the last of their times that is not after the step, as of
+    VTK's readers; before the first, those of the first.
+    """
+    from vtk_mls.commands import series
+    from vtk_mls.files.point_tables import step_at
+
+    failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
-    map_options.apply(options, deform)
-    with distinct_warnings(), series.writing(options.output) as write:
+    _check_gradient(options)
+    handles = {}
+    if handle_times:
+        moving = map_options.control_points_in_time(options, handle_times)
+        handles = dict(zip(handle_times, moving))
+    map_options.apply(options, deform, handles[handle_times[0]] if handles else None)
+    with distinct_warnings(), _writing(steps, options) as write:
         for number, (time, read_step) in enumerate(steps):
+            if handles:
+                deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells.prepare(dataset)
@@ -164,14 +190,24 @@ def _deform_all(steps, deform, options):
             inverted_cells.take()
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
-            if number + 1 == len(steps):  # the map is the same for all
-                notes = _notes(deform)
+            if handles or number + 1 == len(steps):  # else the map is the same for all
+                note = _notes(deform)
+                notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):
-                write(time, deform.GetOutput())
+                write(deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
-    summary += inverted_cells.note() + notes
+    at_times = f", handles at {len(handles)} times" * bool(handles)
+    found = "".join(f"{note}{where}" for note, where in notes.items())
+    summary += at_times + inverted_cells.note() + found
     _report(summary, are_empty, options)
     return 0
+
+
+def _writing(steps, options):
+    """The context of `series.writing`."""
+    from vtk_mls.commands import series
+
+    return series.writing(options.output, [time for time, _ in steps])
 
 
 def _notes(deform):

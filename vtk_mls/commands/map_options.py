@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -128,9 +129,12 @@ def _add_cuts(parser):
     )
 
 
-def apply(options, algorithm):
-    """Set the control points (port 1) and the properties of a filter from the options."""
-    algorithm.SetInputData(1, _moving_control_points(options))
+def apply(options, algorithm, control_points=None):
+    """Set the control points (port 1) and the properties of a filter from the options.
+
+    Control-point polydata in place of those of the files may be given.
+    """
+    algorithm.SetInputData(1, control_points or _moving_control_points(options))
     property_options.apply(options, algorithm)
     limit_options.apply(options, algorithm)
     algorithm.SetInitialTransform(initial_transform(options))
@@ -171,6 +175,42 @@ def initial_transform(options):
 def control_points(options):
     """Control-point polydata of the files."""
     return _read_control_points(options)[0]
+
+
+def handle_times(options):
+    """The times at which the files give control points, sorted; () if they do not move in time."""
+    from vtk_mls.commands import series
+    from vtk_mls.files import control_point_files
+
+    if options.path:
+        return ()
+    if options.handles and series.is_series(options.handles):
+        times = tuple(time for time, _ in read(series.timed_files, options.handles))
+        return times if len(times) > 1 else ()
+    times = ()
+    with suppress(OSError, ValueError):  # reading the handles reports it
+        times = control_point_files.times(options.handles, options.deformed)
+    return times if len(times) > 1 else ()
+
+
+def control_points_in_time(options, times):
+    """Control-point polydata at each of the `handle_times`.
+
+    Raises
+    ------
+    ValueError
+        If nothing moves at any time, without `--allow-identity`.
+    """
+    from vtk_mls.vtk.control_point_polydata import is_moving
+
+    found = [_read_control_points(options, time)[0] for time in times]
+    is_identity = not any(map(is_moving, found)) or options.blend == 0
+    if is_identity and not (options.allow_identity or options.initial_transform):
+        raise ValueError(
+            f"nothing moves: the control points of `{options.handles}` are at rest (p = q) at all "
+            f"{len(times)} times; add --allow-identity to go on"
+        )
+    return found
 
 
 def map_arguments(options):
@@ -227,13 +267,23 @@ def _handles_of(options, polydata):
     return *arrays.control_points(polydata, "Displacement", weight), path, []
 
 
-def _read_control_points(options):
-    """Control-point polydata of the files, and whether the files have q."""
+def _read_control_points(options, time=None):
+    """Control-point polydata of the files (at a time), and whether the files have q."""
     from vtk_mls import io
     from vtk_mls.commands import series
 
-    reader = partial(io.read_landmarks, space=options.handles_space)
-    if not Path(options.handles).exists():
+    reader, handles = partial(io.read_landmarks, space=options.handles_space), options.handles
+    if handles and series.is_series(handles):
+        files = dict(read(series.timed_files, handles))
+        if time is None and len(files) > 1:
+            raise ValueError(
+                f"`{handles}` has control points at {len(files)} times; `vtk-mls deform` takes "
+                "them, here give the file of one time"
+            )
+        handles = files[min(files) if time is None else time]
+    elif time is not None:
+        reader = partial(reader, time=time)
+    if not Path(handles).exists():
         raise FileNotFoundError(
             f"there is no file `{options.handles}`; `vtk-mls view` makes one: drag handles over "
             "the data, then press S"
@@ -242,13 +292,13 @@ def _read_control_points(options):
         raise ValueError("`--path` ends with the positions q: leave `--deformed` out")
     if options.path:
         files = read(series.files_in_time, options.path)
-        rest, *between, last = (read(reader, path) for path in (options.handles, *files))
+        rest, *between, last = (read(reader, path) for path in (handles, *files))
         return io.control_points(rest, last, between, options.pair_by), True
     if options.deformed:
-        rest, deformed = (read(reader, path) for path in (options.handles, options.deformed))
+        rest, deformed = (read(reader, path) for path in (handles, options.deformed))
         return io.control_points(rest, deformed, pair_by=options.pair_by), True
     check_pairing(options)
-    rest = read(partial(reader, is_alone=True), options.handles)
+    rest = read(partial(reader, is_alone=True), handles)
     return io.control_points(rest), rest.partners is not None
 
 

@@ -45,7 +45,8 @@ def read_steps(path):
         Naming the file; only ValueError when datasets are read.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
-    if _is_series(path) or formats.find(path, reads=(formats.BLOCKS,)) is None:
+    line = formats.find(path, reads=io.DATASETS)
+    if _is_series(path) or line is None or not line.has_times:
         return [(time, _reader(files)) for time, files in _files(path)]
     times, read = io.open_dataset(path)
     return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
@@ -64,6 +65,11 @@ def files_in_time(path):
     OSError, ValueError
         Naming the file.
     """
+    return [file for _, file in timed_files(path)]
+
+
+def timed_files(path):
+    """As `files_in_time`, with the times: a list of (time, file)."""
     path = Path(path) if os.fspath(path) else existing_file(path)
     steps = _files(path)
     for time, files in steps:
@@ -71,7 +77,12 @@ def files_in_time(path):
             raise ValueError(
                 f"`{path}` must have one file for each time, got {len(files)} at {time}"
             )
-    return [file for _, (file,) in steps]
+    return [(time, file) for time, (file,) in steps]
+
+
+def is_series(path):
+    """Whether a path names the files of several times: a pattern, .pvd or .series."""
+    return _is_series(Path(path))
 
 
 def _files(path):
@@ -98,12 +109,36 @@ def _files(path):
     return [(time, files[time]) for time in sorted(files)]
 
 
-@contextmanager
-def writing(path):
-    """A context with a function of a time and a dataset that adds a time step to a .pvd file.
+def can_hold(path):
+    """Whether a file of this name can hold several time steps."""
+    return Path(path).suffix.lower() == SUFFIX or _line_of(path) is not None
 
-    The datasets go to a folder of the same name beside the file. All files appear when the block
-    ends without an error, or none.
+
+def _line_of(path):
+    """The format of images in time that a file name has, or None."""
+    line = formats.find(Path(path), writes=(formats.IMAGE,))
+    return line if line is not None and line.series_writer else None
+
+
+def suffixes():
+    """The endings of files that can hold several time steps."""
+    lines = [line.endings for line in formats.TABLE if line.series_writer]
+    return " ".join([SUFFIX, *lines])
+
+
+@contextmanager
+def writing(path, times):
+    """A context with a function of a dataset that adds the next time step to a file.
+
+    The datasets of a .pvd file go to a folder of the same name beside it. All files appear when the
+    block ends without an error, or none.
+
+    Parameters
+    ----------
+    path : path
+        Of a collection (.pvd) or, for images, of a format that holds a time axis.
+    times : sequence of float
+        Of all datasets.
 
     Raises
     ------
@@ -111,6 +146,27 @@ def writing(path):
         Naming `path`.
     """
     path = check_writable(path)
+    line = None if path.suffix.lower() == SUFFIX else _line_of(path)
+    if line is None:
+        with _writing_collection(path) as add:
+            remaining = iter(times)
+            yield lambda dataset: add(next(remaining), dataset)
+        return
+    with replacing(path) as new, line.write_series(new, tuple(times)) as add:
+
+        def add_image(dataset):
+            if not dataset.IsA("vtkImageData"):
+                raise ValueError(
+                    f"`{path}` holds images in time, got a {dataset.GetClassName()}; write {SUFFIX}"
+                )
+            add(dataset)
+
+        yield add_image
+
+
+@contextmanager
+def _writing_collection(path):
+    """A context with a function of a time and a dataset that adds a time step to a .pvd file."""
     with replacing(path) as new:
         entries = []
 
@@ -138,6 +194,8 @@ def check_writable(path):
     """
     path = Path(path)
     folder = check_replaceable(path).with_suffix("")
+    if path.suffix.lower() != SUFFIX:
+        return path
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"`{path}` cannot be written: `{folder}` is no folder")
     return path

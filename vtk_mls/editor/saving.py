@@ -119,6 +119,8 @@ class Saver:
         if self._is_ome_zarr(number):
             stem = name.partition(".")[0]
             return stem, name.removeprefix(stem)
+        if "." not in name:  # a folder of DICOM
+            return name, ".vti"
         stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
         return stem, dot + ending
 

@@ -62,14 +62,38 @@ def read(path, deformed_path=None, space="LPS"):
     return pairs.rest, pairs.deformed, pairs.weights
 
 
-def read_pairs(path, deformed_path=None, space="LPS"):
-    """As `read`, but returns `Pairs`, with the labels."""
-    rest = read_landmarks(path, space, is_alone=not deformed_path)
-    return paired(rest, read_landmarks(deformed_path, space) if deformed_path else None)
+def read_pairs(path, deformed_path=None, space="LPS", time=None):
+    """As `read`, but returns `Pairs`, with the labels; `time` is as of `read_landmarks`."""
+    rest = read_landmarks(path, space, not deformed_path, time)
+    deformed = read_landmarks(deformed_path, space, time=time) if deformed_path else None
+    return paired(rest, deformed)
+
+
+def times(path, deformed_path=None):
+    """The times at which the control points of one or two files are given, sorted; () for others.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    paths = [existing_file(name) for name in (path, deformed_path) if name]
+    tables = [path for path in paths if formats.find(path, **_READ) and _is_table(path)]
+    return tuple(sorted({time for table in tables for time in point_tables.times(table)}))
+
+
+def _is_table(path):
+    try:
+        return _reader(path) is point_tables.read
+    except UnicodeDecodeError:
+        return False  # reading says so
 
 
 def read_landmarks(
-    path: str | PathLike[str], space: str = "LPS", is_alone: bool = False
+    path: str | PathLike[str],
+    space: str = "LPS",
+    is_alone: bool = False,
+    time: float | None = None,
 ) -> Landmarks:
     """Read points with their labels.
 
@@ -80,6 +104,9 @@ def read_landmarks(
     is_alone : bool
         Whether these are control points without a second file for q. A table must then have pairs,
         or a header without them.
+    time : float, optional
+        Of a table with a column of times, the points of the last time that is not later, or the
+        first ones. By default control points of several times are an error.
 
     Returns
     -------
@@ -95,7 +122,9 @@ def read_landmarks(
     read_file = formats.choose(path, "read points from", **_READ).read
     try:
         is_table = _reader(path) is point_tables.read
-        landmarks: Landmarks = point_tables.read(path, is_alone) if is_table else read_file(path)
+        landmarks: Landmarks = (
+            point_tables.read(path, is_alone, time) if is_table else read_file(path)
+        )
     except UnicodeDecodeError as error:
         raise ValueError(
             f"`{path}` is not UTF-8 text: its byte {error.start} is {error.object[error.start]}"

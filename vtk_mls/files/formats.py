@@ -31,6 +31,9 @@ SPACE = "`SPACE=` of 3D Slicer, else used as it is"
 CALLER = "`--handles-space`, unless its columns state it"
 
 
+_DICOM, _DICOM_START = ".dcm", 128  # files of DICOM often have no ending
+
+
 @dataclass(frozen=True)
 class Format:
     """A line of the table.
@@ -53,6 +56,9 @@ class Format:
         A package that must be installed.
     is_folder : bool
         Whether it is a folder with a name of that ending.
+    series_writer : str
+        As `writer`, for images in time: a context manager of a path and the times, with a function
+        that adds an image.
     """
 
     name: str
@@ -65,6 +71,7 @@ class Format:
     has_times: bool = False
     needs: str = ""
     is_folder: bool = False
+    series_writer: str = ""
 
     def ending(self, path: Path) -> str:
         """The ending of a file name, if it is of this format; "" for others."""
@@ -81,11 +88,20 @@ class Format:
         """The function that writes to a path or, for text formats, to an open file."""
         return _function(*self.writer.split())
 
+    @property
+    def write_series(self) -> Callable[..., Any]:
+        """The function that writes images in time."""
+        return _function(*self.series_writer.split())
+
 
 def _image(name: str, endings: str, frame: str, array: str) -> Format:
     """A format of images of patients; `array` is the name of the array."""
-    reader, writer = f"image_files.read_volume {array}", f"image_files.write_volume {array}"
-    return Format(name, endings, frame, (IMAGE, MEDICAL), reader, (IMAGE,), writer)
+    return Format(
+        *(name, endings, frame, (IMAGE, MEDICAL), f"image_files.open_volumes {array}"),
+        *((IMAGE,), f"image_files.write_volume {array}"),
+        has_times=True,
+        series_writer=f"image_files.writing_volumes {array}",
+    )
 
 
 def _field(name: str, endings: str, frame: str, array: str) -> Format:
@@ -125,6 +141,7 @@ def _points(name: str, endings: str, frame: str, reader: str, writer: str) -> Fo
     return Format(name, endings, frame, (POINTS,), reader, (POINTS,), writer)
 
 
+_TIFF: dict[str, Any] = {"reader": "tiff.open_file", "has_times": True, "needs": "tifffile"}
 _ROLES = (MESH, SURFACE, POINT_DATA)
 _VTI = "image_files.read_xml", (IMAGE,), "image_files.write_xml"
 _VTK = "mesh_files.read vtkIOLegacy.vtkDataSetReader", (IMAGE,), "image_files.write_legacy"
@@ -139,7 +156,11 @@ TABLE = (
     _image("MetaImage", ".mha .mhd", LPS, "MetaImage"),
     _image("NRRD", ".nrrd .nhdr .seg.nrrd", HEADER, "NRRD"),
     _image("NIfTI", ".nii .nii.gz", RAS, "NIFTI"),
-    Format("NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.read_volume NIFTI"),
+    Format(
+        "NIfTI with .img", ".hdr", RAS, (IMAGE,), "image_files.open_volumes NIFTI", has_times=True
+    ),
+    Format("DICOM, one series", ".dcm", LPS, (IMAGE,), "dicom.read", needs="SimpleITK"),
+    Format("TIFF", ".tif .tiff", AS_IS, (IMAGE,), **_TIFF),
     Format("OME-Zarr", ".ome.zarr .zarr", AS_IS, (IMAGE,), _ZARR, needs="zarr", is_folder=True),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
@@ -253,7 +274,9 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
         If there is none, with the endings that are possible; or if it needs a package.
     """
     line = find(path, **contents)
-    if line is None and path.is_dir():
+    if IMAGE in contents.get("reads", ()) and _is_dicom(path, line):
+        line = find(Path(_DICOM), **contents)
+    elif line is None and path.is_dir():
         raise IsADirectoryError(f"`{path}` is a folder; expected a file")
     if line is None:
         raise ValueError(
@@ -263,6 +286,14 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     if not _is_installed(line):
         raise ValueError(f"`{path}` needs the package {line.needs}: pip install {line.needs}")
     return line
+
+
+def _is_dicom(path: Path, line: Format | None) -> bool:
+    """Whether it is another folder, or a file without a known ending that begins as DICOM does."""
+    if line is not None or not path.is_file():
+        return path.is_dir() and not (line and line.is_folder)
+    with path.open("rb") as file:
+        return file.read(_DICOM_START + 4)[_DICOM_START:] == b"DICM"
 
 
 def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:

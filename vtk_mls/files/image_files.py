@@ -6,6 +6,7 @@ they are written. VTK's own formats do not say their frame and are not converted
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 import shutil
@@ -26,6 +27,7 @@ _FORMATS = {  # by the name of the array: module, and where the dataset keeps th
     "NRRD": (nrrd, metadata.NRRD_HEADER),
     "NIFTI": (nifti, metadata.NIFTI_HEADER),
 }
+_MAX_SHIFT = 1e-3  # voxels between images of one grid
 _HEAD = 1 << 20  # bytes of a .vti file that include its extents
 # bits per byte of a .vti file, by its compressor
 _MAX_RATIO = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
@@ -109,10 +111,27 @@ def _write_all_digits(image, path):
     rounded.unlink()
 
 
-def read_volume(name, path):
-    """Read an image; its array is named after the format."""
+def open_volumes(name, path):
+    """The times of a file, () without a time axis, and a function that reads one by its index.
+
+    The array of an image is named after the format.
+    """
     module, header = _FORMATS[name]
-    volume = module.read(path)
+    series = module.open_file(path)
+    return series.times, lambda index: image_of(series.read(index), name, header)
+
+
+def image_of(volume, name, header=""):
+    """The vtkImageData of a `Volume`.
+
+    Parameters
+    ----------
+    volume : Volume
+    name : str
+        Of its array.
+    header : str
+        Name of the metadata that keep the header.
+    """
     flat = volume.values.reshape(-1, *volume.values.shape[3:])
     image = vtkImageData()
     image.SetDimensions(volume.values.shape[2::-1])
@@ -124,29 +143,86 @@ def read_volume(name, path):
     _set_geometry(image, volume.origin.tolist(), volume.steps)
     metadata.store(image, metadata.FILE_SPACE, [volume.space] * bool(volume.space))
     metadata.store(image, metadata.LABEL_ARRAYS, [name] * volume.is_label)
-    metadata.store(image, header, volume.header)
+    metadata.store(image, metadata.LENGTH_UNIT, [volume.unit] * bool(volume.unit))
+    if header:
+        metadata.store(image, header, volume.header)
     return image
 
 
 def write_volume(name, image, path):
     """Write the active scalars of an image, or its only array."""
     module, header = _FORMATS[name]
+    module.write(path, _volume_of(image, path, header))
+
+
+@contextlib.contextmanager
+def writing_volumes(name, path, times):
+    """A context with a function that adds an image to a file in time.
+
+    Parameters
+    ----------
+    name : str
+        Of the format.
+    path : Path
+    times : tuple of float
+        One for each image; their steps must be equal.
+
+    Raises
+    ------
+    ValueError
+        If the images do not have the same grid and the same type of values.
+    """
+    module, header = _FORMATS[name]
+    first = None
+    with module.writing(path, times) as add_volume:
+
+        def add(image):
+            nonlocal first
+            volume = _volume_of(image, path, header)
+            first = first or volume
+            if not _is_alike(volume, first):
+                raise ValueError(
+                    f"`{path}` must get images of one grid and one type of values, got "
+                    f"{_described(volume)} after {_described(first)}; write .pvd, which takes any"
+                )
+            add_volume(volume)
+
+        yield add
+
+
+def _is_alike(volume, other):
+    """Whether two volumes have one type of values, and one grid to a thousandth of a voxel."""
+    if volume.values.shape != other.values.shape or volume.values.dtype != other.values.dtype:
+        return False
+    shift = np.abs(volume.origin - other.origin)
+    last = np.array(volume.values.shape[2::-1])
+    shift = shift + np.abs(volume.steps - other.steps) @ last
+    return shift.max() <= _MAX_SHIFT * np.linalg.norm(volume.steps, axis=0).min()
+
+
+def _described(volume):
+    """Size, origin and type of values, for a sentence."""
+    size = " x ".join(str(n) for n in volume.values.shape[2::-1])
+    origin = ", ".join(f"{x:g}" for x in volume.origin)
+    return f"{size} of {volume.values.dtype} at {origin}"
+
+
+def _volume_of(image, path, header):
+    """The `Volume` of the active scalars of an image, or of its only array."""
     grid = ImageGeometry.of_image(image).grid
     array = _single_array(image, path)
     values = arrays.to_numpy(array)
     space = metadata.load(image, metadata.FILE_SPACE)
     is_label = array.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
-    module.write(
-        path,
-        Volume(
-            values.reshape(grid.shape + values.shape[1:]),
-            grid.origin,
-            grid.index_to_world,
-            is_label=is_label and values.dtype.kind in "iu",
-            is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
-            space=space[0] if space else "",
-            header=metadata.load(image, header),
-        ),
+    return Volume(
+        values.reshape(grid.shape + values.shape[1:]),
+        grid.origin,
+        grid.index_to_world,
+        is_label=is_label and values.dtype.kind in "iu",
+        is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
+        space=space[0] if space else "",
+        header=metadata.load(image, header),
+        unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
     )
 
 

@@ -11,13 +11,15 @@ Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code
 
 from __future__ import annotations
 
+import contextlib
+import io
 import math
 import re
 
 import numpy as np
 
 from vtk_mls.files import paths, volumes
-from vtk_mls.files.volumes import Stored, Volume
+from vtk_mls.files.volumes import Series, Stored, Volume
 
 _TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -31,6 +33,7 @@ _DTYPES = {
 _LABEL_INTENT = "1002"
 _MAX_FILES = 1 << 16
 _DIRECTIONS = ("TransformMatrix", "Rotation", "Orientation")
+_ORIGINS, _SPACINGS = ("Offset", "Position", "Origin"), ("ElementSpacing", "ElementSize")
 _ORIENTATION = "AnatomicalOrientation"
 _OWN_KEYS = (  # of values and geometry; not copied
     *("ObjectType", "NDims", "BinaryData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"),
@@ -44,16 +47,22 @@ _MAX_LINE = 1 << 16  # bytes
 
 
 def read(path):
-    """Read a volume.
+    """The `Volume` of a file without a time axis."""
+    return volumes.single(open_file(path), path)
+
+
+def open_file(path):
+    """Open a file.
 
     Parameters
     ----------
     path : Path
-        A .mha file, or a .mhd header with its data in other files of its folder.
+        A .mha file, or a .mhd header with its data in other files of its folder. A fourth axis is
+        time.
 
     Returns
     -------
-    Volume
+    Series
 
     Raises
     ------
@@ -62,17 +71,31 @@ def read(path):
     with path.open("rb") as file:
         header = _header(file)
         count = int(header.get("NDims", 3))
-        if not 1 <= count <= 3:
-            raise ValueError(f"it must have up to three dimensions, got {count}; give one volume")
+        if not 1 <= count <= 4:
+            raise ValueError(f"it must have up to four dimensions, got {count}")
         sizes = [int(text) for text in header["DimSize"].split()]
         if len(sizes) != count or min(sizes) < 1:
             raise ValueError(f"its DimSize must be {count} positive numbers, got {sizes!s:.60}")
         components = int(header.get("ElementNumberOfChannels", 1))
         if components < 1:
             raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
-        shape = [*[1] * (3 - count), *sizes[::-1], *[components] * (components > 1)]
-        values = _values(header, file, path, shape)
-    origin, spacing, direction = _geometry(header, count)
+        shape = [*[1] * (3 - count), *sizes[2::-1], *[components] * (components > 1)]
+        geometry = _geometry(header, count)
+        if count < 4:
+            values = _values(header, file, path, shape)
+            return Series((), lambda index: _volume(header, geometry, values))
+        slabs = _slabs(header, file.tell(), path, shape, sizes[3])
+    spacing, start = (
+        _numbers(_first(header, names, default), 4, names[0])[3]
+        for names, default in ((_SPACINGS, "1 1 1 1"), (_ORIGINS, "0 0 0 0"))
+    )
+    times = tuple(float(start + spacing * number) for number in range(sizes[3]))
+    return Series(times, lambda index: _volume(header, geometry, slabs.read(index)))
+
+
+def _volume(header, geometry, values):
+    """The `Volume` of values."""
+    origin, spacing, direction = geometry
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
     copied = {key: text for key, text in header.items() if key not in _OWN_KEYS}
     if _ORIENTATION in header:
@@ -91,35 +114,63 @@ def write(path, volume):
         A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
     volume : Volume
     """
-    values = volume.values
+    with writing(path, ()) as add:
+        add(volume)
+
+
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a file.
+
+    Parameters
+    ----------
+    path : Path
+        As of `write`.
+    times : tuple of float
+        Of the volumes; empty for one that has none.
+    """
     is_local = path.suffix.lower() == ".mha"
+    time_axis = (*volumes.steps_of(times), len(times)) if times else None
+    with contextlib.ExitStack() as stack:
+        file = stack.enter_context(path.open("wb"))
+        data = file if is_local else stack.enter_context(path.with_suffix(".raw").open("wb"))
+
+        def add(volume):
+            if file.tell() == 0:
+                file.write(_text(volume, "LOCAL" if is_local else f"{path.stem}.raw", time_axis))
+                file.flush()
+            volumes.write_values(data, volume.values)
+
+        yield add
+
+
+def _text(volume, data_file, time_axis):
+    """The header; `time_axis` is the first time, the step and the number of times, or None."""
+    values = volume.values
     spacing = np.linalg.norm(volume.steps, axis=0)
     direction = volume.steps / spacing
+    start, step, count = time_axis or (0.0, 1.0, 1)
+    n = 4 if time_axis else 3
+    matrix = np.eye(n)
+    matrix[:3, :3] = direction
     header = {
         "ObjectType": "Image",
-        "NDims": "3",
+        "NDims": str(n),
         "BinaryData": "True",
         "BinaryDataByteOrderMSB": "False",
         "CompressedData": "False",
-        "TransformMatrix": _format(direction.T.ravel()),
-        "Offset": _format(volume.origin),
-        "CenterOfRotation": "0 0 0",
-        "ElementSpacing": _format(spacing),
-        "DimSize": " ".join(str(n) for n in values.shape[2::-1]),
+        "TransformMatrix": _format(matrix.T.ravel()),
+        "Offset": _format([*volume.origin, start][:n]),
+        "CenterOfRotation": " ".join("0" * n),
+        "ElementSpacing": _format([*spacing, step][:n]),
+        "DimSize": " ".join(map(str, [*values.shape[2::-1], count][:n])),
         **_copied(volume.header, direction),
         **({"intent_code": _LABEL_INTENT} if volume.is_label else {}),
         "ElementNumberOfChannels": str(values.shape[3] if values.ndim == 4 else 1),
         "ElementType": _TYPES[values.dtype.name],
-        "ElementDataFile": "LOCAL" if is_local else f"{path.stem}.raw",
+        "ElementDataFile": data_file,
     }
-    text = "".join(f"{key} = {value}\n" for key, value in header.items())
-    with path.open("wb") as file:
-        file.write(text.encode())
-        if is_local:
-            volumes.write_values(file, values)
-    if not is_local:
-        with path.with_suffix(".raw").open("wb") as file:
-            volumes.write_values(file, values)
+    return "".join(f"{key} = {value}\n" for key, value in header.items()).encode()
 
 
 def _header(file):
@@ -151,20 +202,25 @@ def _copied(lines, direction):
 def _geometry(header, count):
     """Origin (3,), spacing (3,) and direction (3, 3)."""
     origin, spacing, direction = np.zeros(3), np.ones(3), np.eye(3)
-    for target, names in (
-        (origin, ("Offset", "Position", "Origin")),
-        (spacing, ("ElementSpacing", "ElementSize")),
-    ):
+    for target, names in ((origin, _ORIGINS), (spacing, _SPACINGS)):
         name = next((name for name in names if name in header), None)
         if name is not None:
-            target[:count] = _numbers(header[name], count, name)
-            if not np.isfinite(target).all():
+            numbers = _numbers(header[name], count, name)
+            if not np.isfinite(numbers).all():
                 raise ValueError(f"its {name} must be finite numbers")
-    name = next((name for name in _DIRECTIONS if name in header), None)
-    if name is not None:
-        numbers = _numbers(header[name], count * count, "direction")
-        direction[:count, :count] = numbers.reshape(count, count).T
+            target[:count] = numbers[:3]
+    text = _first(header, _DIRECTIONS, "")
+    if text:
+        matrix = _numbers(text, count * count, "direction").reshape(count, count).T
+        if count == 4 and not np.array_equal([*matrix[3], *matrix[:3, 3]], [0, 0, 0, 1, 0, 0, 0]):
+            raise ValueError("its fourth axis must be time, and not turned into space")
+        direction[:count, :count] = matrix[:3, :3]
     return origin, spacing, direction
+
+
+def _first(header, names, default):
+    """The text of the first of some keys that the header has."""
+    return next((header[name] for name in names if name in header), default)
 
 
 def _numbers(text, count, name):
@@ -174,7 +230,31 @@ def _numbers(text, count, name):
     return numbers
 
 
-def _values(header, file, path, shape):
+def _slabs(header, start, path, shape, count):
+    """The `Slabs` of `count` volumes, behind the header or in one file."""
+    stored = _stored(header, shape)
+    if stored.encoding == "text":
+        raise ValueError("its values in four dimensions must be binary")
+    name = header["ElementDataFile"]
+    if _data_files(name, io.BytesIO()) not in (None, [name]):
+        raise ValueError("its volumes are in several files; give one file")
+    skip = int(header.get("HeaderSize", 0))
+    if name.upper() != "LOCAL":
+        path, start = paths.named_file(path, name), 0
+    size = path.stat().st_size
+    if skip == -1:
+        skip = max(size - math.prod(shape) * count * stored.dtype.itemsize - start, 0)
+
+    def open_values(stack):
+        file = stack.enter_context(path.open("rb"))
+        file.seek(start + skip)
+        return volumes.unpacked(file, stored.encoding)
+
+    return volumes.Slabs(open_values, stored, count, max(size - start - skip, 0))
+
+
+def _stored(header, shape):
+    """How values of a shape are stored."""
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
         raise ValueError(f"values of type `{kind:.40}` are not supported")
@@ -185,6 +265,11 @@ def _values(header, file, path, shape):
         if encoding != "raw":
             raise ValueError("its values cannot be both text and compressed")
         encoding = "text"
+    return Stored(dtype, tuple(shape), encoding)
+
+
+def _values(header, file, path, shape):
+    dtype, _, encoding = _stored(header, shape)
     skip = int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:

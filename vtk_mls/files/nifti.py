@@ -24,12 +24,13 @@ size of a compressed file, and does not check the checksum of gzip.
 from __future__ import annotations
 
 import contextlib
+import functools
 
 import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files import frames, paths, volumes
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import Series, Volume
 
 _TO_RAS = frames.signs("RAS")  # and back
 _COLORS = {n: np.dtype([(name, "u1") for name in "RGBA"[:n]]) for n in (3, 4)}
@@ -43,8 +44,11 @@ _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
     "qoffset": ("qoffset_x", "qoffset_y", "qoffset_z"),
     "srow": ("srow_x", "srow_y", "srow_z"),
 }
-_LINES = {name: (name,) for name in ("intent_code", "intent_name", "xyzt_units")} | _GEOMETRY
-_SCANNER, _MILLIMETERS = 1, 2
+_LINES = {name: (name,) for name in ("intent_code", "intent_name", "xyzt_units", "toffset")}
+_LINES |= _GEOMETRY
+_SCANNER, _MILLIMETERS, _MICROMETERS = 1, 2, 3
+_FOREIGN_UNITS = {"nm": 1e-6, "um": 1e-3, "cm": 10.0, "m": 1e3}  # millimeters per unit
+_SMALL_UNITS = ("nm", "um")  # become micrometers
 _SPATIAL_UNIT = 7  # mask of xyzt_units
 _LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters per unit; other codes mean millimeters
 _MAX_SHEAR = 1e-4  # axes closer to orthogonal than this are orthogonal for ITK
@@ -53,7 +57,12 @@ _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
 def read(path):
-    """Read a volume.
+    """The `Volume` of a file without a time axis."""
+    return volumes.single(open_file(path), path)
+
+
+def open_file(path):
+    """Open a file.
 
     Parameters
     ----------
@@ -62,32 +71,48 @@ def read(path):
 
     Returns
     -------
-    Volume
-        Its header has lines `field: value`.
+    Series
+        Headers of its volumes have lines `field: value`. Volumes are read one at a time, unless
+        they have components.
 
     Raises
     ------
     OSError, ValueError
     """
     encoding = "gzip" if path.suffix.lower() == ".gz" else "raw"
-    with contextlib.ExitStack() as stack:
-        file = volumes.unpacked(stack.enter_context(path.open("rb")), encoding)
-        header = _read_header(file)
-        shape, dtype = _shape(path, header), _dtype(header)
-        data, start = path, int(header["vox_offset"])
-        size = start - header.sizeof_hdr
-        if _is_pair(header, path):
-            data, size = paths.named_file(path, path.with_suffix(".img").name), start
-            file = stack.enter_context(data.open("rb"))
-        volumes.skip(file, size)
-        size = data.stat().st_size - (start if encoding == "raw" else 0)
-        values = volumes.read_values(file, dtype, shape, max(size, 0), encoding)
-    if dtype.names:
-        values = values.view(np.uint8).reshape(*shape[1:], len(dtype))
-    else:
-        values = np.moveaxis(values, 0, -1) if len(values) > 1 else values[0]
+    with path.open("rb") as file:
+        header = _read_header(volumes.unpacked(file, encoding))
+    components, count, *shape = _shape(header)
+    start, data = int(header["vox_offset"]), path
+    if _is_pair(header, path):
+        data = paths.named_file(path, path.with_suffix(".img").name)
+
+    def open_values(stack):
+        file = volumes.unpacked(stack.enter_context(data.open("rb")), encoding)
+        volumes.skip(file, start)
+        return file
+
+    # times of one component are in between those of the other
+    is_whole = components > 1
+    slab = (components, count, *shape) if is_whole else shape
+    stored = volumes.Stored(_dtype(header), tuple(slab), encoding)
+    size = max(data.stat().st_size - (start if encoding == "raw" else 0), 0)
+    slabs = volumes.Slabs(open_values, stored, 1 if is_whole else count, size)
     affine = _affine(header)
     _warn_if_itk_differs(path, header, affine)
+    whole = functools.cache(lambda: slabs.read(0))
+
+    def read_values(index):
+        return np.moveaxis(whole()[:, index], 0, -1) if is_whole else slabs.read(index)
+
+    times = _times(header) if count > 1 else ()
+    return Series(times, lambda index: _volume(header, affine, read_values(index)))
+
+
+def _volume(header, affine, values):
+    """The `Volume` of the values of a file."""
+    if values.dtype.names:
+        values = values.view(np.uint8).reshape(*values.shape, len(values.dtype))
     intent = int(header["intent_code"])
     values = _scaled(values, float(header["scl_slope"]), float(header["scl_inter"]))
     is_label = intent in _LABELS and values.dtype.kind in "iu"
@@ -113,24 +138,67 @@ def write(path, volume):
         A .nii or .nii.gz file.
     volume : Volume
     """
-    values = volume.values
-    source = _from_lines(volume.header)
-    header = _new_header(1 if max(values.shape) < 1 << 15 else 2)
-    header["vox_offset"] = header.sizeof_hdr + 4
-    _describe_values(header, volume)
-    header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
-    if not header["xyzt_units"] & _SPATIAL_UNIT:
-        header["xyzt_units"] |= _MILLIMETERS
-    _place(header, source, _TO_RAS[:, None] * np.column_stack([volume.steps, volume.origin]))
-    if header["dim"][0] == 5:
-        signs = _TO_RAS.astype(values.dtype) if header["intent_code"] == _DISPLACEMENT else 1
-        values = np.moveaxis(values * signs, -1, 0)
+    with writing(path, (0.0,)) as add:
+        add(volume)
+
+
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a file, one for each of `times`.
+
+    Volumes are written at once, those with components when the context ends.
+    """
+    volumes.steps_of(times)
+    kept = []
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("wb"))
         if path.suffix.lower() == ".gz":
             file = stack.enter_context(volumes.packing(file))
-        file.write(header.binaryblock + bytes(4))  # no extensions
-        volumes.write_values(file, values)
+        header = None
+
+        def add(volume):
+            nonlocal header
+            if header is None:
+                header = _header_of(volume, tuple(times))
+                file.write(header.binaryblock + bytes(4))  # no extensions
+            if header["dim"][0] < 5:
+                volumes.write_values(file, volume.values)
+                return
+            signs = _TO_RAS.astype(volume.values.dtype)
+            is_displacement = header["intent_code"] == _DISPLACEMENT
+            values = volume.values * signs if is_displacement else volume.values
+            kept.append(np.moveaxis(values, -1, 0))
+
+        yield add
+        for component in range(len(kept[0]) if kept else 0):
+            for values in kept:
+                volumes.write_values(file, values[component])
+
+
+def _header_of(volume, times):
+    """The header of a file of volumes at `times`."""
+    source, count = _from_lines(volume.header), len(times)
+    header = _new_header(1 if max(*volume.values.shape, count) < 1 << 15 else 2)
+    header["vox_offset"] = header.sizeof_hdr + 4
+    _describe_values(header, volume, count)
+    header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
+    if not header["xyzt_units"] & _SPATIAL_UNIT:
+        header["xyzt_units"] |= _MILLIMETERS
+    if volume.unit in _SMALL_UNITS:
+        header["xyzt_units"] = _MICROMETERS
+    affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
+    _place(header, source, _TO_RAS[:, None] * affine)
+    header["toffset"] = source["toffset"]
+    if count > 1 and times != _times(source):  # those of another file
+        header["toffset"], header["pixdim"][4] = volumes.steps_of(times)
+    return header
+
+
+def _times(header):
+    """The times of the volumes of a file; without a step they are counted."""
+    count, step = int(header["dim"][4]), float(header["pixdim"][4])
+    step = step if np.isfinite(step) and step > 0 else 1.0
+    return tuple(float(header["toffset"]) + step * number for number in range(max(count, 1)))
 
 
 def geometry_lines(lines):
@@ -188,19 +256,17 @@ def _is_pair(header, path):
     return is_header
 
 
-def _shape(path, header):
-    """Shape of the values in the file, slowest axis first: (components, nz, ny, nx)."""
+def _shape(header):
+    """Shape of the values in the file, slowest axis first: (components, times, nz, ny, nx)."""
     count, *dimensions = header["dim"].tolist()
     if not 1 <= count <= 7 or min(dimensions[:count]) < 1:
         raise ValueError(
             f"its dimensions must be 1 to 7 positive numbers, got {dimensions[:count]}"
         )
     nx, ny, nz, times, components, *others = dimensions[:count] + [1] * (7 - count)
-    if times > 1:
-        raise ValueError(f"`{path}` is a series of {times} volumes; give one volume")
     if others != [1, 1] or (components > 1 and _dtype(header).names):
         raise ValueError(f"it has more than one axis of components, got {dimensions[:count]}")
-    return components, nz, ny, nx
+    return components, times, nz, ny, nx
 
 
 def _dtype(header):
@@ -385,7 +451,7 @@ def _from_lines(lines):
     return header
 
 
-def _describe_values(header, volume):
+def _describe_values(header, volume, count):
     """Set the fields that describe the values."""
     values, dimensions = volume.values, volume.values.shape[2::-1]
     components = values.shape[3] if values.ndim == 4 else 1
@@ -393,7 +459,8 @@ def _describe_values(header, volume):
     if dtype == np.uint8 and components in _COLORS and not volume.is_label:
         dtype, components = _COLORS[components], 1
     header.set_data_dtype(dtype)
-    header.set_data_shape((*dimensions, 1, components) if components > 1 else dimensions)
+    more = (count, components) if components > 1 else (count,) * (count > 1)
+    header.set_data_shape((*dimensions, *more))
     header["intent_code"] = _intent(volume, components)
 
 

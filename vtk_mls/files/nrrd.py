@@ -22,40 +22,20 @@ has `intent_code:=1002`, as files that ITK converts from NIfTI labels do.
 from __future__ import annotations
 
 import contextlib
-import math
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
-from vtk_mls.files import frames, paths, volumes
-from vtk_mls.files.volumes import Stored, Volume
+from vtk_mls.files import frames, nrrd_times, nrrd_values, volumes
+from vtk_mls.files.volumes import Series, Volume
 
-_TYPES = {
-    "i1": ("signed char", "int8", "int8_t"),
-    "u1": ("unsigned char", "uchar", "uint8", "uint8_t"),
-    "i2": ("short", "short int", "signed short", "signed short int", "int16", "int16_t"),
-    "u2": ("unsigned short", "ushort", "unsigned short int", "uint16", "uint16_t"),
-    "i4": ("int", "signed int", "int32", "int32_t"),
-    "u4": ("unsigned int", "uint", "uint32", "uint32_t"),
-    "i8": ("long long", "longlong", "long long int", "signed long long", "signed long long int")
-    + ("int64", "int64_t"),
-    "u8": ("unsigned long long", "ulonglong", "unsigned long long int", "uint64", "uint64_t"),
-    "f4": ("float",),
-    "f8": ("double",),
-}
-_DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
 _TWO_WORDS = (
     *("block size", "space dimension", "axis mins", "axis maxs", "space directions", "old min"),
     *("old max", "line skip", "byte skip", "sample units", "space units", "space origin"),
     *("measurement frame", "data file"),
 )
 _ALIASES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
-_ORDERS = {"little": "<", "big": ">"}
-_ENCODINGS = {
-    **dict.fromkeys(("txt", "text", "ascii"), "text"),
-    "hex": "hex",
-    **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
-}
 _UNCHANGED_SPACES = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
 _SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
@@ -67,7 +47,12 @@ _LPS = "left-posterior-superior"
 
 
 def read(path):
-    """Read a volume.
+    """The `Volume` of a file without a time axis."""
+    return volumes.single(open_file(path), path)
+
+
+def open_file(path):
+    """Open a file.
 
     Parameters
     ----------
@@ -76,52 +61,100 @@ def read(path):
 
     Returns
     -------
-    Volume
-        Its header has key/value pairs and some fields.
+    Series
+        Headers of its volumes have key/value pairs and some fields. Volumes are read one at a time
+        if time is the slowest axis.
 
     Raises
     ------
     ValueError
         Naming the file.
     """
+    with _failures_named(path), path.open("rb") as file:
+        fields, pairs = _header(file)
+        start = file.tell()
+        sizes = _sizes(fields)
+        time_axis, fields, volume_sizes = nrrd_times.without_time(fields, sizes)
+        details = _details(path, fields, pairs, volume_sizes)
+        if time_axis is None:
+            values = nrrd_values.read(fields, file, path, sizes)
+            return Series((), lambda index: _volume(values, details))
+        source = nrrd_values.ValuesInTime(fields, path, start, sizes, time_axis.index)
+
+    def read_volume(index):
+        with _failures_named(path):
+            return _volume(source.read(index), details)
+
+    return Series(time_axis.times, read_volume)
+
+
+@contextlib.contextmanager
+def _failures_named(path):
     try:
-        with path.open("rb") as file:
-            fields, pairs = _header(file)
-            sizes = _sizes(fields)
-            signs = _signs(fields.get("space", ""))
-            origin, steps, component_axis = _geometry(fields, sizes)
-            frame = _measurement_frame(fields)
-            values = _values(fields, file, path, sizes)
+        yield
     except KeyError as error:
         raise ValueError(f"`{path}` is not a NRRD volume: it has no field {error}") from None
     except (EOFError, OSError, OverflowError, ValueError) as error:
         raise ValueError(f"`{path}` is not a readable NRRD volume: {error!s:.160}") from None
-    copied = {name: fields[name] for name in _COPIED if name in fields}
-    if component_axis is not None:
-        values = np.ascontiguousarray(np.moveaxis(values, len(sizes) - 1 - component_axis, -1))
-    if len(sizes) - (component_axis is not None) == 2:
-        values = values[None]
-        copied.pop("space units", None)  # of two axes
+
+
+@dataclass(frozen=True)
+class _Details:
+    """What a header says about a volume; `signs` are factors to LPS."""
+
+    origin: np.ndarray
+    steps: np.ndarray
+    signs: np.ndarray
+    component_axis: int | None
+    frame: np.ndarray | None
+    kind: str
+    copied: dict
+    pairs: list
+    space: str
+    is_label: bool
+
+
+def _details(path, fields, pairs, sizes):
+    """`_Details` of a header."""
+    signs = _signs(fields.get("space", ""))
+    origin, steps, component_axis = _geometry(fields, sizes)
     kind = _component_kind(fields, component_axis, len(sizes))
+    copied = {name: fields[name] for name in _COPIED if name in fields}
+    if len(sizes) - (component_axis is not None) == 2:
+        copied.pop("space units", None)  # of two axes
     if kind:
         copied["kinds"] = kind
+    return _Details(
+        *(origin, steps, signs, component_axis, _measurement_frame(fields), kind, copied, pairs),
+        space=fields.get("space", ""),
+        is_label=_has_labels(path, pairs),
+    )
+
+
+def _volume(values, details):
+    """The `Volume` of the values of a file, slowest axis first."""
+    copied, signs, axis = dict(details.copied), details.signs, details.component_axis
+    if axis is not None:
+        values = np.ascontiguousarray(np.moveaxis(values, values.ndim - 1 - axis, -1))
+    if values.ndim - (axis is not None) == 2:
+        values = values[None]
     is_vector = (
-        frame is not None
-        and kind.lower() in _VECTORS
+        details.frame is not None
+        and details.kind.lower() in _VECTORS
         and values.shape[3:] == (3,)
         and values.dtype.kind == "f"
     )
     if is_vector:
-        values = (values @ (frame * signs)).astype(values.dtype)
+        values = (values @ (details.frame * signs)).astype(values.dtype)
         del copied["measurement frame"]
     return Volume(
         values,
-        origin * signs,
-        steps * signs[:, None],
-        is_label=_has_labels(path, pairs),
+        details.origin * signs,
+        details.steps * signs[:, None],
+        is_label=details.is_label,
         is_vector=is_vector,
-        space=fields.get("space", ""),
-        header=(*(f"{name}: {value}" for name, value in copied.items()), *pairs),
+        space=details.space,
+        header=(*(f"{name}: {value}" for name, value in copied.items()), *details.pairs),
     )
 
 
@@ -139,6 +172,45 @@ def write(path, volume):
     ------
     OSError, ValueError
     """
+    with writing(path, ()) as add:
+        add(volume)
+
+
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a file.
+
+    Parameters
+    ----------
+    path : Path
+        As of `write`.
+    times : tuple of float
+        Of the volumes, which are in LPS then; empty for one that has none.
+
+    Raises
+    ------
+    OSError, ValueError
+    """
+    is_detached = path.suffix.lower() == ".nhdr"
+    time_axis = (*volumes.steps_of(times), len(times)) if times else None
+    with contextlib.ExitStack() as stack:
+        file = data = stack.enter_context(path.open("wb"))
+        if is_detached:
+            data = stack.enter_context(path.with_name(f"{path.stem}.raw.gz").open("wb"))
+        packed = None
+
+        def add(volume):
+            nonlocal packed
+            if packed is None:
+                file.write(_text(path, volume, time_axis))
+                packed = stack.enter_context(volumes.packing(data))
+            volumes.write_values(packed, volume.values)
+
+        yield add
+
+
+def _text(path, volume, time_axis):
+    """The header of a file; `time_axis` is as of `nrrd_times.fields_of`, or None."""
     if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
@@ -151,8 +223,12 @@ def write(path, volume):
         kinds, steps = [_kind(volume, copied.get("kinds", "")), *kinds], ["none", *steps]
     if volume.is_vector:
         copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    if volume.unit:
+        copied["space units"] = " ".join([f'"{volume.unit}"'] * 3)
+    if time_axis is None and copied.get("space units", "").count('"') > 6:
+        del copied["space units"]  # of a file with times
     fields = {
-        "type": _TYPES[values.dtype.str[1:]][0],
+        "type": nrrd_values.TYPES[values.dtype.str[1:]][0],
         "dimension": values.ndim,
         "space": space,
         "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
@@ -163,19 +239,14 @@ def write(path, volume):
         "encoding": "gzip",
         "space origin": _format(volume.origin * signs),
     }
-    is_detached = path.suffix.lower() == ".nhdr"
-    if is_detached:
+    if time_axis is not None:
+        fields = nrrd_times.fields_of(volume, fields, time_axis)
+    if path.suffix.lower() == ".nhdr":
         fields["data file"] = f"{path.stem}.raw.gz"
     pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
     pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
     lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
-    with path.open("wb") as file:
-        file.write("\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode())
-        if not is_detached:
-            _pack(file, values)
-    if is_detached:
-        with path.with_name(fields["data file"]).open("wb") as file:
-            _pack(file, values)
+    return "\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode()
 
 
 def _is_segmentation(path):
@@ -327,76 +398,6 @@ def _spatial_axes(kinds, spacings):
     if len(spatial) + len(with_spacing) == 3:
         unknown = with_spacing
     return sorted([*spatial, *unknown[: max(3 - len(spatial), 0)]])
-
-
-def _values(fields, file, path, sizes):
-    """The values, slowest axis first, from the file of the header or from the one that it names."""
-    kind = " ".join(fields["type"].lower().split())
-    if kind not in _DTYPES:
-        raise ValueError(f"values of type `{fields['type']}` are not supported")
-    encoding = _ENCODINGS.get(fields["encoding"].lower())
-    if encoding is None:
-        raise ValueError(f"the encoding `{fields['encoding']}` is not supported")
-    dtype, shape = np.dtype(_DTYPES[kind]), sizes[::-1]
-    if "endian" not in fields and dtype.itemsize > 1 and encoding != "text":
-        raise ValueError(f"its values of type `{kind}` need a field `endian`")
-    order = fields.get("endian", "little").lower()
-    if order not in _ORDERS:
-        raise ValueError(f"`endian` must be little or big, got `{order}`")
-    dtype = dtype.newbyteorder(_ORDERS[order])
-    lines, skip = int(fields.get("line skip", 0)), int(fields.get("byte skip", 0))
-    if "data file" not in fields:
-        return _read_values(file, path, Stored(dtype, shape, encoding), lines, skip)
-    name = fields["data file"]
-    if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
-        raise ValueError("its values are in several files; give one file")
-    data = paths.named_file(path, name)
-    with data.open("rb") as file:
-        return _read_values(file, data, Stored(dtype, shape, encoding), lines, skip)
-
-
-def _read_values(file, path, stored, lines, skip):
-    dtype, shape, encoding = stored
-    count, size = math.prod(shape), path.stat().st_size
-    for _ in range(max(lines, 0)):
-        if not file.readline():
-            break
-    if encoding in ("text", "hex"):
-        values = _decoded(file.read(), dtype, encoding)
-        if len(values) < count:
-            raise ValueError(f"expected {count} values, got {len(values)}")
-        return values[:count].reshape(shape)
-    if skip < 0:
-        if skip < -1 or encoding != "raw":
-            raise ValueError(f"byte skip {skip} must not be negative here")
-        file.seek(max(size - count * dtype.itemsize, 0))
-    size -= file.tell()
-    file = volumes.unpacked(file, encoding)
-    volumes.skip(file, skip)
-    return volumes.read_values(
-        file, dtype, shape, size - max(skip, 0) * (encoding == "raw"), encoding
-    )
-
-
-def _decoded(content, dtype, encoding):
-    """Values (n,) from text or from hexadecimal digits."""
-    native = dtype.newbyteorder("=")
-    if encoding == "hex":
-        content = bytes.fromhex(content.decode("ascii"))
-        return np.frombuffer(content, dtype, len(content) // dtype.itemsize).astype(native)
-    words = content.replace(b",", b" ").split()
-    if native.kind == "f" or native == np.uint64:
-        return np.array(words, native)
-    values, limits = np.array(words, np.int64), np.iinfo(native)
-    outside = values[(values < limits.min) | (values > limits.max)]
-    if len(outside):
-        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {outside[0]}")
-    return values.astype(native)
-
-
-def _pack(file, values):
-    with volumes.packing(file) as packed:
-        volumes.write_values(packed, values)
 
 
 def _has_labels(path, pairs):

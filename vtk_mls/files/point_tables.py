@@ -17,6 +17,7 @@ or lower case (see `column_names`):
 Other columns are `weight`, `label` or `name`, `description` or `comment`, `defined` (0: not
 placed), and `use` or `active` (false: the line does not count). All others are ignored, except
 columns that may be a second position (x,y,z,u,v,w), which are an error in files of control points.
+With a column `time` control points move in time: lines of one time are those of that time.
 Without such names all lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight
@@ -49,13 +50,21 @@ _UNDEFINED = ("0", "", "false")
 _NOWHERE = 3 * (math.nan,)
 
 
-def read(path, is_alone=False):
+def times(path):
+    """The different times in the column `time` of a table, sorted; () without the column."""
+    table = _open(path)
+    if table.layout is None or table.layout.time is None:
+        return ()
+    return tuple(sorted({_time(path, table.layout, *row) for row in _points(path, table)}))
+
+
+def read(path, is_alone=False, time=None):
     """The points of a table.
 
     Parameters
     ----------
     path : path
-    is_alone : bool
+    is_alone, time
         As in `control_point_files.read_landmarks`.
 
     Returns
@@ -73,7 +82,7 @@ def read(path, is_alone=False):
     if not table.rows:
         return Landmarks(path, np.empty((0, 3)))
     positions, partners, weights, labels, descriptions = [], [], [], [], []
-    for number, row in _points(path, table):
+    for number, row in _rows_at(path, table, time, is_alone):
         if is_alone and not positions:
             _check_has_pairs(path, layout, number, row)
         position, partner = _pair(path, layout, number, row)
@@ -207,6 +216,38 @@ def _points(path, table):
         if len(row) != table.layout.width:
             raise table.layout.error(path, number, row)
         yield number, row
+
+
+def _rows_at(path, table, time, is_alone):
+    """(line number, cells) of the points of the last time that is not after `time`.
+
+    Of all points, if there is no column of times; or if none is asked for and the points may be
+    at several times, as landmarks may.
+    """
+    rows = list(_points(path, table))
+    if table.layout.time is None or (time is None and not is_alone):
+        return rows
+    known = [_time(path, table.layout, number, row) for number, row in rows]
+    if time is None and len({*known}) > 1:
+        raise ValueError(
+            f"`{path}` has control points at {len({*known})} times; `vtk-mls deform` and "
+            "MLSControlPoints take them, here give those of one time"
+        )
+    chosen = step_at(sorted({*known}), time)
+    return [row for row, own in zip(rows, known) if own == chosen]
+
+
+def step_at(steps, time):
+    """The last of sorted steps that is not after a time, or the first; None is before all."""
+    earlier = [step for step in steps if time is not None and step <= time]
+    return earlier[-1] if earlier else steps[0]
+
+
+def _time(path, layout, number, row):
+    (time,) = _numbers(path, layout, number, row, [layout.time])
+    if not math.isfinite(time):
+        raise ValueError(f"`{path}`, line {number}: its time must be finite, got {time}")
+    return time
 
 
 def _check_has_pairs(path, layout, number, row):

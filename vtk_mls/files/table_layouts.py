@@ -40,7 +40,7 @@ class Layout:
     position : (x, y, z)
     partner : (x, y, z) or None
         Of q or, if `is_offset`, of q - p.
-    weight, label, description, defined, active : int or None
+    weight, label, description, defined, active, time : int or None
     frame : str
         As in `frames.signs`; "" if the header does not say it.
     expected : str
@@ -58,6 +58,7 @@ class Layout:
     description: int | None = None
     defined: int | None = None
     active: int | None = None
+    time: int | None = None
     frame: str = ""
     expected: str = PAIRS
     unused: str = ""
@@ -151,6 +152,7 @@ def _named(header):
         description=first("description", "comment"),
         defined=first("defined"),
         active=active,
+        time=first("time"),
         frame=columns.frame,
         expected=f"{len(header)} cells in each line, with numbers in {position}",
         unused="; ".join(column_names.joined(header, triple) for triple in columns.unused),

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import bz2
+import contextlib
 import gzip
 import io
 import math
+import weakref
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,6 +39,8 @@ class Volume:
         Name of the file's frame, if its format knows several.
     header : tuple of str
         Lines of the header that a file of the same format gets again.
+    unit : str
+        Of lengths, if it is not that of the format: "nm", "um", "mm", "cm" or "m".
     """
 
     values: np.ndarray
@@ -45,6 +50,7 @@ class Volume:
     is_vector: bool = False
     space: str = ""
     header: tuple = ()
+    unit: str = ""
 
 
 def decoded(line):
@@ -74,6 +80,45 @@ def full_steps(steps, dimensions):
     return steps
 
 
+class Series(NamedTuple):
+    """The volumes of a file.
+
+    Attributes
+    ----------
+    times : tuple of float
+        In the unit of the file; empty for a file without a time axis.
+    read : callable
+        Returns the `Volume` of a time by its index.
+    """
+
+    times: tuple
+    read: Callable[[int], Volume]
+
+
+def single(series, path):
+    """The volume of a file that must have one."""
+    if len(series.times) > 1:
+        raise ValueError(f"`{path}` is a series of {len(series.times)} volumes; give one volume")
+    return series.read(0)
+
+
+def steps_of(times):
+    """The first time and the step of times, if the steps are equal.
+
+    Raises
+    ------
+    ValueError
+    """
+    steps = np.diff(times)
+    step = float(np.mean(steps)) if len(steps) else 1.0
+    if not np.allclose(steps, step, rtol=1e-4, atol=0):
+        raise ValueError(
+            f"its time steps must be equal, got times {', '.join(f'{t:g}' for t in times[:5])}"
+            f"{' ...' * (len(times) > 5)}; write .pvd, which takes any times"
+        )
+    return float(times[0]), step
+
+
 class Stored(NamedTuple):
     """Storage of values; `encoding` is "text", "hex" or as in `unpacked`."""
 
@@ -96,7 +141,15 @@ def unpacked(file, encoding):
     return io.BufferedReader(_Inflated(file), _CHUNK) if encoding == "gzip" else file
 
 
-def read_values(file, dtype, shape, size, encoding="raw"):
+def check_size(count, dtype, size, encoding):
+    """Raise ValueError if a file of `size` bytes cannot hold `count` values."""
+    max_count = _MAX_RATIO[encoding] * size // np.dtype(dtype).itemsize
+    if count > max_count:
+        at_most = "" if encoding == "raw" else "at most "
+        raise ValueError(f"expected {count} values, got {at_most}{max_count}")
+
+
+def read_values(file, dtype, shape, size, encoding="raw", is_end=True):
     """Values from a binary file, in this machine's byte order.
 
     Memory is allocated only if the file can hold so many values. Nothing behind them is unpacked.
@@ -112,6 +165,8 @@ def read_values(file, dtype, shape, size, encoding="raw"):
         Bytes of the packed file.
     encoding : str
         As in `unpacked`.
+    is_end : bool
+        Whether no other values follow.
 
     Raises
     ------
@@ -119,10 +174,7 @@ def read_values(file, dtype, shape, size, encoding="raw"):
         If values are missing, or the checksum behind them is wrong.
     """
     dtype, count = np.dtype(dtype), math.prod(map(int, shape))
-    max_count = _MAX_RATIO[encoding] * size // dtype.itemsize
-    if count > max_count:
-        at_most = "" if encoding == "raw" else "at most "
-        raise ValueError(f"expected {count} values, got {at_most}{max_count}")
+    check_size(count, dtype, size, encoding)
     values = np.empty(count, dtype)
     content, start = values.view(np.uint8), 0
     while start < len(content):
@@ -130,11 +182,53 @@ def read_values(file, dtype, shape, size, encoding="raw"):
         if not size:
             raise ValueError(f"expected {count} values, got {start // dtype.itemsize}")
         start += size
-    if encoding == "gzip":
+    if encoding == "gzip" and is_end:
         file.read(1)  # the checksum comes after the values
     if not dtype.isnative:
         values = values.byteswap(inplace=True).view(dtype.newbyteorder("="))
     return values.reshape(shape)
+
+
+class Slabs:
+    """Slabs of values, one behind the other in a file. In their order the file is unpacked once.
+
+    Parameters
+    ----------
+    open_file : callable
+        Called with an ExitStack; returns an unpacked file, at the first value.
+    stored : Stored
+        Of one slab.
+    count : int
+        Number of slabs.
+    size : int
+        Bytes of the packed file.
+
+    Raises
+    ------
+    ValueError
+        If the file is too small.
+    """
+
+    def __init__(self, open_file, stored, count, size):
+        check_size(math.prod(stored.shape) * count, stored.dtype, size, stored.encoding)
+        self._open_file, self._stored, self._count, self._size = open_file, stored, count, size
+        self._file, self._next = None, 0
+        self._stack = contextlib.ExitStack()
+        weakref.finalize(self, self._stack.close)
+
+    def read(self, index):
+        """The values of a slab."""
+        dtype, shape, encoding = self._stored
+        if self._file is None or index < self._next:
+            self._stack.close()
+            self._file, self._next = self._open_file(self._stack), 0
+        skip(self._file, (index - self._next) * math.prod(shape) * np.dtype(dtype).itemsize)
+        self._next, is_end = index + 1, index + 1 == self._count
+        values = read_values(self._file, dtype, shape, self._size, encoding, is_end)
+        if is_end:
+            self._stack.close()
+            self._file = None
+        return values
 
 
 def skip(file, size):

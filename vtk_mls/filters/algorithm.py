@@ -174,6 +174,9 @@ class Algorithm(VTKPythonAlgorithmBase):
             for index in range(self.GetNumberOfInputConnections(port))
         )
 
+    def _end_blocks(self):
+        """Called when VTK has run the filter on all blocks."""
+
     def _run(self, tasks):
         """Call functions of a Progress, and report it to VTK."""
         check_abort = getattr(self, "CheckAbort", self.GetAbortExecute)  # VTK 9.3
@@ -265,6 +268,8 @@ def _finish(algorithm, event):
     pipeline.stamp_times(inputs, outputs)
     algorithm._time = pipeline.requested_time(outputs[0])
     has_blocks = isinstance(outputs[0].Get(vtkDataObject.DATA_OBJECT()), vtkCompositeDataSet)
+    if has_blocks:
+        algorithm._end_blocks()
     if has_blocks and algorithm._has_discarded:
         for info in outputs:
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)

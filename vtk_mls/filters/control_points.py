@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, metadata
-from vtk_mls.filters import property_tables
+from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.own_control_points import OwnControlPoints, numbers_of
@@ -24,17 +26,31 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
     "Label" (texts) if a file has labels. On output port 1 are arrows from p to q, to look at.
     Control points of files are in LPS whatever frame the file is in, and the field array "Space" of
     both outputs says so; those of the other modes are in the frame that they are given in.
+
+    Control points of tables with a column `time` move: the outputs announce these times, and have
+    the points of the last one that is not after the requested time.
     """
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=2, outputType="vtkPolyData")
 
+    def RequestInformation(self, request, inInfo, outInfo):
+        times = ()
+        if self.GetMode() == "file" and self.GetFileName():
+            with suppress(OSError, ValueError):  # RequestData reports it
+                times = control_point_files.times(self.GetFileName(), self.GetDeformedFileName())
+        for port in range(2):
+            pipeline.announce_times(outInfo.GetInformationObject(port), times)
+        return 1
+
     def RequestData(self, request, inInfo, outInfo):
+        requested = [pipeline.requested_time(outInfo.GetInformationObject(i)) for i in range(2)]
+        time = next((time for time in requested if time is not None), -np.inf)
         mode, defaults, labels, cells = property_tables.MODE.checked(self), (), (), None
         if mode == "lattice":
             defaults = (self._lattice(),)
         elif mode == "file":
-            filed = self._filed()
+            filed = self._filed(time)
             defaults, labels = (filed.rest, filed.deformed, filed.weights), filed.labels
             cells = filed.cells
         rest, deformed, weights = self._listed_control_points(*defaults)
@@ -42,18 +58,19 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         fill_polydata(points, rest, deformed, weights, labels, cells)
         fill_arrows(arrows, rest, deformed)
         if mode == "file":
-            for polydata in (points, arrows):
+            for number, polydata in enumerate((points, arrows)):
                 metadata.store(polydata, metadata.SPACE, ["LPS"])
+                pipeline.stamp_step(outInfo.GetInformationObject(number), time)
         return 1
 
-    def _filed(self):
-        """`Pairs` of the files."""
+    def _filed(self, time):
+        """`Pairs` of the files at a time."""
         if not self.GetFileName():
             raise ValueError("`FileName` must name a file with control points: choose one")
         space = property_tables.SPACE.checked(self)
         try:
             return control_point_files.read_pairs(
-                self.GetFileName(), self.GetDeformedFileName(), space
+                self.GetFileName(), self.GetDeformedFileName(), space, time
             )
         except OSError as error:
             raise ValueError(f"`FileName`: {error}") from error

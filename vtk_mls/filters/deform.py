@@ -24,6 +24,7 @@ from vtk_mls.filters import (
 )
 from vtk_mls.filters.algorithm import CachedValue
 from vtk_mls.filters.deforming import DeformingFilter, input_dataset
+from vtk_mls.filters.lattices import Lattices
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
 from vtk_mls.filters.resampling import ImageOptions, Resampling
@@ -31,8 +32,9 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _SEAM = (
-    "`Input` has images in several blocks, each of which is deformed by itself: what crosses a "
-    "border between them is lost; make one image of them first (in ParaView by Resample To Image)"
+    "`Input` has images in several blocks that are not parts of one image, each of which is "
+    "deformed by itself: what crosses a border between them is lost; make one image of them first "
+    "(in ParaView by Resample To Image)"
 )
 
 
@@ -42,9 +44,10 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
     Input port 0 takes the dataset, port 1 (optional) control points, port 2 (optional, repeatable)
     cuts: see `DeformingFilter`. Port 5 (optional) takes an image, whose grid the output of an image
-    has, as Reference. Composite data are deformed block by block: what crosses a border
-    between blocks that are images is lost, which a warning says. AMR data are refused. Field data
-    are passed.
+    has, as Reference. Composite data are deformed block by block. Images in blocks that
+    lie on one lattice, have the same arrays and fill a box are sampled from all of it, as one
+    image is, which needs the memory of the input once more. What crosses a border between other
+    images is lost, which a warning says. AMR data are refused. Field data are passed.
     docs/properties.md lists the properties; `help` of a setter says what each is.
 
     Images are resampled with the backward map G (Eq. 2 of the paper): the value at v is the input's
@@ -96,6 +99,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         # not vtkDataSet, which ParaView's GUI would try to make
         super().__init__(output_type="vtkDataObject", input_ports=PORT + 1)
         self._splits, self._between = warping.MeshCache(), warping.MeshCache()
+        self._lattices = Lattices()
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
         self._fitted = CachedValue()
@@ -134,6 +138,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         self._request_reference()
         if not self.is_among_blocks():
             self._boxes, self._has_warned = [], False
+            self._lattices.begin(vtkDataObject.GetData(inInfo[0]))
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._request_image(inInfo, outInfo)
         else:  # a mesh is deformed piece by piece, as it comes
@@ -201,57 +206,77 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
-        whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
+        out_info = outInfo.GetInformationObject(0)
+        block = self._lattices.block(image) if self.is_among_blocks() else None
+        if block is None:
+            whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
+        else:
+            whole_source = ImageGeometry.of_image(block.image)
         self._check_reach(deformation, whole_source.grid.corners())
         if self.is_among_blocks():
-            self._check_border(deformation, whole_source.grid)
-        whole = self.output_geometry(whole_source, lambda: deformation)
+            self._check_border(deformation, whole_source.grid, block)
+        whole = self.output_geometry(source if block else whole_source, lambda: deformation)
         self._check_arrival(deformation, whole_source, whole)
-        target = self._requested_part(whole, outInfo.GetInformationObject(0))
+        target = self._requested_part(whole, out_info)
         target.apply_to(output)
         if target.is_empty:
             return []
-        sampling = self._sampling(source.grid_within(whole_source), target.grid_within(whole))
-        options = self._image_options(image)
+        if block is None:
+            grids = source.grid_within(whole_source), target.grid_within(whole)
+        else:
+            is_same = target == source
+            part = whole_source.part(block.extent).grid_within(whole_source)
+            grids = whole_source.grid, part if is_same else target.grid_within(whole)
+            image = block.image
+        sampling = self._sampling(*grids)
+        options = self._image_options(image, block)
         tasks = Resampling(options, deformation, image, output, sampling).tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
         tasks += self._step_tasks(deformation, output)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
+    def _end_blocks(self):
+        self._lattices.end()
+
     def _direction_arrays(self):
         names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()
         return gradients.DirectionArrays(*names, self.GetNormalizeGradient())
 
-    def _image_options(self, image):
+    def _image_options(self, image, block=None):
         gradient_array = self.GetGradientArray()
         if self.is_among_blocks() and not image.GetPointData().HasArray(gradient_array):
             gradient_array = ""  # another block may have it
+        flags = self.flags
+        if block is not None:
+            flags |= {joined for joined, own in block.same_arrays.items() if own in flags}
         return ImageOptions(
             directions=self._direction_arrays(),
             gradient_array=gradient_array,
             label_arrays=self.GetLabelArrays(),
-            flags=self.flags,
+            flags=flags,
             hides_void=self.GetHideVoid(),
             is_cached=self.keeps_images,
         )
 
-    def _check_border(self, deformation, grid):
-        """Warn once if the block may need material of another one.
+    def _check_border(self, deformation, grid, block):
+        """Warn once if the block may need material of another one that is not joined to it.
 
         Blocks at the same position are several images of the same material, no neighbors.
         """
+        joined = block and block.image.__this__
         corners, moved = grid.corners(), np.subtract(*deformation._known_positions(grid))
         reach = np.linalg.norm(moved, axis=1).max(initial=0)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        if self._boxes and reach > 0 and not self._has_warned:
-            lows, highs = np.swapaxes(self._boxes, 0, 1)
+        others = [box for box, image in self._boxes if image is None or image != joined]
+        if others and reach > 0 and not self._has_warned:
+            lows, highs = np.swapaxes(others, 0, 1)
             margin = reach + grid.spacing.max()
             is_near = ((lows <= high + margin) & (low - margin <= highs)).all(axis=1)
             is_same = ((lows == low) & (highs == high)).all(axis=1)
             if (is_near & ~is_same).any():
                 self._has_warned = True
                 self._warn(_SEAM)
-        self._boxes.append((low, high))
+        self._boxes.append(((low, high), joined))
 
     def _sampling(self, source, target):
         """The `Sampling` from the grid `source` to the grid `target`."""

@@ -136,6 +136,23 @@ def publish_times(inputs, outputs):
         info.Set(_RANGE, (min(ends), max(ends)), 2)
 
 
+def announce_times(info, times):
+    """Set the time steps of a source; none remove those before."""
+    for key in (_STEPS, _RANGE):
+        info.Remove(key)
+    if times:
+        info.Set(_STEPS, times, len(times))
+        info.Set(_RANGE, (times[0], times[-1]), 2)
+
+
+def stamp_step(info, time):
+    """Set the time of a source's data: that of the last step that is not after `time`."""
+    steps = info.Get(_STEPS)
+    if steps:
+        step = max((step for step in steps if step <= time), default=steps[0])
+        info.Get(vtkDataObject.DATA_OBJECT()).GetInformation().Set(_DATA_TIME, step)
+
+
 def publish_changing_extent(info):
     """Have VTK request the whole extent anew at each time, if there are times.
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.filters.algorithm import Algorithm
+from vtk_mls.filters import pipeline
+from vtk_mls.filters.algorithm import Algorithm, CachedValue
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -21,11 +23,11 @@ class MLSImageReader(Algorithm):
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
-        self._file_name, self._cached_image = "", None
+        self._file_name, self._series, self._cached_image = "", None, CachedValue()
 
     def SetFileName(self, name):
-        """An image, as of `io.read_dataset`."""
-        self._cached_image = None
+        """An image, as of `io.read_dataset`; also one with a time axis."""
+        self._series, self._cached_image = None, CachedValue()
         self._set("_file_name", name or "")
 
     def GetFileName(self):
@@ -33,21 +35,37 @@ class MLSImageReader(Algorithm):
         return self._file_name
 
     def RequestInformation(self, request, inInfo, outInfo):
+        info = outInfo.GetInformationObject(0)
         with suppress(ValueError):  # RequestData reports it
-            ImageGeometry.of_image(self._image()).set_information(outInfo.GetInformationObject(0))
+            times, _ = self._opened()
+            pipeline.announce_times(info, times)
+            ImageGeometry.of_image(self._image(info)).set_information(info)
         return 1
 
     def RequestData(self, request, inInfo, outInfo):
-        vtkImageData.GetData(outInfo).ShallowCopy(self._image())
+        info = outInfo.GetInformationObject(0)
+        vtkImageData.GetData(outInfo).ShallowCopy(self._image(info))
+        pipeline.stamp_step(info, self._time_of(info))
         return 1
 
-    def _image(self):
-        if self._cached_image is None:
+    def _opened(self):
+        """Times, and a function that reads one by its index."""
+        if self._series is None:
             try:
-                self._cached_image = along_world_axes(io.read_dataset(self._file_name))
+                self._series = io.open_dataset(self._file_name)
             except OSError as error:
                 raise ValueError(f"`FileName`: {error}") from error
-        return self._cached_image
+        return self._series
+
+    def _time_of(self, info):
+        """The requested time; before all without one."""
+        time = pipeline.requested_time(info)
+        return -math.inf if time is None else time
+
+    def _image(self, info):
+        times, read = self._opened()
+        index = max(sum(time <= self._time_of(info) for time in times) - 1, 0)
+        return self._cached_image.of(index, lambda: along_world_axes(read(index)))
 
 
 def along_world_axes(image):

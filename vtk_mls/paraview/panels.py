@@ -354,7 +354,17 @@ LANDMARK_REPORT = [
 
 _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 
+# The time steps of a source, for the timeline.
+_TIMES = xml(
+    "DoubleVectorProperty",
+    xml("TimeStepsInformationHelper"),
+    name="TimestepValues",
+    repeatable=1,
+    information_only=1,
+)
+
 CONTROL_POINTS = [
+    _TIMES,
     xml("OutputPort", name="Handles", index=0),
     xml("OutputPort", name="Arrows", index=1),
     documentation(
@@ -379,8 +389,10 @@ IMAGE_READER = [
     documentation(
         """Reads medical images as vtk-mls deform does: NIfTI, NRRD and MetaImage, all converted to
         LPS (x to the patient's left, y to the back, z to the head), the frame of markups, with the
-        orientation and the scaling of the file. ParaView's own readers ignore these."""
+        orientation and the scaling of the file, and its time steps. ParaView's own readers ignore
+        these."""
     ),
+    _TIMES,
     vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
     xml(
         "Hints",

@@ -1,0 +1,195 @@
+"""Images with a time axis are deformed volume by volume into files of the same kind."""
+
+import gc
+import tracemalloc
+from pathlib import Path
+
+import nibabel
+import nrrd
+import numpy as np
+import pytest
+import SimpleITK
+from vtk_fixtures import DEFORMED, FAST, REST
+
+from vtk_mls import io
+from vtk_mls.cli import main
+from vtk_mls.commands import series
+from vtk_mls.vtk import arrays
+
+COUNT, SIZE = 3, (9, 8, 7)
+START, STEP = 2.0, 0.5
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
+    return tmp_path
+
+
+def itk_image(rng, components=1):
+    """An image of ITK's in time, oblique, and its volumes."""
+    shape = (*SIZE[::-1], *[components] * (components > 1))
+    turn = [0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1]
+    volumes = []
+    for _ in range(COUNT):
+        values = rng.integers(0, 1000, shape).astype(np.int16)
+        volume = SimpleITK.GetImageFromArray(values, isVector=components > 1)
+        volume.SetDirection(turn)
+        volumes.append(volume)
+    image = SimpleITK.JoinSeries(volumes, START, STEP)
+    image.SetOrigin((-3, 1, 2, START))
+    image.SetSpacing((1, 1.25, 0.75, STEP))
+    return image
+
+
+def deform(source, target, *options):
+    return main(["deform", source, "handles.csv", target, "--device", FAST, *options])
+
+
+def values_of(path):
+    return SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(path))
+
+
+ENDINGS = ["nii.gz", "nii", "nrrd", "nhdr", "mha", "mhd"]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_each_volume_is_what_it_is_alone(ending, rng, capsys):
+    source = itk_image(rng)
+    SimpleITK.WriteImage(source, f"in.{ending}", useCompression=ending in ("nrrd", "mha"))
+    assert deform(f"in.{ending}", f"out.{ending}") == 0
+    assert f"out.{ending}: 3 time steps" in capsys.readouterr().out
+    found = SimpleITK.ReadImage(f"out.{ending}")
+    assert found.GetSize() == source.GetSize()
+    for get in ("GetSpacing", "GetOrigin", "GetDirection"):
+        np.testing.assert_allclose(getattr(found, get)(), getattr(source, get)(), atol=1e-6)
+    assert found.GetPixelID() == source.GetPixelID()
+    for number in range(COUNT):
+        SimpleITK.WriteImage(source[:, :, :, number], f"one.{ending}")
+        assert deform(f"one.{ending}", f"alone.{ending}") == 0
+        alone = values_of(f"alone.{ending}")
+        np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(found)[number], alone)
+        assert (alone != SimpleITK.GetArrayFromImage(source)[number]).any()
+
+
+@pytest.mark.parametrize("ending", ["nii.gz", "nrrd", "mha"])
+def test_components_in_time(ending, rng):
+    source = itk_image(rng, 2)
+    if ending == "nii.gz":  # ITK writes no components in time
+        values = np.moveaxis(SimpleITK.GetArrayFromImage(source), -1, 0).T
+        nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), "in.nii.gz")
+    else:
+        SimpleITK.WriteImage(source, f"in.{ending}")
+    assert deform(f"in.{ending}", f"out.{ending}") == 0
+    expected, found = (
+        [arrays.to_numpy(read().GetPointData().GetScalars()) for _, read in series.read_steps(path)]
+        for path in (write_deformed(f"in.{ending}"), f"out.{ending}")
+    )
+    np.testing.assert_array_equal(found, expected)
+    assert np.shape(found) == (COUNT, np.prod(SIZE), 2)
+
+
+def write_deformed(path):
+    assert deform(path, "out.pvd") == 0
+    return "out.pvd"
+
+
+def test_units_and_forms_of_nifti_stay(rng):
+    values = rng.normal(size=(*SIZE, COUNT)).astype(np.float32)
+    image = nibabel.Nifti1Image(values, np.diag([0.5, 0.5, 2, 1]))
+    image.header.set_xyzt_units("micron", "msec")
+    image.header["pixdim"][4], image.header["toffset"] = 40, 7
+    nibabel.save(image, "in.nii")
+    assert [time for time, _ in series.read_steps("in.nii")] == [7, 47, 87]
+    assert deform("in.nii", "out.nii", "--allow-identity") == 0
+    found = nibabel.load("out.nii")
+    for name in ("pixdim", "toffset", "xyzt_units", "dim", "sform_code", "qform_code"):
+        np.testing.assert_array_equal(found.header[name], image.header[name], name)
+    np.testing.assert_array_equal(found.affine, image.affine)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        {"spacings": [1.0, 1.0, 1.0, 2.0]},
+        {"spacings": [1.0, 1.0, 1.0, 2.0], "kinds": ["domain"] * 3 + ["time"]},
+        {"kinds": ["time"] + ["domain"] * 3, "spacings": [2.0, 1.0, 1.0, 1.0]},
+    ],
+)
+def test_axes_of_pynrrd(header, rng):
+    """A time axis without a word about it, and one that is the fastest."""
+    is_first = header.get("kinds", [""])[0] == "time"
+    values = rng.normal(size=(*SIZE, COUNT)).astype(np.float32)
+    nrrd.write("in.nrrd", np.moveaxis(values, -1, 0) if is_first else values, header)
+    assert [time for time, _ in series.read_steps("in.nrrd")] == [0, 2, 4]
+    assert deform("in.nrrd", "out.nrrd") == 0
+    found, fields = nrrd.read("out.nrrd")
+    np.testing.assert_array_equal(np.diag(fields["space directions"]), [1, 1, 1, 2])
+    nrrd.write("one.nrrd", values[..., 1], {"spacings": [1.0] * 3})
+    assert deform("one.nrrd", "alone.nrrd") == 0
+    np.testing.assert_array_equal(found[..., 1], nrrd.read("alone.nrrd")[0])
+
+
+def test_a_series_of_files_becomes_one_file(rng, capsys):
+    source = itk_image(rng)
+    for number in range(COUNT):
+        SimpleITK.WriteImage(source[:, :, :, number], f"in_{number + 8}.nii.gz")
+    assert deform("in_*.nii.gz", "out.nii.gz") == 0
+    found = nibabel.load("out.nii.gz")
+    assert found.shape == (*SIZE, COUNT)
+    assert found.header["pixdim"][4] == 1
+    for number in range(COUNT):
+        assert deform(f"in_{number + 8}.nii.gz", "alone.nii.gz") == 0
+        expected = np.asarray(nibabel.load("alone.nii.gz").dataobj)
+        np.testing.assert_array_equal(np.asarray(found.dataobj)[..., number], expected)
+    capsys.readouterr()
+    SimpleITK.WriteImage(source[:8, :, :, 0], "in_99.nii.gz")
+    assert deform("in_*.nii.gz", "other.nii.gz") == 1
+    assert "must get images of one grid" in capsys.readouterr().err
+    assert deform("in_*.nii.gz", "out.vti") == 1
+    assert "only these files can hold: .pvd .mha .mhd" in capsys.readouterr().err
+
+
+def test_uneven_times_need_a_collection(rng, capsys):
+    source = itk_image(rng)
+    lines = []
+    for number, time in enumerate((0, 1, 5)):
+        SimpleITK.WriteImage(source[:, :, :, number], f"{number}.mha")
+        lines.append(f'<DataSet timestep="{time}" file="{number}.mha"/>')
+    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    Path("in.pvd").write_text(text)
+    assert deform("in.pvd", "out.mha") == 1
+    assert "its time steps must be equal, got times 0, 1, 5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ending", ["nii.gz", "nrrd", "mha"])
+def test_truncated_files_are_told(ending, rng, folder, capsys):
+    SimpleITK.WriteImage(itk_image(rng), f"in.{ending}")
+    content = (folder / f"in.{ending}").read_bytes()
+    (folder / f"in.{ending}").write_bytes(content[: len(content) * 3 // 4])
+    assert deform(f"in.{ending}", f"out.{ending}") == 1
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert f"in.{ending}" in message
+    assert "expected" in message
+    assert not (folder / f"out.{ending}").exists()
+
+
+@pytest.mark.parametrize("ending", ["nii.gz", "nrrd"])
+def test_memory_is_that_of_one_volume(ending, rng):
+    values = rng.integers(0, 9, (12, 60, 80, 90)).astype(np.float32)
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values, isVector=False), f"in.{ending}")
+    gc.collect()
+    tracemalloc.start()
+    for _, read in series.read_steps(f"in.{ending}"):
+        read()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 4 * values[0].nbytes
+
+
+def test_one_volume_is_asked_for_where_one_is_needed(rng):
+    SimpleITK.WriteImage(itk_image(rng), "in.nii.gz")
+    with pytest.raises(ValueError, match=r"`in\.nii\.gz` has 3 time steps, expected one"):
+        io.read_dataset("in.nii.gz")

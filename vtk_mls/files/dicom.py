@@ -1,0 +1,213 @@
+"""DICOM: the slices of a series, from a folder or by one of its files, by SimpleITK.
+
+Places are those of ITK, in LPS, and values are rescaled as the slices say. Slices are sorted by
+where they are. A slice that is missing, broken or of another size is an error: nothing is
+interpolated over it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vtk_mls.files import image_files
+from vtk_mls.files.volumes import Volume
+
+_MAGIC = slice(128, 132), b"DICM"
+_MAX_LISTED = 6
+_TOLERANCE = 0.02  # of the distance of slices
+_SERIES, _DESCRIPTION, _FRAMES = "0020|000e", "0008|103e", "0028|0008"
+
+
+def _has_magic(path):
+    """Whether a file begins as DICOM does."""
+    with path.open("rb") as file:
+        return file.read(_MAGIC[0].stop)[_MAGIC[0]] == _MAGIC[1]
+
+
+def read(path):
+    """The image of a series.
+
+    Parameters
+    ----------
+    path : Path
+        A folder with one series, or a file of a series, whose other files are in the same folder.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the folder or the file.
+    """
+    import SimpleITK as sitk
+
+    warns = sitk.ProcessObject.GetGlobalWarningDisplay()
+    sitk.ProcessObject.SetGlobalWarningDisplay(False)  # what matters is an error here
+    try:
+        return image_files.image_of(_read_slices(_series(path)), "DICOM")
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise ValueError(f"SimpleITK says: {reason.removeprefix('sitk::ERROR: ')}") from None
+    finally:
+        sitk.ProcessObject.SetGlobalWarningDisplay(warns)
+
+
+def _series(path):
+    """The files of the only series of a folder, or of that of a file."""
+    folder = path if path.is_dir() else path.parent
+    found = _all_series(folder)
+    if path.is_dir():
+        if not found:
+            raise IsADirectoryError(
+                f"`{path}` is a folder; expected a file, or a folder of DICOM images, and it has "
+                "none"
+            )
+        _check_complete(folder, found)
+        if len(found) > 1:
+            raise ValueError(
+                f"`{path}` has {len(found)} series: {_listed(found)}; name a file of one of them "
+                "in place of the folder"
+            )
+        return next(iter(found.values()))
+    uid = _information(path).get(_SERIES, "")
+    names = found.get(uid, [])
+    if str(path) not in names:
+        return [str(path)]
+    _check_complete(folder, found)
+    return names
+
+
+def _all_series(folder):
+    """Lists of file names of the series with images, by their UIDs."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageSeriesReader
+    series = {}
+    for uid in reader.GetGDCMSeriesIDs(str(folder)):
+        names = list(reader.GetGDCMSeriesFileNames(str(folder), uid))
+        try:
+            series[_information(names[0]).get(_SERIES, uid)] = names
+        except RuntimeError:  # structures, reports
+            continue
+    return series
+
+
+def _check_complete(folder, found):
+    """Raise ValueError if a file of DICOM in a folder cannot be read."""
+    listed = {name for names in found.values() for name in names}
+    for file in sorted(folder.iterdir()):
+        if file.name == "DICOMDIR" or str(file) in listed or not file.is_file():
+            continue
+        if _has_magic(file) and not _is_other(file):
+            raise ValueError(f"its file `{file.name}` is broken, and may be a slice")
+
+
+def _is_other(file):
+    """Whether a file of DICOM, which has no image that can be read, says that it is none.
+
+    Reports, structures and presentations have no number of rows, (0028,0010).
+    """
+    return b"\x28\x00\x10\x00" not in file.read_bytes()
+
+
+def _listed(found):
+    """Description, number of slices and first file of series, for a sentence."""
+    parts = []
+    for names in list(found.values())[:_MAX_LISTED]:
+        description = _information(names[0]).get(_DESCRIPTION, "").strip() or "no description"
+        parts.append(f"{description} ({len(names)} slices, `{Path(names[0]).name}`)")
+    more = f", and {len(found) - _MAX_LISTED} more" * (len(found) > _MAX_LISTED)
+    return ", ".join(parts) + more
+
+
+def _information(name):
+    """The tags of a file."""
+    reader = _opened(name)
+    return {key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()}
+
+
+def _opened(name):
+    """ITK's reader of a file, which has read its tags."""
+    import SimpleITK as sitk
+
+    reader = sitk.ImageFileReader()
+    reader.SetImageIO("GDCMImageIO")
+    reader.SetFileName(str(name))
+    reader.ReadImageInformation()
+    return reader
+
+
+def _read_slices(names):
+    """The `Volume` of the files of a series."""
+    import SimpleITK as sitk
+
+    readers = [_opened(name) for name in names]
+    for name, reader in zip(names, readers):
+        _check_frames(name, reader)
+    order = _order(names, readers)
+    series = sitk.ImageSeriesReader()
+    series.SetImageIO("GDCMImageIO")
+    series.SetFileNames([names[i] for i in order])
+    image = series.Execute()
+    values = sitk.GetArrayFromImage(image)
+    direction = np.reshape(image.GetDirection(), (3, 3))
+    return Volume(values, np.array(image.GetOrigin()), direction * image.GetSpacing())
+
+
+def _check_frames(name, reader):
+    frames = reader.GetMetaData(_FRAMES) if reader.HasMetaDataKey(_FRAMES) else "1"
+    size = (*reader.GetSize(), 1)
+    if size[2] > 1 or frames.strip() not in ("", "0", "1"):
+        raise ValueError(
+            f"`{Path(name).name}` has several images in one file (enhanced DICOM), whose places "
+            "SimpleITK does not read; convert it first, such as by dcm2niix"
+        )
+
+
+def _order(names, readers):
+    """Indices of slices, sorted by their places; raises if these are not equally far apart."""
+    first = readers[0]
+    for name, reader in zip(names, readers):
+        for what, own, expected in (
+            ("size", reader.GetSize()[:2], first.GetSize()[:2]),
+            ("spacing", reader.GetSpacing()[:2], first.GetSpacing()[:2]),
+            ("direction", reader.GetDirection(), first.GetDirection()),
+        ):
+            if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
+                found = (
+                    f"{_numbers(values)} in `{Path(file).name}`"
+                    for values, file in ((own, name), (expected, names[0]))
+                )
+                raise ValueError(f"the slices must have one {what}, got {' and '.join(found)}")
+    origins = np.array([reader.GetOrigin() for reader in readers])
+    normal = np.reshape(first.GetDirection(), (3, 3))[:, 2]
+    heights = (origins - origins[0]) @ normal
+    order = np.argsort(heights, kind="stable")
+    steps = np.diff(heights[order])
+    if len(steps) == 0:
+        return order
+    step = float(np.median(steps))
+    tolerance = _TOLERANCE * step
+    for i, gap in enumerate(steps):
+        before, after = (f"`{Path(names[order[i + n]]).name}`" for n in (0, 1))
+        if gap <= _TOLERANCE * step or step <= 0:
+            raise ValueError(
+                f"{before} and {after} are slices of the same place: several times or echoes, of "
+                "which each must be in a folder of its own"
+            )
+        if abs(gap - step) > tolerance:
+            count = round(gap / step) - 1
+            missing = f"{count} slices are" if count > 1 else "a slice is"
+            reason = f"{missing} missing between" if count else "distances differ between"
+            raise ValueError(f"{reason} {before} and {after}: {gap:g} apart, others {step:g}")
+    shift = origins - origins[0] - np.outer(heights, normal)
+    if np.abs(shift).max() > tolerance:
+        raise ValueError(
+            f"the slices are shifted against each other by up to {np.abs(shift).max():g} (a tilted "
+            "gantry), which ITK cannot place"
+        )
+    return order
+
+
+def _numbers(values):
+    return ", ".join(f"{value:g}" for value in values)

@@ -1,0 +1,152 @@
+"""The time axis of NRRD files.
+
+An axis is time if its kind says so; or if it is the last of four that have a spacing each, or are
+directions in a space of four dimensions, and no kind says another thing (ITK and pynrrd write
+these). Files are written as ITK writes them, with `space dimension: 4`, which has no names of
+frames, so in LPS.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+_IN_TIME = ("domain", "space", "time", "???", "none")
+
+
+@dataclass(frozen=True)
+class TimeAxis:
+    """The time axis of a file.
+
+    Attributes
+    ----------
+    index : int
+        Of the axis, fastest first.
+    times : tuple of float
+    """
+
+    index: int
+    times: tuple
+
+
+def without_time(fields, sizes):
+    """The time axis, and fields and sizes of one volume.
+
+    Parameters
+    ----------
+    fields : dict
+        Of the header.
+    sizes : list of int
+
+    Returns
+    -------
+    TimeAxis or None
+    dict, list of int
+        Those given if there is no time axis.
+
+    Raises
+    ------
+    ValueError
+    """
+    count = len(sizes)
+    kinds = fields.get("kinds", "??? " * count).lower().split()
+    vectors = re.findall(r"none|\([^)]*\)", fields.get("space directions", ""))
+    numbers = [_numbers(vector) for vector in vectors]
+    in_spacetime = [i for i, vector in enumerate(numbers) if len(vector) == 4]
+    is_spacetime = len(vectors) == count and len(in_spacetime) == 4
+    spacings = _numbers(fields.get("spacings", ""))
+    has_spacings = count == len(spacings) == 4 and np.isfinite(spacings).all() and not vectors
+    index = None
+    if "time" in kinds:
+        index = kinds.index("time")
+    elif is_spacetime:
+        index = in_spacetime[-1]
+    elif has_spacings and {*kinds} <= {*_IN_TIME}:
+        index = 3
+    if index is None or len(kinds) != count:
+        return None, fields, sizes
+    start, step = 0.0, spacings[index] if len(spacings) == count else 1.0
+    rest = dict(fields)
+    if is_spacetime:
+        matrix, row = np.array([numbers[i] for i in in_spacetime]), in_spacetime.index(index)
+        if matrix[row, :3].any() or np.delete(matrix[:, 3], row).any():
+            raise ValueError("its axis of time must not be turned into space")
+        step, origin = numbers[index][3], _numbers(fields.get("space origin", ""))
+        start = origin[3] if len(origin) == 4 else 0.0
+        vectors = [
+            f"({','.join(map(repr, vector[:3]))})" if vector else "none" for vector in numbers
+        ]
+        rest["space origin"] = f"({','.join(map(repr, [*origin, 0.0, 0.0, 0.0][:3]))})"
+        rest.pop("space dimension", None)
+    elif len(_numbers(fields.get("axis mins", ""))) == count:
+        start = _numbers(fields["axis mins"])[index]
+    if len(vectors) == count:
+        rest["space directions"] = " ".join(np.delete(vectors, index))
+    _drop_words(rest, fields, index, count, bool(vectors))
+    _move_units(rest, fields, count)
+    rest["dimension"] = str(count - 1)
+    times = _times(start, step, sizes[index])
+    return TimeAxis(index, times), rest, [*sizes[:index], *sizes[index + 1 :]]
+
+
+def _drop_words(rest, fields, index, count, has_directions):
+    """Leave an axis out of the fields with a word for each of `count` axes."""
+    for name in ("kinds", "spacings", "axis mins", "axis maxs", "centers"):
+        words = fields.get(name, "").split()
+        if len(words) == count and not (name == "spacings" and has_directions):
+            rest[name] = " ".join(np.delete(words, index))
+
+
+def _times(start, step, count):
+    """Equal steps; a start that is not said is 0, a step that is not said 1."""
+    start = start if np.isfinite(start) else 0.0
+    step = step if np.isfinite(step) else 1.0
+    return tuple(float(start + step * number) for number in range(count))
+
+
+def _move_units(rest, fields, count):
+    """Keep the units of four axes as those of a space of four dimensions."""
+    units = re.findall(r'"[^"]*"', fields.get("space units", fields.get("units", "")))
+    rest.pop("units", None)
+    if count == len(units) == 4:
+        rest["space units"] = " ".join(units)
+
+
+def fields_of(volume, fields, time_axis):
+    """The fields of a file of volumes in time, given those of one volume in LPS.
+
+    Parameters
+    ----------
+    volume : Volume
+    fields : dict
+    time_axis : (start, step, count)
+    """
+    start, step, count = time_axis
+    rows = [f"({','.join(repr(float(n)) for n in vector)},0.0)" for vector in volume.steps.T]
+    rows.append(f"(0.0,0.0,0.0,{step!r})")
+    if volume.values.ndim == 4:
+        rows.insert(0, "none")
+    origin = ",".join(repr(float(n)) for n in (*volume.origin, start))
+    changed = {
+        "dimension": int(fields["dimension"]) + 1,
+        "sizes": f"{fields['sizes']} {count}",
+        "space directions": " ".join(rows),
+        "kinds": f"{fields['kinds']} time",
+        "space origin": f"({origin})",
+    }
+    units = re.findall(r'"[^"]*"', fields.get("space units", ""))
+    if len(units) == 3:  # of a file without times
+        changed["space units"] = " ".join([*units, '""'])
+    result = {}
+    for name, value in fields.items():
+        if name == "space":
+            result["space dimension"] = 4
+        elif name not in ("measurement frame",):
+            result[name] = changed.get(name, value)
+    return result
+
+
+def _numbers(text):
+    return [float(word) for word in re.findall(r"[^\s,()]+", text) if word != "none"]

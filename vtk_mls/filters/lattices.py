@@ -1,0 +1,228 @@
+"""Images that are blocks of one lattice, joined to one image.
+
+Material that crosses a border between such blocks is found on the other side.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkWeakReference
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls.files import block_files, metadata
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+_MAX_SHIFT = 1e-4  # voxels between points of one lattice
+
+
+class LatticeBlock(NamedTuple):
+    """A block of a joined image.
+
+    Attributes
+    ----------
+    image : vtkImageData
+        Joined.
+    extent : (6,) ints
+        Of the block, in the indices of the joined image.
+    same_arrays : dict
+        `__this__` of the arrays of the block by that of the joined arrays.
+    """
+
+    image: vtkImageData
+    extent: tuple
+    same_arrays: dict
+
+
+class Lattices:
+    """The joined images of the blocks that a filter goes through.
+
+    They need the memory of the blocks once more, until `end`.
+    """
+
+    def __init__(self):
+        self._input, self._blocks = vtkWeakReference(), None
+
+    def begin(self, composite):
+        """Note composite data, whose blocks may not be up to date yet."""
+        self._input.Set(composite)
+        self._blocks = None
+
+    def block(self, image):
+        """The `LatticeBlock` of an image, or None."""
+        if self._blocks is None:
+            composite = self._input.Get()
+            self._blocks = (
+                {} if composite is None else lattice_blocks(block_files.blocks(composite))
+            )
+        return self._blocks.get(image.__this__)
+
+    def end(self):
+        """Release the joined images."""
+        self._blocks = None
+
+
+class _Place(NamedTuple):
+    """A block and its extent in the indices of a lattice, (3, 2)."""
+
+    block: vtkImageData
+    extent: np.ndarray
+
+
+def lattice_blocks(blocks):
+    """The `LatticeBlock` of each image that is a block of another one, by its `__this__`.
+
+    Blocks are joined if they touch or overlap, have the same arrays with the same values where they
+    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or at
+    the same place as another one, are left alone.
+
+    Parameters
+    ----------
+    blocks : list of vtkDataSet
+    """
+    result = {}
+    for places in _lattices(blocks):
+        for connected in _connected(places):
+            joined = _joined(connected) if len(connected) > 1 else None
+            if joined is None:
+                continue
+            for block, extent in connected:
+                same = dict(zip(_addresses(joined), _addresses(block)))
+                extent = tuple(extent.ravel().tolist())
+                result[block.__this__] = LatticeBlock(joined, extent, same)
+    return result
+
+
+def _lattices(blocks):
+    """Lists of `_Place`, one for each lattice and set of arrays."""
+    lattices = []
+    for block in blocks:
+        signature = _signature(block)
+        if signature is None:
+            continue
+        grid = ImageGeometry.of_image(block).grid
+        for reference, known, places in lattices:
+            extent = _extent_on(reference, grid)
+            if known == signature and extent is not None:
+                places.append(_Place(block, extent))
+                break
+        else:
+            extent = np.column_stack([(0, 0, 0), np.array(grid.dimensions) - 1])
+            lattices.append((grid, signature, [_Place(block, extent)]))
+    return [places for _, _, places in lattices]
+
+
+def _signature(block):
+    """What the arrays of all blocks of an image have in common; None for others."""
+    if not isinstance(block, vtkImageData) or block.GetNumberOfPoints() == 0:
+        return None
+    signature = [metadata.load(block, metadata.LABEL_ARRAYS)]
+    for attributes, count in (
+        (block.GetPointData(), block.GetNumberOfPoints()),
+        (block.GetCellData(), block.GetNumberOfCells()),
+    ):
+        for i in range(attributes.GetNumberOfArrays()):
+            array = attributes.GetAbstractArray(i)
+            is_sound = arrays.is_numeric(array) and array.GetNumberOfTuples() == count
+            if not is_sound or array.GetName() == arrays.GHOSTS:
+                return None
+            kind = array.GetName(), array.GetDataType(), array.GetNumberOfComponents()
+            signature.append((attributes.GetClassName(), *kind))
+    return signature
+
+
+def _extent_on(reference, grid):
+    """The extent (3, 2) of a grid in the indices of another one; None if it has other points."""
+    ends = np.array([grid.origin, grid.at(np.array(grid.dimensions)[None] - 1)[0]])
+    is_parallel = np.allclose(grid.direction, reference.direction, rtol=0, atol=1e-6)
+    if not is_parallel or not np.allclose(grid.spacing, reference.spacing, rtol=1e-6, atol=0):
+        return None
+    indices = np.linalg.solve(reference.index_to_world, (ends - reference.origin).T)
+    rounded = np.round(indices)
+    return rounded.astype(int) if np.abs(indices - rounded).max() <= _MAX_SHIFT else None
+
+
+def _connected(places):
+    """Lists of places that touch each other, or are direct neighbors."""
+    groups = []
+    for place in places:
+        near = [group for group in groups if any(_touch(place, other) for other in group)]
+        groups = [group for group in groups if group not in near]
+        groups.append([place, *(other for group in near for other in group)])
+    order = {place.block.__this__: number for number, place in enumerate(places)}
+    return [sorted(group, key=lambda place: order[place.block.__this__]) for group in groups]
+
+
+def _touch(place, other):
+    (low, high), (other_low, other_high) = place.extent.T, other.extent.T
+    return bool(((low <= other_high + 1) & (other_low <= high + 1)).all())
+
+
+def _joined(places):
+    """One image of blocks that fill a box; None for others."""
+    first = places[0].block
+    extents = np.array([place.extent for place in places])
+    low, high = extents[:, :, 0].min(axis=0), extents[:, :, 1].max(axis=0)
+    if len({extent.tobytes() for extent in extents}) < len(places):
+        return None  # several images of the same place
+    geometry = ImageGeometry.of_grid(ImageGeometry.of_image(first).grid)
+    image = vtkImageData()
+    geometry.part(np.column_stack([low, high]).ravel().tolist()).apply_to(image)
+    has_cells = any(place.block.GetCellData().GetNumberOfArrays() for place in places)
+    is_flat = (extents[:, :, 0] == extents[:, :, 1]) & (low < high)
+    if has_cells and is_flat.any():  # cells of a slice are no cells of a volume
+        return None
+    for name, is_cells in (("GetPointData", False), ("GetCellData", True)):
+        data = [getattr(place.block, name)() for place in places]
+        if is_cells and not has_cells:
+            continue
+        values = _values(data, extents - low[None, :, None], is_cells)
+        if values is None:
+            return None
+        arrays.set_values(getattr(image, name)(), values, data[0])
+    metadata.store(image, metadata.LABEL_ARRAYS, metadata.load(first, metadata.LABEL_ARRAYS))
+    return image
+
+
+def _values(data, extents, is_cells):
+    """The values (n,) or (n, components) of each joined array; None if blocks do not fit."""
+    starts = extents[:, :, 0]
+    sizes = extents[:, :, 1] - starts + (not is_cells)
+    sizes = np.maximum(sizes, 1)
+    shape = tuple((starts + sizes).max(axis=0)[::-1].tolist())
+    if math.prod(shape) > sizes.prod(axis=1).sum():
+        return None  # they leave some of the box open
+    filled = np.zeros(shape, bool)
+    results = None
+    for attributes, start, size in zip(data, starts, sizes):
+        region = tuple(slice(s, s + n) for s, n in zip(start[::-1], size[::-1]))
+        parts = [
+            part.reshape(*size[::-1], *part.shape[1:])
+            for part in (
+                arrays.to_numpy(attributes.GetArray(i))
+                for i in range(attributes.GetNumberOfArrays())
+            )
+        ]
+        if results is None:
+            results = [np.zeros(shape + part.shape[3:], part.dtype) for part in parts]
+        known = filled[region]
+        for result, part in zip(results, parts):
+            if not np.array_equal(result[region][known], part[known], equal_nan=True):
+                return None
+            result[region] = part
+        known[...] = True
+    if not filled.all():
+        return None
+    return [result.reshape(-1, *result.shape[3:]) for result in results]
+
+
+def _addresses(image):
+    """`__this__` of all arrays."""
+    return [
+        data.GetAbstractArray(i).__this__
+        for data in (image.GetPointData(), image.GetCellData())
+        for i in range(data.GetNumberOfArrays())
+    ]
