@@ -1,5 +1,5 @@
-// The terms of the sums of a fit as points: a control point is one, a segment of a curve a few that have
-// the moments of its weight along it (segments.cl).
+// The terms of the sums of a fit as points: a control point is one, a rigid region its proxies, a segment
+// of a curve a few that have the moments of its weight along it (segments.cl).
 
 // A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
 typedef struct {
@@ -7,13 +7,9 @@ typedef struct {
   real w;
 } pair_t;
 
-#if SEGMENTS
-#define PAIRS SEGMENTS
-#define CHANGES (2 * SEGMENTS)
-#else
-#define PAIRS 1
-#define CHANGES 1
-#endif
+// The most points of a term; REGIONS is that of a region.
+#define PAIRS (SEGMENTS > REGIONS ? SEGMENTS : REGIONS ? REGIONS : 1)
+#define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
 // A segment as seen from v: a point of it, relative to k, and moments about that point.
@@ -65,7 +61,7 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
                        int slopes, pair_t pairs[PAIRS]) {
   const moments_t along = segment_moments(map, i, pivot, point, slopes);
   const rule_t rule = rule_of(along.m, slopes);
-  UNROLL_MOMENTS for (int j = 0; j < PAIRS; ++j) {
+  UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
     pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
     pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
     pairs[j].w = rule.w[j];
@@ -73,19 +69,36 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
 }
 #endif
 
+// Sets the place of a control point relative to k.
+HOT void set_pair(pair_t *pair, __global const control_point_t *at, const pivot_t *pivot) {
+  pair->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  pair->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+}
+
 // The points of term i; returns how many.
 HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
                  pair_t pairs[PAIRS]) {
 #if SEGMENTS
   if (i >= map->params.count) {
     segment_pairs(map, i, pivot, point, 0, pairs);
-    return PAIRS;
+    return SEGMENTS;
   }
 #endif
   __global const control_point_t *at = control_point_of(map, i);
-  pairs->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  pairs->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   pairs->w = control_point_weight(map, i, pivot, point);
+#if REGIONS
+  if (is_region(map, i)) {
+    __global const region_t *region = map->regions + i;
+    const real share = pairs->w / at->c;
+    at = control_point_of(map, map->params.count + region->first_proxy);
+    for (int j = 0; j < region->proxy_count; ++j, ++at) {
+      set_pair(pairs + j, at, pivot);
+      pairs[j].w = share * at->c;
+    }
+    return region->proxy_count;
+  }
+#endif
+  set_pair(pairs, at, pivot);
   return 1;
 }
 
@@ -97,12 +110,10 @@ typedef struct {
 #endif
 } change_t;
 
-// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
-// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
-HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
-                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
-  pair_t pairs[PAIRS];
-  const int count = pairs_of(map, i, pivot, point, pairs);
+// The changes of the first `count` points of term i by what changes the weight of all of them.
+HOT void set_changes(const map_t *map, int i, const evaluation_point_t *point,
+                     const weight_jacobian_t *jacobian, const pair_t *pairs, int count,
+                     change_t *changes) {
   const vec slope = vec_sub(weight_slope(map, i, point), jacobian->near);
 #if AT_REST
   const vec slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
@@ -115,10 +126,29 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
     changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
 #endif
   }
+}
+
+// A control point, or all proxies of a region as one at their mean; returns 1.
+HOT int change_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                  const weight_jacobian_t *jacobian, change_t *change) {
+  pair_t pair;
+  set_pair(&pair, control_point_of(map, i), pivot);
+  pair.w = control_point_weight(map, i, pivot, point);
+  set_changes(map, i, point, jacobian, &pair, 1, change);
+  return 1;
+}
+
+// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
+// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
+HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
+  pair_t pairs[PAIRS];
+  const int count = pairs_of(map, i, pivot, point, pairs);
+  set_changes(map, i, point, jacobian, pairs, count, changes);
 #if SEGMENTS
   if (i >= map->params.count) {
     segment_pairs(map, i, pivot, point, 1, pairs);
-    for (int j = 0; j < PAIRS; ++j) {
+    for (int j = 0; j < SEGMENTS; ++j) {
       change_t *change = changes + count + j;
       change->q = pairs[j].q;
       change->u = pairs[j].u;
@@ -128,7 +158,7 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
       change->by_x = (vec){0, 0, 0};
 #endif
     }
-    return CHANGES;
+    return 2 * SEGMENTS;
   }
 #endif
   return count;

@@ -63,9 +63,18 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
     return;
   }
 #endif
-  pair_t pairs[PAIRS];
-  pairs_of(map, i, pivot, point, pairs);
-  add_pair(sums, pairs->w, pairs->q, pairs->u);
+  pair_t pair;
+  set_pair(&pair, control_point_of(map, i), pivot);
+  const real w = control_point_weight(map, i, pivot, point);
+  add_pair(sums, w, pair.q, pair.u);
+#if REGIONS
+  if (!is_region(map, i)) return;
+  __global const region_t *region = map->regions + i;
+  for (int j = 0; j < 9; ++j) sums->c.a[j] = fma((real)(region->moments[j]), w, sums->c.a[j]);
+#if SIMILARITY
+  sums->spread = fma((real)(region->spread), w, sums->spread);
+#endif
+#endif
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {

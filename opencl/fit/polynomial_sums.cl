@@ -107,11 +107,11 @@ inline void add_segment_group(const map_t *map, sums_t *sums, int first, int sto
   const int functions = functions_of(map);
   sum_t w[GROUP], f[GROUP][FUNCTIONS];
   sum_vec u[GROUP];
-  for (int b = 0; b < GROUP / PAIRS; ++b) {
+  for (int b = 0; b < GROUP / SEGMENTS; ++b) {
     pair_t pairs[PAIRS];
     pairs_of(map, min(first + b, stop - 1), &fit->pivot, &fit->point, pairs);
-    for (int i = 0; i < PAIRS; ++i) {
-      const int row = b * PAIRS + i;
+    for (int i = 0; i < SEGMENTS; ++i) {
+      const int row = b * SEGMENTS + i;
       real along[FUNCTIONS];
       functions_along(map, &fit->pivot, pairs[i].q, along);
       w[row] = first + b < stop ? TO_SUM(pairs[i].w) : (sum_t)(0);
@@ -119,12 +119,57 @@ inline void add_segment_group(const map_t *map, sums_t *sums, int first, int sto
       UNROLL for (int j = 0; j < functions; ++j) f[row][j] = TO_SUM(along[j]);
     }
   }
-  for (int row = GROUP / PAIRS * PAIRS; row < GROUP; ++row) {
+  for (int row = GROUP / SEGMENTS * SEGMENTS; row < GROUP; ++row) {
     w[row] = 0;
     u[row] = (sum_vec){0, 0, 0};
     UNROLL for (int j = 0; j < functions; ++j) f[row][j] = 0;
   }
   add_values(map, sums, w, u, f);
+}
+#endif
+
+#if REGIONS
+// A value of `moments_of_region`.
+inline SUM region_moment(__global const float *moments, int j) {
+  return sizeof(SUM) == sizeof(float) ? moments[j] : (SUM)(moments[j]) + moments[REGION_SIZE + j];
+}
+
+// Adds all proxies of region i.
+HOT void add_region(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  __global const float *values = values_at(map, i), *gram = moments_of_region(map, i) + FUNCTIONS;
+  const sum_t w = TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point));
+  const sum_vec u = displacement_at(map, i, &fit->pivot);
+  sum_t f[FUNCTIONS];
+  UNROLL for (int j = 0; j < functions; ++j) f[j] = TO_SUM(values[j] - fit->f_k[j]);
+  sums->weight += w;
+  sums->u = sum_madd(w, u, sums->u);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    __global const float *along = gram + GRAM_SIZE + 3 * j;
+    const sum_vec uf = {region_moment(along, 0), region_moment(along, 1), region_moment(along, 2)};
+    const sum_t wf = w * f[j];
+    sums->f[j] += wf;
+    sums->uf[j] = sum_madd(w, uf, sum_madd(wf, u, sums->uf[j]));
+    UNROLL for (int l = 0; l <= j; ++l)
+      sums->gram[AT(j, l)] = fma(w, (sum_t)(region_moment(gram, AT(j, l))),
+                                 fma(wf, f[l], sums->gram[AT(j, l)]));
+  }
+}
+
+// What the proxies of region i add to the mean of influence times residual over them.
+inline sum_vec region_influence(const map_t *map, int i, const sum_t t[FUNCTIONS],
+                                const sum_vec c[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  __global const float *gram = moments_of_region(map, i) + FUNCTIONS;
+  sum_vec sum = {0, 0, 0};
+  UNROLL for (int j = 0; j < functions; ++j) {
+    __global const float *along = gram + GRAM_SIZE + 3 * j;
+    sum_vec residual = {region_moment(along, 0), region_moment(along, 1), region_moment(along, 2)};
+    UNROLL for (int l = 0; l < functions; ++l)
+      residual = sum_madd(-(sum_t)(region_moment(gram, j < l ? AT(l, j) : AT(j, l))), c[l], residual);
+    sum = sum_madd(t[j], residual, sum);
+  }
+  return sum;
 }
 #endif
 
@@ -147,8 +192,11 @@ inline void add_control_points(const map_t *map, sums_t *sums, int first, int st
 inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
   // sums in double need no blocks
-  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
+  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map), first = 0;
+#if REGIONS
+  for (; first < map->params.region_count; ++first) add_region(map, sums, first, fit);
+#endif
+  for (int start = first; start < map->params.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
     add_control_points(map, &part, start, min(start + block, map->params.count), fit);
@@ -157,7 +205,7 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
 #if SEGMENTS
   sums_t along;
   clear_sums(map, &along);
-  for (int i = map->params.count; i < term_count(map); i += GROUP / PAIRS)
+  for (int i = map->params.count; i < term_count(map); i += GROUP / SEGMENTS)
     add_segment_group(map, &along, i, term_count(map), fit);
   add_sums(map, sums, &along);
 #endif
@@ -194,7 +242,7 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = values_at(map, min(LANE_INT(pivot->k, l), map->params.count));
+    __global const float *nearest = values_at_pivot(map, LANE_INT(pivot->k, l));
     UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
 #if SEGMENTS
@@ -258,7 +306,9 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   }
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
-    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+    const int count = is_region(map, i)
+                          ? change_of(map, i, pivot, &fit->point, &jacobian, changes)
+                          : changes_of(map, i, pivot, &fit->point, &jacobian, changes);
     for (int b = 0; b < count; ++b) {
       const vec u = changes[b].u;
       real values[FUNCTIONS];
@@ -276,7 +326,11 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
         influence = fma(t[j], f, influence);
         residual = sum_madd(-f, c[j], residual);
       }
-      add_influence(&jacobian, changes + b, rounded(sum_scale(influence, residual)));
+      residual = sum_scale(influence, residual);
+#if REGIONS
+      if (is_region(map, i)) residual = sum_add(residual, region_influence(map, i, t, c));
+#endif
+      add_influence(&jacobian, changes + b, rounded(residual));
     }
   }
   return jacobian;
