@@ -12,25 +12,24 @@ typedef struct {
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: a point of it, relative to k, and moments about that point.
+// A segment as seen from v: its nearest point, relative to k, and the share of the length there; moments
+// about a share `center` from there.
 typedef struct {
   vec q, u, along_q, along_u;
-  real m[MOMENTS];
+  real t, center, m[MOMENTS];
 } moments_t;
 
-// With `slopes`, for weights divided by the squared distance.
+// Moments up to `top`. With `slopes`, for weights divided by the squared distance.
 HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
-                              const evaluation_point_t *point, int slopes) {
+                              const evaluation_point_t *point, int slopes, const int top) {
   __global const segment_t *at = segment_of(map, i);
   const nearest_t nearest = nearest_on_segment(at, point->v);
-  const int top = SEGMENTS < 4 ? TOP + slopes : TOP;
   moments_t result;
   real e2 = pivot->e2;
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  const real center =
-      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
+  result.t = nearest.t;
   real c = at->c;
 #if CUTS
   integer hides_any = 0;
@@ -42,7 +41,7 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
-  UNROLL_MOMENTS for (int j = 0; j <= top; ++j) result.m[j] *= c;
+  result.center = moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
   result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
@@ -51,19 +50,19 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
   const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
   result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
-  result.q = vec_madd(center, result.along_q, result.q);
-  result.u = vec_madd(center, result.along_u, result.u);
   return result;
 }
 
 // The points of segment i; with `slopes`, for weights divided by the squared distance.
 HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
                        int slopes, pair_t pairs[PAIRS]) {
-  const moments_t along = segment_moments(map, i, pivot, point, slopes);
+  const int top = SEGMENTS < 4 ? TOP + slopes : TOP + 1;
+  const moments_t along = segment_moments(map, i, pivot, point, slopes, top);
   const rule_t rule = rule_of(along.m, slopes);
   UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
-    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
-    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
+    const real t = along.center + rule.t[j];
+    pairs[j].q = vec_madd(t, along.along_q, along.q);
+    pairs[j].u = vec_madd(t, along.along_u, along.u);
     pairs[j].w = rule.w[j];
   }
 }

@@ -54,6 +54,14 @@ inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real 
   combine(map->kind_table, functions_of(map), m, f);
 }
 
+// The basis functions along a segment as powers of the share t of its length: coefficients of t, t^2, ...,
+// FUNCTIONS each, which follow the moments of regions in the table.
+inline __global const float *powers_along(const map_t *map, int i) {
+  const long regions = REGIONS ? (long)map->params.region_count * 2 * (4 * FUNCTIONS + GRAM_SIZE) : 0;
+  return values_at(map, map->params.count + 1) + regions +
+         (long)(i - map->params.count) * (SEGMENTS - 1) * FUNCTIONS;
+}
+
 // The basis functions at k where it is on a segment; a pointer as in digit_loss.cl.
 inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *f_k) {
   const integer on_segment = pivot->k >= map->params.count;
@@ -81,7 +89,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define displacement_at TYPED(displacement_at)
 #define add_values TYPED(add_values)
 #define add_group TYPED(add_group)
-#define add_segment_group TYPED(add_segment_group)
+#define add_segment TYPED(add_segment)
 #define region_moment TYPED(region_moment)
 #define add_region TYPED(add_region)
 #define region_influence TYPED(region_influence)

@@ -51,11 +51,11 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
 #if SEGMENTS
   if (i >= map->params.count) {
     // all at the mean, and the square deviation: the same as two points
-    const moments_t along = segment_moments(map, i, pivot, point, 0);
-    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f));
+    const moments_t along = segment_moments(map, i, pivot, point, 0, TOP);
+    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f)), t = along.center + mean;
     const real width = fma(-mean, along.m[1], along.m[2]);
-    add_pair(sums, along.m[0], vec_madd(mean, along.along_q, along.q),
-             vec_madd(mean, along.along_u, along.u));
+    add_pair(sums, along.m[0], vec_madd(t, along.along_q, along.q),
+             vec_madd(t, along.along_u, along.u));
     add_outer(&sums->c, vec_add(along.along_q, along.along_u), vec_scale(width, along.along_q));
 #if SIMILARITY
     sums->spread = fma(width, dot3(along.along_q, along.along_q), sums->spread);

@@ -101,30 +101,44 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
 }
 
 #if SEGMENTS
-// Adds the points of segments, as many as a group holds; from `first` to `stop`.
-inline void add_segment_group(const map_t *map, sums_t *sums, int first, int stop,
-                              const weighted_fit_t *fit) {
+// Adds segment i. The functions and p - q along it are sums of the polynomials of t that are orthogonal for
+// its weight; so their products are sums over these polynomials.
+HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
-  sum_t w[GROUP], f[GROUP][FUNCTIONS];
-  sum_vec u[GROUP];
-  for (int b = 0; b < GROUP / SEGMENTS; ++b) {
-    pair_t pairs[PAIRS];
-    pairs_of(map, min(first + b, stop - 1), &fit->pivot, &fit->point, pairs);
-    for (int i = 0; i < SEGMENTS; ++i) {
-      const int row = b * SEGMENTS + i;
-      real along[FUNCTIONS];
-      functions_along(map, &fit->pivot, pairs[i].q, along);
-      w[row] = first + b < stop ? TO_SUM(pairs[i].w) : (sum_t)(0);
-      u[row] = (sum_vec){TO_SUM(pairs[i].u.x), TO_SUM(pairs[i].u.y), TO_SUM(pairs[i].u.z)};
-      UNROLL for (int j = 0; j < functions; ++j) f[row][j] = TO_SUM(along[j]);
+  const moments_t along = segment_moments(map, i, &fit->pivot, &fit->point, 0, TOP);
+  const expansion_t expansion = expansion_of(along.m, along.center);
+  __global const float *powers = powers_along(map, i);
+  real at_nearest[FUNCTIONS];
+  functions_along(map, &fit->pivot, along.q, at_nearest);
+  const vec middle = vec_madd(expansion.by[1][0], along.along_u, along.u);
+  const vec change = vec_scale(expansion.by[1][1], along.along_u);
+  const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
+  const sum_vec du = {TO_SUM(change.x), TO_SUM(change.y), TO_SUM(change.z)};
+  sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(expansion.norm[k]);
+  sums->weight += w[0];
+  sums->u = sum_madd(w[0], u, sums->u);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    real c[SEGMENTS];  // of the powers of t about the nearest point
+    c[0] = at_nearest[j];
+    UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[(k - 1) * FUNCTIONS + j];
+    UNROLL_MOMENTS for (int k = 0; k + 1 < SEGMENTS; ++k)
+      UNROLL_MOMENTS for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
+    sum_t wf[SEGMENTS];
+    UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+      real sum = expansion.by[k][k] * c[k];
+      UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(expansion.by[l][k], c[l], sum);
+      f[k][j] = TO_SUM(sum);
+      wf[k] = w[k] * f[k][j];
+    }
+    sums->f[j] += wf[0];
+    sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
+    UNROLL for (int l = 0; l <= j; ++l) {
+      sum_t product = sums->gram[AT(j, l)];
+      UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) product = fma(wf[k], f[k][l], product);
+      sums->gram[AT(j, l)] = product;
     }
   }
-  for (int row = GROUP / SEGMENTS * SEGMENTS; row < GROUP; ++row) {
-    w[row] = 0;
-    u[row] = (sum_vec){0, 0, 0};
-    UNROLL for (int j = 0; j < functions; ++j) f[row][j] = 0;
-  }
-  add_values(map, sums, w, u, f);
 }
 #endif
 
@@ -205,8 +219,7 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
 #if SEGMENTS
   sums_t along;
   clear_sums(map, &along);
-  for (int i = map->params.count; i < term_count(map); i += GROUP / SEGMENTS)
-    add_segment_group(map, &along, i, term_count(map), fit);
+  for (int i = map->params.count; i < term_count(map); ++i) add_segment(map, &along, i, fit);
   add_sums(map, sums, &along);
 #endif
 }

@@ -57,9 +57,10 @@ class Polynomial(Kind):
         return {"rank": len(control_points.determined)}
 
     def table(self, control_points):
-        """Rows of coefficients of the functions, of their values at each term, and means; moments.
+        """Rows of coefficients of the functions, of their values at each term, and means.
 
-        The means are subtracted from the values. See `moments_of_region` in fit_polynomial.cl.
+        The means are subtracted from the values. Then moments of regions, and powers along
+        segments: `moments_of_region` and `powers_along` in fit_polynomial.cl.
         """
         basis, count = control_points.determined, MONOMIAL_COUNT[self.degree]
         handles, mean = control_points.handles, basis.values.mean(axis=0)
@@ -73,7 +74,8 @@ class Polynomial(Kind):
             _region_moments(control_points, np.flatnonzero(handles.region == i), at_means[i])
             for i in range(len(handles.regions))
         ]
-        return np.concatenate([table.ravel(), *moments], dtype=np.float32)
+        powers = _powers_along(control_points, self.degree).ravel()
+        return np.concatenate([table.ravel(), *moments, powers], dtype=np.float32)
 
 
 class Affine(Polynomial):
@@ -184,6 +186,19 @@ def _region_moments(control_points, proxies, at_mean):
     result[-3 * functions :][: 3 * count] = (weighted.T @ u / control_points.scale).ravel()
     rounded = result.astype(np.float32)
     return np.concatenate([rounded, result - rounded])
+
+
+def _powers_along(control_points, degree):
+    """Coefficients (s, degree, monomials) of t, t^2, ... of the functions along segments."""
+    basis, ends = control_points.determined, control_points.handles.segments.deformed
+    powers = np.zeros((len(ends), degree, MONOMIAL_COUNT[degree]))
+    if len(ends) > 0:
+        t = np.linspace(0, 1, degree + 1)
+        along = ends[:, :1] + t[:, None] * (ends[:, 1:] - ends[:, :1])
+        values = basis(control_points.local(along.reshape(-1, 3)))
+        values = values.reshape(len(ends), degree + 1, len(basis))
+        powers[:, :, : len(basis)] = np.linalg.solve(np.vander(t, increasing=True), values)[:, 1:]
+    return powers
 
 
 def _multinomial(exponents) -> float:
