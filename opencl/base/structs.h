@@ -25,8 +25,8 @@ enum {
   OTHER_REGION = 2
 };
 
-// A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first ones are
-// the means of the proxies of each rigid region; the proxies follow after all others.
+// A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first
+// ones are the means of the proxies of each rigid region; the proxies follow after all others.
 typedef struct {
   float q[3];
   float c;
@@ -66,9 +66,9 @@ typedef struct {
   int first;
 } limit_t;
 
-// The map of a region: numbers of control points without proxies, of rigid regions, segments, limits and
-// steps; alpha, square of the smoothing length, rank of the set of control points, and the axis of half
-// turns (rigid and similarity kinds).
+// The map of a region: numbers of control points without proxies, of rigid regions, segments, limits
+// and steps; alpha, square of the smoothing length, rank of the set of control points, and the axis
+// of half turns (rigid and similarity kinds).
 typedef struct {
   int count, region_count, segment_count, limit_count, step_count;
   float alpha, smoothing2;

@@ -1,5 +1,5 @@
-// The terms of the sums of a fit as points: a control point is one, a rigid region its proxies, a segment
-// of a curve a few that have the moments of its weight along it (segments.cl).
+// The terms of the sums of a fit as points: a control point is one, a rigid region its proxies, a
+// segment of a curve a few that have the moments of its weight along it (segments.cl).
 
 // A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
 typedef struct {
@@ -12,8 +12,8 @@ typedef struct {
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: its nearest point, relative to k, and the share of the length there; moments
-// about a share `center` from there.
+// A segment as seen from v: its nearest point, relative to k, and the share of the length there;
+// moments about a share `center` from there.
 typedef struct {
   vec q, u, along_q, along_u;
   real t, center, m[MOMENTS];

@@ -31,9 +31,9 @@ inline __global const float *values_at(const map_t *map, int i) {
 #define REGION_SIZE (4 * FUNCTIONS + GRAM_SIZE)
 
 #if REGIONS
-// The moments of the functions f over the proxies of a region, which follow the means in the table: f at the
-// mean of the proxies, the lower triangle of the means of f f^T, and the means of f (p - q)^T, both about
-// their means. Then, for double, what rounding has taken from them.
+// The moments of the functions f over the proxies of a region, which follow the means in the table: f
+// at the mean of the proxies, the lower triangle of the means of f f^T, and the means of f (p - q)^T,
+// both about their means. Then, for double, what rounding has taken from them.
 inline __global const float *moments_of_region(const map_t *map, int i) {
   return values_at(map, map->params.count + 1) + (long)i * 2 * REGION_SIZE;
 }
@@ -55,8 +55,8 @@ inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real 
   combine(map->kind_table, functions_of(map), m, f);
 }
 
-// The basis functions along a segment as powers of the share t of its length: coefficients of t, t^2, ...,
-// FUNCTIONS each, which follow the moments of regions in the table.
+// The basis functions along a segment as powers of the share t of its length: coefficients of t, t^2,
+// ..., FUNCTIONS each, which follow the moments of regions in the table.
 inline __global const float *powers_along(const map_t *map, int i) {
   const long regions = REGIONS ? (long)map->params.region_count * 2 * REGION_SIZE : 0;
   return values_at(map, map->params.count + 1) + regions +

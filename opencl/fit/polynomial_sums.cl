@@ -101,8 +101,8 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
 }
 
 #if SEGMENTS
-// Adds segment i. The functions and p - q along it are sums of the polynomials of t that are orthogonal for
-// its weight; so their products are sums over these polynomials.
+// Adds segment i. The functions and p - q along it are sums of the polynomials of t that are
+// orthogonal for its weight; so their products are sums over these polynomials.
 HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const moments_t along = segment_moments(map, i, &fit->pivot, &fit->point, 0, TOP);

@@ -5,8 +5,8 @@
 // line and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
 // point nearest to v, so that nothing cancels on the curve.
 
-// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. The sums of the fit need the moments
-// up to TOP, those of slopes one more.
+// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. The sums of the fit need the
+// moments up to TOP, those of slopes one more.
 #if SEGMENTS == 2
 #define TOP 2
 #define MOMENTS 4
@@ -57,8 +57,9 @@ HOT real whole_power(real x, int n) {
   return n == 1 ? x : n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
 }
 
-// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. `per_larger` is 1 over the larger
-// of |x| and y. Also s, the square of the smaller over the larger, and A of arctan(r) = r + A s r.
+// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. `per_larger` is 1 over
+// the larger of |x| and y. Also s, the square of the smaller over the larger, and A of arctan(r) = r
+// + A s r.
 HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of) {
   const real size = fabs(x), ratio = least(size, y) * per_larger, s = ratio * ratio;
   const integer steep = size < y;
@@ -77,8 +78,8 @@ HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of)
   return select(angle, 3.14159265f - angle, x < 0);
 }
 
-// The functions G of `near_integrals`, which are smooth where the closed forms cancel: relative error 1e-7 for
-// 0 <= y <= 1/4.
+// The functions G of `near_integrals`, which are smooth where the closed forms cancel: relative error
+// 1e-7 for 0 <= y <= 1/4.
 HOT real end_series(real y, int n) {
   const float c3[7] = {0.65130621f,  -1.11605469f, 1.10936832f, -0.90534719f,
                        0.66651256f, -0.428569f,   0.2f};
@@ -193,9 +194,9 @@ __constant float LEGENDRE_WEIGHTS[9][10] = {
     {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
      0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
 
-// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of the
-// weights (e2 / d^2)^alpha / d^2; times c. They are about a share of the length, which is returned relative to
-// the nearest point: that point, or far away the middle.
+// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of
+// the weights (e2 / d^2)^alpha / d^2; times c. They are about a share of the length, which is
+// returned relative to the nearest point: that point, or far away the middle.
 HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
                     int slopes, int top, real c, real m[MOMENTS]) {
   const int n = INTEGER_ALPHA + slopes;
@@ -218,7 +219,8 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
     real sums[MOMENTS];
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
     UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
-      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot, per_d2 = 1 / fma(t, t, width2);
+      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot;
+      const real per_d2 = 1 / fma(t, t, width2);
       real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 2][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
       w *= slopes ? c * density * per_d2 : c;
       UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
@@ -400,8 +402,8 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
 }
 #endif
 
-// The powers of t, relative to the nearest point, by the polynomials p[k] that are orthogonal for the weight
-// of a segment: t^j is the sum of by[j][k] p[k]. `norm` are the square norms of p[k].
+// The powers of t, relative to the nearest point, by the polynomials p[k] that are orthogonal for the
+// weight of a segment: t^j is the sum of by[j][k] p[k]. `norm` are the square norms of p[k].
 typedef struct {
   real by[SEGMENTS][SEGMENTS], norm[SEGMENTS];
 } expansion_t;
