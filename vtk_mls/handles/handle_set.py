@@ -117,7 +117,7 @@ class HandleSet:
         return rest[rows], deformed[rows]
 
     def means(self, values: np.ndarray) -> np.ndarray:
-        """Weighted means (terms, k) of `values` (n, k) of each region, then the values of points."""
+        """Weighted means (terms, k) of `values` (n, k) of regions, then the values of points."""
         regions = [self._mean(values, self.region == i) for i in range(len(self.regions))]
         return np.concatenate([np.reshape(regions, (-1, values.shape[1])), values[self.region < 0]])
 
