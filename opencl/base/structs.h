@@ -25,17 +25,17 @@ enum {
   OTHER_REGION = 2
 };
 
-// A control point, local units: q, the factor c of its weight, u = p - q less its mean, and the rigid
-// region that it is a proxy of, or -1.
+// A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first
+// ones are the means of the proxies of each rigid region; the proxies follow after all others.
 typedef struct {
   float q[3];
   float c;
   float u[3];
-  int region;
 } control_point_t;
 
 // A rigid region where it was moved to, local units: the points within `radius` of the segment from
-// `end` along `along`, or those with a distance below 0 in an image. Cuts see it at `anchor`.
+// `end` along `along`, or those with a distance below 0 in an image. Cuts see it at `anchor`. Of its
+// proxies about their mean, `moments` are the weighted means of p q^T, and `spread` that of |q|^2.
 typedef struct {
   float end[3], along[3], radius;
   float anchor[3];
@@ -43,6 +43,8 @@ typedef struct {
   float to_index[12];   // from the local frame to indices of the image
   int size[3];          // points of the image along each axis
   int first;            // its first value in `images`
+  int first_proxy, proxy_count;
+  float moments[9], spread;
 } region_t;
 
 // A segment of a curve, local units: q and u = p - q less its mean, at its start and their change to
@@ -64,11 +66,11 @@ typedef struct {
   int first;
 } limit_t;
 
-// The map of a region: numbers of control points, segments and limits, and of steps; alpha, square of
-// the smoothing length, rank of the set of control points, and the axis of half turns (rigid and
-// similarity kinds).
+// The map of a region: numbers of control points without proxies, of rigid regions, segments, limits
+// and steps; alpha, square of the smoothing length, rank of the set of control points, and the axis
+// of half turns (rigid and similarity kinds).
 typedef struct {
-  int count, segment_count, limit_count, step_count;
+  int count, region_count, segment_count, limit_count, step_count;
   float alpha, smoothing2;
   int rank;
   float flip_axis[3];

@@ -1,5 +1,5 @@
-// The terms of the sums of a fit as points: a control point is one, a segment of a curve a few that have
-// the moments of its weight along it (segments.cl).
+// The terms of the sums of a fit as points: a control point is one, a rigid region its proxies, a
+// segment of a curve a few that have the moments of its weight along it (segments.cl).
 
 // A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
 typedef struct {
@@ -7,34 +7,29 @@ typedef struct {
   real w;
 } pair_t;
 
-#if SEGMENTS
-#define PAIRS SEGMENTS
-#define CHANGES (2 * SEGMENTS)
-#else
-#define PAIRS 1
-#define CHANGES 1
-#endif
+// The most points of a term; REGIONS is that of a region.
+#define PAIRS (SEGMENTS > REGIONS ? SEGMENTS : REGIONS ? REGIONS : 1)
+#define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: a point of it, relative to k, and moments about that point.
+// A segment as seen from v: its nearest point, relative to k, and the share of the length there;
+// moments about a share `center` from there.
 typedef struct {
   vec q, u, along_q, along_u;
-  real m[MOMENTS];
+  real t, center, m[MOMENTS];
 } moments_t;
 
-// With `slopes`, for weights divided by the squared distance.
+// Moments up to `top`. With `slopes`, for weights divided by the squared distance.
 HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
-                              const evaluation_point_t *point, int slopes) {
+                              const evaluation_point_t *point, int slopes, const int top) {
   __global const segment_t *at = segment_of(map, i);
   const nearest_t nearest = nearest_on_segment(at, point->v);
-  const int top = SEGMENTS < 4 ? TOP + slopes : TOP;
   moments_t result;
   real e2 = pivot->e2;
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  const real center =
-      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, result.m);
+  result.t = nearest.t;
   real c = at->c;
 #if CUTS
   integer hides_any = 0;
@@ -46,7 +41,7 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
-  UNROLL_MOMENTS for (int j = 0; j <= top; ++j) result.m[j] *= c;
+  result.center = moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
   result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
@@ -55,23 +50,29 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
   const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
   result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
-  result.q = vec_madd(center, result.along_q, result.q);
-  result.u = vec_madd(center, result.along_u, result.u);
   return result;
 }
 
 // The points of segment i; with `slopes`, for weights divided by the squared distance.
 HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
                        int slopes, pair_t pairs[PAIRS]) {
-  const moments_t along = segment_moments(map, i, pivot, point, slopes);
+  const int top = SEGMENTS < 4 ? TOP + slopes : TOP + 1;
+  const moments_t along = segment_moments(map, i, pivot, point, slopes, top);
   const rule_t rule = rule_of(along.m, slopes);
-  UNROLL_MOMENTS for (int j = 0; j < PAIRS; ++j) {
-    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
-    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
+  UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
+    const real t = along.center + rule.t[j];
+    pairs[j].q = vec_madd(t, along.along_q, along.q);
+    pairs[j].u = vec_madd(t, along.along_u, along.u);
     pairs[j].w = rule.w[j];
   }
 }
 #endif
+
+// Sets the place of a control point relative to k.
+HOT void set_pair(pair_t *pair, __global const control_point_t *at, const pivot_t *pivot) {
+  pair->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  pair->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+}
 
 // The points of term i; returns how many.
 HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
@@ -79,13 +80,24 @@ HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation
 #if SEGMENTS
   if (i >= map->params.count) {
     segment_pairs(map, i, pivot, point, 0, pairs);
-    return PAIRS;
+    return SEGMENTS;
   }
 #endif
   __global const control_point_t *at = control_point_of(map, i);
-  pairs->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  pairs->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
   pairs->w = control_point_weight(map, i, pivot, point);
+#if REGIONS
+  if (is_region(map, i)) {
+    __global const region_t *region = map->regions + i;
+    const real share = pairs->w / at->c;
+    at = control_point_of(map, map->params.count + region->first_proxy);
+    for (int j = 0; j < region->proxy_count; ++j, ++at) {
+      set_pair(pairs + j, at, pivot);
+      pairs[j].w = share * at->c;
+    }
+    return region->proxy_count;
+  }
+#endif
+  set_pair(pairs, at, pivot);
   return 1;
 }
 
@@ -97,12 +109,10 @@ typedef struct {
 #endif
 } change_t;
 
-// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
-// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
-HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
-                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
-  pair_t pairs[PAIRS];
-  const int count = pairs_of(map, i, pivot, point, pairs);
+// The changes of the first `count` points of term i by what changes the weight of all of them.
+HOT void set_changes(const map_t *map, int i, const evaluation_point_t *point,
+                     const weight_jacobian_t *jacobian, const pair_t *pairs, int count,
+                     change_t *changes) {
   const vec slope = vec_sub(weight_slope(map, i, point), jacobian->near);
 #if AT_REST
   const vec slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
@@ -115,10 +125,29 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
     changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
 #endif
   }
+}
+
+// A control point, or all proxies of a region as one at their mean; returns 1.
+HOT int change_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                  const weight_jacobian_t *jacobian, change_t *change) {
+  pair_t pair;
+  set_pair(&pair, control_point_of(map, i), pivot);
+  pair.w = control_point_weight(map, i, pivot, point);
+  set_changes(map, i, point, jacobian, &pair, 1, change);
+  return 1;
+}
+
+// The points of term i that change the fit with v; returns how many. The weights w of a segment change by
+// their damping, and along it by w 2 alpha (q - v) / d^2 at other points.
+HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
+                   const weight_jacobian_t *jacobian, change_t changes[CHANGES]) {
+  pair_t pairs[PAIRS];
+  const int count = pairs_of(map, i, pivot, point, pairs);
+  set_changes(map, i, point, jacobian, pairs, count, changes);
 #if SEGMENTS
   if (i >= map->params.count) {
     segment_pairs(map, i, pivot, point, 1, pairs);
-    for (int j = 0; j < PAIRS; ++j) {
+    for (int j = 0; j < SEGMENTS; ++j) {
       change_t *change = changes + count + j;
       change->q = pairs[j].q;
       change->u = pairs[j].u;
@@ -128,7 +157,7 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
       change->by_x = (vec){0, 0, 0};
 #endif
     }
-    return CHANGES;
+    return 2 * SEGMENTS;
   }
 #endif
   return count;

@@ -94,13 +94,21 @@ inline map_t step_of(const map_t *map, int k) {
 #endif
 
 #if !CUTS
+// Distances from regions are cached, as with cuts.
+#if REGIONS && LANES > 1
+#define CACHED 16
+#else
+#define CACHED 0
+#endif
 typedef struct {
   vec v;
 #if STEPS
   steps_done_t steps;
 #endif
+#if CACHED
+  real distance2[CACHED];
+#endif
 } evaluation_point_t;
-#define CACHED 0
 #endif
 
 // Sets the evaluation point v, from which cuts see.
@@ -127,17 +135,26 @@ inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)term_cou
 // The pivot: all sums at v are relative to it.
 typedef struct {
   integer k;  // nearest term
-  vec q;      // q_k, of a segment its point nearest to v
+  vec q;      // q_k, of a segment its point nearest to v, of a region its mean
   vec x;      // v - q_k
   vec u;      // p_k - q_k - mean displacement
   real c;     // its weight factor, 0 for a segment
   real d2;    // its damped squared distance
   real e2;    // squared distance of the second nearest
-  real r;     // (d_k / e)^(2 alpha), 1 for a segment
+  real r;     // (d_k / e)^(2 alpha), 1 for a segment or a region
 } pivot_t;
 
 inline __global const control_point_t *control_point_of(const map_t *map, int i) {
   return map->control_points + i;
+}
+
+// Whether term i is a rigid region: all its proxies.
+inline int is_region(const map_t *map, int i) {
+#if REGIONS
+  return i < map->params.region_count;
+#else
+  return 0;
+#endif
 }
 
 inline vec point_of(__global const control_point_t *at) {
@@ -179,8 +196,8 @@ inline vec cut_target(const map_t *map, int i) {
 #endif
   __global const control_point_t *at = control_point_of(map, i);
 #if REGIONS
-  if (at->region >= 0) {
-    __global const float *anchor = map->regions[at->region].anchor;
+  if (is_region(map, i)) {
+    __global const float *anchor = map->regions[i].anchor;
     return (vec){anchor[0], anchor[1], anchor[2]};
   }
 #endif
@@ -200,8 +217,8 @@ HOT real control_point_distance2(const map_t *map, int i, const evaluation_point
   __global const control_point_t *at = control_point_of(map, i);
   real d2;
 #if REGIONS
-  if (at->region >= 0)
-    d2 = distance_from_region(map->regions + at->region, map->images, point->v, 0).square;
+  if (is_region(map, i))
+    d2 = distance_from_region(map->regions + i, map->images, point->v, 0).square;
   else
 #endif
     d2 = straight_distance2(at, point->v, map->params.smoothing2);
@@ -209,16 +226,6 @@ HOT real control_point_distance2(const map_t *map, int i, const evaluation_point
   d2 = damped_distance2(&map->cuts, point, i, cut_target(map, i), d2, hides_any);
 #endif
   return d2;
-}
-
-// Whether control point i is a proxy of the same region as the one before, at the same distance.
-inline int is_next_proxy(const map_t *map, int i) {
-#if REGIONS
-  const int region = control_point_of(map, i)->region;
-  return i > 0 && region >= 0 && region == control_point_of(map, i - 1)->region;
-#else
-  return 0;
-#endif
 }
 
 #if SEGMENTS
@@ -255,12 +262,11 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
 
 inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real first = FLT_MAX, second = FLT_MAX;
-  real d2 = 0;
   integer k = 0, hides_any = 0;
   for (int i = 0; i < map->params.count; ++i) {
-    if (!is_next_proxy(map, i)) d2 = control_point_distance2(map, i, point, &hides_any);
+    const real d2 = control_point_distance2(map, i, point, &hides_any);
     integer nearer = d2 < first;
-    second = least(second, most(first, d2));
+    second = least(second, is_region(map, i) ? d2 : most(first, d2));
     first = least(first, d2);
     k = select(k, (integer)(i), nearer);
 #if CACHED
@@ -281,7 +287,7 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
     first = least(first, damped);
     k = select(k, (integer)(i), nearer);
     t = select(t, nearest.t, nearer);
-#if CACHED
+#if CUTS && CACHED
     if (i < CACHED) point->distance2[i] = damping;
 #endif
   }
@@ -324,7 +330,7 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   return pivot;
 }
 
-// Weight of a control point next to the others but k.
+// Weight of a control point next to the others but k; of a region that of all its proxies.
 HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
                                  const evaluation_point_t *point) {
   integer hides_any = 0;
@@ -356,9 +362,9 @@ inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point
   real d2 = straight_distance2(at, point->v, map->params.smoothing2);
   vec to = vec_sub(point_of(at), point->v);
 #if REGIONS
-  if (at->region >= 0) {
+  if (is_region(map, i)) {
     const region_distance_t distance =
-        distance_from_region(map->regions + at->region, map->images, point->v, 1);
+        distance_from_region(map->regions + i, map->images, point->v, 1);
     d2 = distance.square;
     to = vec_scale((real)(-1), distance.away);
   }

@@ -28,12 +28,39 @@ inline __global const float *values_at(const map_t *map, int i) {
   return map->kind_table + (long)(FUNCTIONS + i) * FUNCTIONS;
 }
 
+#define REGION_SIZE (4 * FUNCTIONS + GRAM_SIZE)
+
+#if REGIONS
+// The moments of the functions f over the proxies of a region, which follow the means in the table: f
+// at the mean of the proxies, the lower triangle of the means of f f^T, and the means of f (p - q)^T,
+// both about their means. Then, for double, what rounding has taken from them.
+inline __global const float *moments_of_region(const map_t *map, int i) {
+  return values_at(map, map->params.count + 1) + (long)i * 2 * REGION_SIZE;
+}
+#endif
+
+// The basis functions at the pivot k.
+inline __global const float *values_at_pivot(const map_t *map, int k) {
+#if REGIONS
+  if (is_region(map, k)) return moments_of_region(map, k);
+#endif
+  return values_at(map, min(k, map->params.count));
+}
+
 #if SEGMENTS
 // The basis functions less those at k, at a point q of a segment relative to k.
 inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real f[FUNCTIONS]) {
   real m[MONOMIALS];
   monomial_differences(q, vec_add(q, pivot->q), pivot->q, m);
   combine(map->kind_table, functions_of(map), m, f);
+}
+
+// The basis functions along a segment as powers of the share t of its length: coefficients of t, t^2,
+// ..., FUNCTIONS each, which follow the moments of regions in the table.
+inline __global const float *powers_along(const map_t *map, int i) {
+  const long regions = REGIONS ? (long)map->params.region_count * 2 * REGION_SIZE : 0;
+  return values_at(map, map->params.count + 1) + regions +
+         (long)(i - map->params.count) * (SEGMENTS - 1) * FUNCTIONS;
 }
 
 // The basis functions at k where it is on a segment; a pointer as in digit_loss.cl.
@@ -63,7 +90,10 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define displacement_at TYPED(displacement_at)
 #define add_values TYPED(add_values)
 #define add_group TYPED(add_group)
-#define add_segment_group TYPED(add_segment_group)
+#define add_segment TYPED(add_segment)
+#define region_moment TYPED(region_moment)
+#define add_region TYPED(add_region)
+#define region_influence TYPED(region_influence)
 #define add_sums TYPED(add_sums)
 #define add_control_points TYPED(add_control_points)
 #define sum_up TYPED(sum_up)

@@ -51,11 +51,11 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
 #if SEGMENTS
   if (i >= map->params.count) {
     // all at the mean, and the square deviation: the same as two points
-    const moments_t along = segment_moments(map, i, pivot, point, 0);
-    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f));
+    const moments_t along = segment_moments(map, i, pivot, point, 0, TOP);
+    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f)), t = along.center + mean;
     const real width = fma(-mean, along.m[1], along.m[2]);
-    add_pair(sums, along.m[0], vec_madd(mean, along.along_q, along.q),
-             vec_madd(mean, along.along_u, along.u));
+    add_pair(sums, along.m[0], vec_madd(t, along.along_q, along.q),
+             vec_madd(t, along.along_u, along.u));
     add_outer(&sums->c, vec_add(along.along_q, along.along_u), vec_scale(width, along.along_q));
 #if SIMILARITY
     sums->spread = fma(width, dot3(along.along_q, along.along_q), sums->spread);
@@ -63,9 +63,18 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
     return;
   }
 #endif
-  pair_t pairs[PAIRS];
-  pairs_of(map, i, pivot, point, pairs);
-  add_pair(sums, pairs->w, pairs->q, pairs->u);
+  pair_t pair;
+  set_pair(&pair, control_point_of(map, i), pivot);
+  const real w = control_point_weight(map, i, pivot, point);
+  add_pair(sums, w, pair.q, pair.u);
+#if REGIONS
+  if (!is_region(map, i)) return;
+  __global const region_t *region = map->regions + i;
+  for (int j = 0; j < 9; ++j) sums->c.a[j] = fma((real)(region->moments[j]), w, sums->c.a[j]);
+#if SIMILARITY
+  sums->spread = fma((real)(region->spread), w, sums->spread);
+#endif
+#endif
 }
 
 inline void add_sums(sums_t *total, const sums_t *part) {

@@ -101,30 +101,89 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
 }
 
 #if SEGMENTS
-// Adds the points of segments, as many as a group holds; from `first` to `stop`.
-inline void add_segment_group(const map_t *map, sums_t *sums, int first, int stop,
-                              const weighted_fit_t *fit) {
+// Adds segment i. The functions and p - q along it are sums of the polynomials of t that are
+// orthogonal for its weight; so their products are sums over these polynomials.
+HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
-  sum_t w[GROUP], f[GROUP][FUNCTIONS];
-  sum_vec u[GROUP];
-  for (int b = 0; b < GROUP / PAIRS; ++b) {
-    pair_t pairs[PAIRS];
-    pairs_of(map, min(first + b, stop - 1), &fit->pivot, &fit->point, pairs);
-    for (int i = 0; i < PAIRS; ++i) {
-      const int row = b * PAIRS + i;
-      real along[FUNCTIONS];
-      functions_along(map, &fit->pivot, pairs[i].q, along);
-      w[row] = first + b < stop ? TO_SUM(pairs[i].w) : (sum_t)(0);
-      u[row] = (sum_vec){TO_SUM(pairs[i].u.x), TO_SUM(pairs[i].u.y), TO_SUM(pairs[i].u.z)};
-      UNROLL for (int j = 0; j < functions; ++j) f[row][j] = TO_SUM(along[j]);
+  const moments_t along = segment_moments(map, i, &fit->pivot, &fit->point, 0, TOP);
+  const expansion_t expansion = expansion_of(along.m, along.center);
+  __global const float *powers = powers_along(map, i);
+  real at_nearest[FUNCTIONS];
+  functions_along(map, &fit->pivot, along.q, at_nearest);
+  const vec middle = vec_madd(expansion.by[1][0], along.along_u, along.u);
+  const vec change = vec_scale(expansion.by[1][1], along.along_u);
+  const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
+  const sum_vec du = {TO_SUM(change.x), TO_SUM(change.y), TO_SUM(change.z)};
+  sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(expansion.norm[k]);
+  sums->weight += w[0];
+  sums->u = sum_madd(w[0], u, sums->u);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    real c[SEGMENTS];  // of the powers of t about the nearest point
+    c[0] = at_nearest[j];
+    UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[(k - 1) * FUNCTIONS + j];
+    UNROLL_MOMENTS for (int k = 0; k + 1 < SEGMENTS; ++k)
+      UNROLL_MOMENTS for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
+    sum_t wf[SEGMENTS];
+    UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+      real sum = expansion.by[k][k] * c[k];
+      UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(expansion.by[l][k], c[l], sum);
+      f[k][j] = TO_SUM(sum);
+      wf[k] = w[k] * f[k][j];
+    }
+    sums->f[j] += wf[0];
+    sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
+    UNROLL for (int l = 0; l <= j; ++l) {
+      sum_t product = sums->gram[AT(j, l)];
+      UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) product = fma(wf[k], f[k][l], product);
+      sums->gram[AT(j, l)] = product;
     }
   }
-  for (int row = GROUP / PAIRS * PAIRS; row < GROUP; ++row) {
-    w[row] = 0;
-    u[row] = (sum_vec){0, 0, 0};
-    UNROLL for (int j = 0; j < functions; ++j) f[row][j] = 0;
+}
+#endif
+
+#if REGIONS
+// A value of `moments_of_region`.
+inline SUM region_moment(__global const float *moments, int j) {
+  return sizeof(SUM) == sizeof(float) ? moments[j] : (SUM)(moments[j]) + moments[REGION_SIZE + j];
+}
+
+// Adds all proxies of region i.
+HOT void add_region(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
+  const int functions = functions_of(map);
+  __global const float *values = values_at(map, i), *gram = moments_of_region(map, i) + FUNCTIONS;
+  const sum_t w = TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point));
+  const sum_vec u = displacement_at(map, i, &fit->pivot);
+  sum_t f[FUNCTIONS];
+  UNROLL for (int j = 0; j < functions; ++j) f[j] = TO_SUM(values[j] - fit->f_k[j]);
+  sums->weight += w;
+  sums->u = sum_madd(w, u, sums->u);
+  UNROLL for (int j = 0; j < functions; ++j) {
+    __global const float *along = gram + GRAM_SIZE + 3 * j;
+    const sum_vec uf = {region_moment(along, 0), region_moment(along, 1), region_moment(along, 2)};
+    const sum_t wf = w * f[j];
+    sums->f[j] += wf;
+    sums->uf[j] = sum_madd(w, uf, sum_madd(wf, u, sums->uf[j]));
+    UNROLL for (int l = 0; l <= j; ++l)
+      sums->gram[AT(j, l)] = fma(w, (sum_t)(region_moment(gram, AT(j, l))),
+                                 fma(wf, f[l], sums->gram[AT(j, l)]));
   }
-  add_values(map, sums, w, u, f);
+}
+
+// What the proxies of region i add to the mean of influence times residual over them.
+inline sum_vec region_influence(const map_t *map, int i, const sum_t t[FUNCTIONS],
+                                const sum_vec c[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  __global const float *gram = moments_of_region(map, i) + FUNCTIONS;
+  sum_vec sum = {0, 0, 0};
+  UNROLL for (int j = 0; j < functions; ++j) {
+    __global const float *along = gram + GRAM_SIZE + 3 * j;
+    sum_vec residual = {region_moment(along, 0), region_moment(along, 1), region_moment(along, 2)};
+    UNROLL for (int l = 0; l < functions; ++l)
+      residual = sum_madd(-(sum_t)(region_moment(gram, j < l ? AT(l, j) : AT(j, l))), c[l], residual);
+    sum = sum_madd(t[j], residual, sum);
+  }
+  return sum;
 }
 #endif
 
@@ -147,8 +206,11 @@ inline void add_control_points(const map_t *map, sums_t *sums, int first, int st
 inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
   clear_sums(map, sums);
   // sums in double need no blocks
-  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
+  int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map), first = 0;
+#if REGIONS
+  for (; first < map->params.region_count; ++first) add_region(map, sums, first, fit);
+#endif
+  for (int start = first; start < map->params.count; start += block) {
     sums_t part;
     clear_sums(map, &part);
     add_control_points(map, &part, start, min(start + block, map->params.count), fit);
@@ -157,8 +219,7 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
 #if SEGMENTS
   sums_t along;
   clear_sums(map, &along);
-  for (int i = map->params.count; i < term_count(map); i += GROUP / PAIRS)
-    add_segment_group(map, &along, i, term_count(map), fit);
+  for (int i = map->params.count; i < term_count(map); ++i) add_segment(map, &along, i, fit);
   add_sums(map, sums, &along);
 #endif
 }
@@ -194,7 +255,7 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   for (int l = 0; l < LANES; ++l) {
-    __global const float *nearest = values_at(map, min(LANE_INT(pivot->k, l), map->params.count));
+    __global const float *nearest = values_at_pivot(map, LANE_INT(pivot->k, l));
     UNROLL for (int j = 0; j < functions; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
 #if SEGMENTS
@@ -258,7 +319,9 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   }
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
-    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+    const int count = is_region(map, i)
+                          ? change_of(map, i, pivot, &fit->point, &jacobian, changes)
+                          : changes_of(map, i, pivot, &fit->point, &jacobian, changes);
     for (int b = 0; b < count; ++b) {
       const vec u = changes[b].u;
       real values[FUNCTIONS];
@@ -276,7 +339,11 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
         influence = fma(t[j], f, influence);
         residual = sum_madd(-f, c[j], residual);
       }
-      add_influence(&jacobian, changes + b, rounded(sum_scale(influence, residual)));
+      residual = sum_scale(influence, residual);
+#if REGIONS
+      if (is_region(map, i)) residual = sum_add(residual, region_influence(map, i, t, c));
+#endif
+      add_influence(&jacobian, changes + b, rounded(residual));
     }
   }
   return jacobian;

@@ -5,8 +5,8 @@
 // line and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
 // point nearest to v, so that nothing cancels on the curve.
 
-// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. They have the moments up to TOP,
-// which the sums of the fit need.
+// Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. The sums of the fit need the
+// moments up to TOP, those of slopes one more.
 #if SEGMENTS == 2
 #define TOP 2
 #define MOMENTS 4
@@ -14,7 +14,7 @@
 #define TOP 4
 #define MOMENTS 6
 #else
-#define TOP 7
+#define TOP 6
 #define MOMENTS 8
 #endif
 // Distance of v from the middle, in lengths, from which on the integrals are Gauss-Legendre sums: their
@@ -24,7 +24,7 @@
 #define LEGENDRE_COUNT(n) 3
 #else
 #define FAR_SEGMENT 1.25f
-#define LEGENDRE_COUNT(n) ((n) + 6)
+#define LEGENDRE_COUNT(n) ((n) + 5)
 #endif
 // Distance from a curve, local units, that counts as on it.
 #define ON_CURVE 1e-6f
@@ -57,14 +57,12 @@ HOT real whole_power(real x, int n) {
   return n == 1 ? x : n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
 }
 
-// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. Also the smaller of |x|
-// and y over the larger, and 1 / the larger.
-HOT real half_turn(real x, real y, real *ratio, real *per_larger) {
-  const real size = fabs(x);
+// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. `per_larger` is 1 over
+// the larger of |x| and y. Also s, the square of the smaller over the larger, and A of arctan(r) = r
+// + A s r.
+HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of) {
+  const real size = fabs(x), ratio = least(size, y) * per_larger, s = ratio * ratio;
   const integer steep = size < y;
-  *per_larger = 1 / most(size, y);
-  *ratio = least(size, y) * *per_larger;
-  const real s = *ratio * *ratio;
   real series = 0.00284989f;
   series = fma(series, s, (real)(-0.01606862f));
   series = fma(series, s, (real)(0.0426915f));
@@ -73,23 +71,23 @@ HOT real half_turn(real x, real y, real *ratio, real *per_larger) {
   series = fma(series, s, (real)(-0.14203644f));
   series = fma(series, s, (real)(0.19992619f));
   series = fma(series, s, (real)(-0.33333073f));
-  real angle = fma(series * s, *ratio, *ratio);
+  *s_of = s;
+  *series_of = series;
+  real angle = fma(series * s, ratio, ratio);
   angle = select(angle, 1.57079633f - angle, steep);
   return select(angle, 3.14159265f - angle, x < 0);
 }
 
-// The functions G of `widths`, which are smooth where the closed forms cancel: relative error 1e-7 for
-// 0 <= y <= 1/4.
+// The functions G of `near_integrals`, which are smooth where the closed forms cancel: relative error
+// 1e-7 for 0 <= y <= 1/4.
 HOT real end_series(real y, int n) {
-  const float c2[7] = {0.20741026f,  -0.38642445f, 0.4427476f, -0.44345606f,
-                       0.42853117f, -0.39999938f, 0.33333333f};
   const float c3[7] = {0.65130621f,  -1.11605469f, 1.10936832f, -0.90534719f,
                        0.66651256f, -0.428569f,   0.2f};
   const float c4[7] = {1.55386942f,  -2.48969745f, 2.20769056f, -1.52783631f,
                        0.90864884f, -0.44443736f, 0.14285712f};
   real sum = 0;
   UNROLL_MOMENTS for (int i = 0; i < 7; ++i)
-    sum = fma(sum, y, (real)(n == 2 ? c2[i] : n == 3 ? c3[i] : c4[i]));
+    sum = fma(sum, y, (real)(n == 3 ? c3[i] : c4[i]));
   return sum;
 }
 
@@ -98,40 +96,41 @@ HOT real end_series(real y, int n) {
 // which v sees the segment over a. By n, k = 0 follows from
 //   2 n a^2 K(n + 1) = high / (high^2 + a^2)^n - low / (low^2 + a^2)^n + (2 n - 1) K(n),
 // which cancels beyond the ends of the segment, where P > 0; there, with y = a^2 / P^2 and D = P^2 + a^2,
-//   K(2) = 1 / D + G(y) / P^3, K(3) = (1 + P) / D^2 + G(y) / P^5 and
-//   K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
+//   K(2) = 1 / D + (1 / D + A / P^2) / (2 P) with A of `half_turn`,
+//   K(3) = (1 + P) / D^2 + G(y) / P^5 and K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
 HOT void near_integrals(real foot, real a2, int n, int top, real f[MOMENTS]) {
   const real low = -foot, high = 1 - foot, both = low + high;
   const real low2 = fma(low, low, a2), high2 = fma(high, high, a2);
-  const real p = fma(low, high, a2), per_a = rsqrt(a2);
-  real ratio, per_larger;
-  const real angle = half_turn(p, a2 * per_a, &ratio, &per_larger);
+  const real p = fma(low, high, a2), per_a = rsqrt(a2), a = a2 * per_a;
+  // one division for 1 / D and 1 / the larger of |P| and a
+  const real d = low2 * high2, larger = most(fabs(p), a), per_both = 1 / (d * larger);
+  const real per_d = per_both * larger, per_larger = per_both * d;
+  real y, series;
+  const real angle = half_turn(p, a, per_larger, &y, &series);
   real k[5], odd[5];  // f[0] and f[1] by n
   k[0] = 1;
   odd[0] = 0.5f * both;
   k[1] = angle * per_a;
   if (n == 1 || top > 2) odd[1] = 0.34657359f * fast_log2(high2 / low2);
   if (n > 1) {
-    const real y = ratio * ratio;
-    const real per_d = per_larger * per_larger / (1 + y);  // 1 / (low2 high2)
     const real half_a2 = 0.5f * per_a * per_a;
-    const integer beyond = (p > 0) & (y < 0.25f) & (p * p > a2);
-    const real cube = per_larger * per_larger * per_larger;
+    const integer ahead = p > a, beyond = ahead & (y < 0.25f);
+    const real square = per_larger * per_larger, cube = square * per_larger;
     const real direct = half_a2 * fma(2 * a2 - p, per_d, k[1]);
-    k[2] = select(direct, fma(end_series(y, 2), cube, per_d), beyond);
+    k[2] = select(direct, fma(0.5f * per_larger, fma(series, square, per_d), per_d), ahead);
     odd[2] = 0.5f * both * per_d;
     if (n > 2) {
       const real change = per_d * per_d * fma(a2, 1 + 4 * p, -p * fma((real)(3), p, (real)(1)));
-      const real direct = 0.5f * half_a2 * fma((real)(3), k[2], change);
-      const real fifth = cube * per_larger * per_larger;
-      const real series = fma(end_series(y, 3), fifth, (1 + p) * per_d * per_d);
-      k[3] = select(direct, series, beyond);
+      const real by_k2 = 0.5f * half_a2 * fma((real)(3), k[2], change);
+      const real fifth = cube * square;
+      const real by_series = fma(end_series(y, 3), fifth, (1 + p) * per_d * per_d);
+      k[3] = select(by_k2, by_series, beyond);
       odd[3] = 0.25f * both * (low2 + high2) * per_d * per_d;
       if (n > 3) {
         const real cubed = per_d * per_d * per_d;
         const real change = cubed * (high * low2 * low2 * low2 - low * high2 * high2 * high2);
         const real direct = 0.33333333f * half_a2 * fma((real)(5), k[3], change);
-        const real series = fma(end_series(y, 4), fifth * per_larger * per_larger,
+        const real series = fma(end_series(y, 4), fifth * square,
                                 fma(1 + p, 1 + p, -0.33333333f * a2) * cubed);
         k[4] = select(direct, series, beyond);
         odd[4] = 0.16666667f * both * cubed *
@@ -195,11 +194,11 @@ __constant float LEGENDRE_WEIGHTS[9][10] = {
     {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
      0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
 
-// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of the
-// weights (e2 / d^2)^alpha / d^2. They are about a share of the length, which is returned relative to
-// the nearest point: that point, or far away the middle.
+// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of
+// the weights (e2 / d^2)^alpha / d^2; times c. They are about a share of the length, which is
+// returned relative to the nearest point: that point, or far away the middle.
 HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
-                    int slopes, int top, real m[MOMENTS]) {
+                    int slopes, int top, real c, real m[MOMENTS]) {
   const int n = INTEGER_ALPHA + slopes;
   const real density = at->density, ratio = e2 * density;
   const real width2 = density * (nearest->off2 + smoothing2), middle = nearest->foot - 0.5f;
@@ -212,7 +211,7 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
     // about the nearest point instead of the foot
     UNROLL_MOMENTS for (int i = 1; i <= top; ++i)
       UNROLL_MOMENTS for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
-    real scale = whole_power(ratio, INTEGER_ALPHA);
+    real scale = c * whole_power(ratio, INTEGER_ALPHA);
     if (slopes) scale *= density;
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= scale;
   }
@@ -220,9 +219,10 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
     real sums[MOMENTS];
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
     UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
-      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot, per_d2 = 1 / fma(t, t, width2);
+      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot;
+      const real per_d2 = 1 / fma(t, t, width2);
       real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 2][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
-      if (slopes) w *= density * per_d2;
+      w *= slopes ? c * density * per_d2 : c;
       UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
         sums[j] += w;
         w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - 0.5f;
@@ -282,9 +282,11 @@ typedef struct {
   real a[SEGMENTS], b[SEGMENTS], norm[SEGMENTS];
 } recurrence_t;
 
-HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
+// From the moments up to `top`; the last a[k] only from those up to 2 SEGMENTS - 1.
+HOT recurrence_t recurrence_of(const real m[MOMENTS], const int top, real mean, real sigma) {
   real c[2 * SEGMENTS];
-  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] / most(m[0], (real)(1e-30f));
+  const real per_total = 1 / most(m[0], (real)(1e-30f));
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = i <= top ? m[i] * per_total : (real)(0);
   UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
     UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
   const real per_sigma = 1 / sigma;
@@ -377,7 +379,7 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
 #endif
   real sigma, zeros[SEGMENTS];
   const real mean = mean_of(m, &sigma);
-  const recurrence_t r = recurrence_of(m, mean, sigma);
+  const recurrence_t r = recurrence_of(m, 2 * SEGMENTS - 1, mean, sigma);
   real reach = 0;  // all zeros are within
   UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
     reach = most(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
@@ -399,3 +401,36 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   return rule;
 }
 #endif
+
+// The powers of t, relative to the nearest point, by the polynomials p[k] that are orthogonal for the
+// weight of a segment: t^j is the sum of by[j][k] p[k]. `norm` are the square norms of p[k].
+typedef struct {
+  real by[SEGMENTS][SEGMENTS], norm[SEGMENTS];
+} expansion_t;
+
+HOT expansion_t expansion_of(const real m[MOMENTS], real center) {
+  expansion_t result;
+#if SEGMENTS == 2
+  const real mean = m[1] / most(m[0], (real)(1e-30f)), sigma = 1, start = center + mean;
+  const real a[2] = {0, 0}, b[2] = {0, 0};
+  result.norm[1] = most(fma(-mean, m[1], m[2]), (real)(0));
+#else
+  real sigma;
+  const real mean = mean_of(m, &sigma), start = center + mean;
+  const recurrence_t r = recurrence_of(m, TOP, mean, sigma);
+  const real *a = r.a, *b = r.b;
+  UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) result.norm[k] = m[0] * r.norm[k];
+#endif
+  result.norm[0] = m[0];
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) result.by[0][k] = k == 0;
+  // t p[k] = sigma p[k+1] + (start + sigma a[k]) p[k] + sigma b[k] p[k-1]
+  UNROLL_MOMENTS for (int j = 1; j < SEGMENTS; ++j)
+    UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+      real next = 0;
+      if (k > 0) next = sigma * result.by[j - 1][k - 1];
+      if (k < j) next = fma(fma(sigma, a[k], start), result.by[j - 1][k], next);
+      if (k + 1 < j) next = fma(sigma * b[k + 1], result.by[j - 1][k + 1], next);
+      result.by[j][k] = next;
+    }
+  return result;
+}

@@ -99,6 +99,36 @@ class HandleSet:
         return rest if self.rest_anchors is None else self.rest_anchors, deformed
 
     @property
+    def term_count(self) -> int:
+        """Number of regions and points."""
+        return len(self.regions) + int((self.region < 0).sum())
+
+    @property
+    def proxy_count(self) -> int:
+        """The largest number of proxies of a region; 0 without regions."""
+        return int(np.bincount(self.region[self.region >= 0], minlength=1).max())
+
+    @property
+    def term_anchors(self) -> tuple[np.ndarray, np.ndarray]:
+        """The `anchors`, with one row for each region."""
+        rows = np.ones(len(self) + len(self.segments), bool)
+        rows[1 : len(self)] = (self.region[1:] < 0) | (np.diff(self.region) != 0)
+        rest, deformed = self.anchors
+        return rest[rows], deformed[rows]
+
+    def means(self, values: np.ndarray) -> np.ndarray:
+        """Weighted means (terms, k) of `values` (n, k) of regions, then the values of points."""
+        regions = [self._mean(values, self.region == i) for i in range(len(self.regions))]
+        return np.concatenate([np.reshape(regions, (-1, values.shape[1])), values[self.region < 0]])
+
+    def centered(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Values at some `rows` less their weighted mean."""
+        return values[rows] - self._mean(values, rows)
+
+    def _mean(self, values, rows):
+        return np.average(values[rows], axis=0, weights=self.weights[rows])
+
+    @property
     def swapped(self) -> HandleSet:
         """The set with rest and deformed swapped."""
         return HandleSet(

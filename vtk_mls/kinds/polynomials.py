@@ -57,17 +57,25 @@ class Polynomial(Kind):
         return {"rank": len(control_points.determined)}
 
     def table(self, control_points):
-        """Rows of coefficients of the functions, of their values at each control point, and means.
+        """Rows of coefficients of the functions, of their values at each term, and means.
 
-        The means are subtracted from the values.
+        The means are subtracted from the values. Then moments of regions, and powers along
+        segments: `moments_of_region` and `powers_along` in fit_polynomial.cl.
         """
         basis, count = control_points.determined, MONOMIAL_COUNT[self.degree]
-        mean, n = basis.values.mean(axis=0), len(control_points)
-        table = np.zeros((count + n + 1, count), np.float32)
+        handles, mean = control_points.handles, basis.values.mean(axis=0)
+        n, terms = len(control_points), handles.term_count
+        table = np.zeros((count + terms + 1, count), np.float32)
         table[: len(basis)] = basis.coefficients
-        table[count:-1, : len(basis)] = basis.values[:n] - mean
+        table[count:-1, : len(basis)] = handles.means(basis.values[:n] - mean)
         table[-1, : len(basis)] = mean
-        return table
+        at_means = basis(control_points.local(handles.means(control_points.deformed))) - mean
+        moments = [
+            _region_moments(control_points, np.flatnonzero(handles.region == i), at_means[i])
+            for i in range(len(handles.regions))
+        ]
+        powers = _powers_along(control_points, self.degree).ravel()
+        return np.concatenate([table.ravel(), *moments, powers], dtype=np.float32)
 
 
 class Affine(Polynomial):
@@ -159,6 +167,38 @@ def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
         lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
         gradients.append(exponents[:, axis] * np.prod(x[:, None, :] ** lowered, axis=2))
     return np.stack(gradients, axis=2)
+
+
+def _region_moments(control_points, proxies, at_mean):
+    """The functions at the mean of `proxies` (k,), and moments of functions and p - q, twice.
+
+    The second half is what rounding to float32 takes from the first.
+    """
+    handles, values = control_points.handles, control_points.determined.values
+    count, functions = values.shape[1], MONOMIAL_COUNT[control_points.kind.degree]
+    f = handles.centered(values, proxies)
+    u = handles.centered(control_points.rest - control_points.deformed, proxies)
+    weighted = f * (handles.weights[proxies] / handles.weights[proxies].sum())[:, None]
+    result = np.zeros(functions + functions * (functions + 1) // 2 + 3 * functions)
+    result[:count] = at_mean
+    rows, columns = np.tril_indices(count)
+    result[functions:][: len(rows)] = (weighted.T @ f)[rows, columns]
+    result[-3 * functions :][: 3 * count] = (weighted.T @ u / control_points.scale).ravel()
+    rounded = result.astype(np.float32)
+    return np.concatenate([rounded, result - rounded])
+
+
+def _powers_along(control_points, degree):
+    """Coefficients (s, degree, monomials) of t, t^2, ... of the functions along segments."""
+    basis, ends = control_points.determined, control_points.handles.segments.deformed
+    powers = np.zeros((len(ends), degree, MONOMIAL_COUNT[degree]))
+    if len(ends) > 0:
+        t = np.linspace(0, 1, degree + 1)
+        along = ends[:, :1] + t[:, None] * (ends[:, 1:] - ends[:, :1])
+        values = basis(control_points.local(along.reshape(-1, 3)))
+        values = values.reshape(len(ends), degree + 1, len(basis))
+        powers[:, :, : len(basis)] = np.linalg.solve(np.vander(t, increasing=True), values)[:, 1:]
+    return powers
 
 
 def _multinomial(exponents) -> float:

@@ -17,11 +17,12 @@ def _struct(members):
 
 _TRANSFORM = ("f4", 12)
 
-CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3), ("region", "i4")])
+CONTROL_POINT = _struct([("q", "f4", 3), ("c", "f4"), ("u", "f4", 3)])
 REGION = _struct(
     [
         *[("end", "f4", 3), ("along", "f4", 3), ("radius", "f4"), ("anchor", "f4", 3)],
         *[("step", "f4"), ("to_index", *_TRANSFORM), ("size", "i4", 3), ("first", "i4")],
+        *[("first_proxy", "i4"), ("proxy_count", "i4"), ("moments", "f4", 9), ("spread", "f4")],
     ]
 )
 SEGMENT = _struct(
@@ -41,6 +42,7 @@ MAP_PARAMS = _struct(
     [
         *[
             ("count", "i4"),
+            ("region_count", "i4"),
             ("segment_count", "i4"),
             ("limit_count", "i4"),
             ("step_count", "i4"),
@@ -168,12 +170,17 @@ def filled(dtype, **values):
 
 
 def control_points(points):
-    """The table of `ControlPoints`: (n,) CONTROL_POINT."""
-    table = np.zeros(len(points), CONTROL_POINT)
-    table["q"] = points.local(points.deformed)
-    table["c"] = points.weights / mean_weight(points)
-    table["u"] = (points.rest - points.deformed - points.mean_displacement) / points.scale
-    table["region"] = points.handles.region
+    """The table of `ControlPoints`: means of regions, points, then proxies: (n,) CONTROL_POINT."""
+    handles = points.handles
+    q = points.local(points.deformed)
+    u = (points.rest - points.deformed - points.mean_displacement) / points.scale
+    proxies = handles.region >= 0
+    table = np.zeros(handles.term_count + proxies.sum(), CONTROL_POINT)
+    for name, values in (("q", q), ("u", u)):
+        table[name] = np.concatenate([handles.means(values), values[proxies]])
+    totals = np.bincount(handles.region[proxies], points.weights[proxies])
+    table["c"] = np.concatenate([totals, points.weights[~proxies], points.weights[proxies]])
+    table["c"] /= mean_weight(points)
     return table
 
 

@@ -101,7 +101,8 @@ class Launcher:
         handles, tables = control_points.handles, self._handle_tables(deformation, control_points)
         params = kernel_arguments.filled(
             kernel_arguments.MAP_PARAMS,
-            count=len(control_points),
+            count=handles.term_count,
+            region_count=len(handles.regions),
             segment_count=len(handles.segments),
             limit_count=len(deformation.limits),
             step_count=len(steps),
@@ -112,7 +113,7 @@ class Launcher:
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
-            ("REGIONS", int(bool(handles.regions))),
+            ("REGIONS", handles.proxy_count),
             ("SEGMENTS", kind.segment_points if len(handles.segments) else 0),
             ("LIMITS", int(bool(deformation.limits))),
             ("STEPS", int(len(steps) > 1)),

@@ -50,8 +50,8 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
 def cut_anchors(deformation, control_points):
     """Where cuts see the handles, (n, 3) each: once, or in each step if they stay."""
     if deformation.in_rest_frame:
-        return [control_points.handles.anchors[0]]
-    return [step.handles.anchors[1] for step in control_points.steps(deformation.steps_used)]
+        return [control_points.handles.term_anchors[0]]
+    return [step.handles.term_anchors[1] for step in control_points.steps(deformation.steps_used)]
 
 
 def _local_affine(control_points):

@@ -38,9 +38,16 @@ def region_table(control_points, in_rest_frame, images):
     regions = control_points.handles.regions
     table = np.zeros(len(regions), REGION)
     scale = control_points.scale
-    anchors = control_points.local(control_points.handles.anchors[0 if in_rest_frame else 1])
+    handles = control_points.handles
+    anchors = control_points.local(handles.term_anchors[0 if in_rest_frame else 1])
     for i, (row, region) in enumerate(zip(table, regions)):
-        row["anchor"] = anchors[np.flatnonzero(control_points.handles.region == i)[0]]
+        row["anchor"] = anchors[i]
+        proxies = np.flatnonzero(handles.region == i)
+        row["first_proxy"], row["proxy_count"] = proxies[0], len(proxies)
+        p, q = (handles.centered(x, proxies) / scale for x in (handles.rest, handles.deformed))
+        share = handles.weights[proxies] / handles.weights[proxies].sum()
+        row["moments"] = np.einsum("i,ia,ib->ab", share, p, q).ravel()
+        row["spread"] = np.einsum("i,ia,ia->", share, q, q)
         turn, offset = region.to_shape
         image = region.shape.image
         if image is None:
