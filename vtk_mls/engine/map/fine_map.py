@@ -1,0 +1,186 @@
+"""A finer map in cells where the coarse one is inaccurate: fine_map.cl."""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+import pyopencl as cl
+
+from vtk_mls.base.grid import Grid
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.kernel_arguments import COARSE_STEP, FINE_STEP
+from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles, spread
+
+_RATIO = COARSE_STEP // FINE_STEP
+_PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
+_MIN_STEPS = 8  # of a deformation, from which on maps are so dear that the finer one pays off
+_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
+
+
+class Checked(NamedTuple):
+    """The cells of a coarse map that are checked, for a grid.
+
+    Attributes
+    ----------
+    box, grid_box, every : Box
+        Those checked, those of the grid, and those of the whole grid.
+    nodes : dict
+        Members of a COARSE: `first_node`, `nodes`.
+    node_planes, middles : Buffer
+        The map at nodes, and in the middles of the cells checked.
+    check : CHECK
+    """
+
+    box: Box
+    grid_box: Box
+    every: Box
+    nodes: dict
+    node_planes: cl.Buffer
+    middles: cl.Buffer
+    check: np.ndarray
+
+
+class FineMap:
+    """The map of a region at nodes twice as dense as those of a CoarseMap, where it is inaccurate.
+
+    Cells that are inaccurate here, too, are computed exactly. Nodes that the coarse map has, or
+    interpolates accurately, are not evaluated again.
+
+    Parameters
+    ----------
+    map_ : RegionMap
+    """
+
+    # The kernel that interpolates the outputs of another one.
+    KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
+    # Cells around a grid that the coarse map checks, so that parts find the same nodes: three away
+    # from a cell of the grid are nodes that may be interpolated, if none beside those is inaccurate.
+    MARGIN = 4
+
+    def __init__(self, map_):
+        self.map = map_
+
+    @staticmethod
+    def pays_off(deformation):
+        """Whether points of the map take much longer than interpolation."""
+        return deformation.steps_used >= _MIN_STEPS
+
+    def find(self, grid, coarse, far, separated):
+        """Find the nodes and cells of a grid.
+
+        Parameters
+        ----------
+        grid : Grid
+        coarse : Checked
+        far, separated : arrays (nz, ny, nx) of bool
+            Which of the checked cells are inaccurate, and which of these are computed exactly.
+        """
+        box, every = coarse.grid_box, coarse.every
+        refined_box = box.widened(1, 1).within(every)
+        refined = (far & ~separated)[coarse.box.rows(refined_box)]
+        self._find_nodes(grid, coarse, far, refined_box, refined)
+        fine_box, fine = refined_box.scaled(_RATIO), _doubled(refined)
+        off = np.zeros(fine_box.shape, bool)
+        off[fine] = self._check(grid, coarse, ListedCells(self.map.memory, fine_box, fine, **self._nodes))
+        own = box.scaled(_RATIO)
+        rows = fine_box.rows(own)
+        off = beside(off)[rows] | near_handles(self.map, grid.whole, own, FINE_STEP)
+        self._between = ListedCells(self.map.memory, own, fine[rows] & ~off, **self._nodes)
+        self._exact = ListedCells(self.map.memory, own, fine[rows] & off)
+
+    def launch(self, name, grid, part, layers, points, *arguments):
+        """Launch a kernel for the points `part` of a grid, in the `layers` of coarse cells.
+
+        It computes those of inaccurate cells; another kernel interpolates those of the others.
+        """
+        layers = slice(_RATIO * layers.start, _RATIO * layers.stop)
+        for record in self._between.records(layers):
+            self._launch(
+                *(self.KERNELS[name], grid, record, points, record, self._between.buffer),
+                *(self._planes, *arguments),
+            )
+        for record in self._exact.records(layers):
+            items = self.map.grid_items(grid, part, record, self._exact.buffer)
+            self._launch(name, grid, record, points, *items, *arguments)
+
+    def _launch(self, name, grid, record, *arguments):
+        count = int(record["listed"]) * _PLACES
+        self.map.launch(name, (grid.whole, False), count, *arguments, constants=_CONSTANTS)
+
+    def _find_nodes(self, grid, coarse, far, refined_box, refined):
+        """Find the nodes that interpolate in `refined` cells of a box."""
+        map_, every = self.map, coarse.every
+        box = refined_box.widened(1, 2)  # of cells that have such nodes
+        inside = box.within(every)
+        evaluated, known = np.ones(box.shape, bool), np.zeros(box.shape, bool)
+        evaluated[box.rows(inside)] = far[coarse.box.rows(inside)]
+        known[box.rows(inside)] = True
+        used, nodes = _used_nodes(np.pad(refined, [(1, 2)] * 3)), np.zeros(box.scaled(2).shape, bool)
+        for place, cells in used.items():
+            is_exact = known & (sum(place) in (0, 3))  # at coarse nodes, and in middles
+            nodes[tuple(slice(k, None, 2) for k in place)] = cells & evaluated & ~is_exact
+        box = box.scaled(_RATIO)
+        self._nodes = {"first_node": box.first, "nodes": box.cells}
+        planes = 4 if map_.deformation.cuts else 3
+        size = 4 * (planes * int(np.prod(box.cells)) + _SPARE)
+        self._planes = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, size)
+        listed = np.zeros(coarse.box.shape, bool)
+        rows = coarse.box.rows(inside)
+        listed[rows] = np.logical_or.reduce(list(used.values()))[known].reshape(inside.shape)
+        listed = ListedCells(map_.memory, coarse.box, listed, **coarse.nodes)
+        if len(listed.numbers) == 0:
+            return
+        map_.launch(
+            *("fine_node", (None, False), len(listed.numbers) * _PLACES),
+            *(listed.record(slice(0, len(listed.numbers))), listed.buffer, coarse.node_planes),
+            *(coarse.middles, box.record(**self._nodes), self._planes),
+        )
+        self._evaluate(grid.whole, box, np.flatnonzero(nodes))
+
+    def _evaluate(self, whole, box, numbers):
+        """Evaluate the map at nodes of a box, by their `numbers` (n,) in it."""
+        map_, start = self.map, -_RATIO * FINE_STEP  # one coarse cell before the first point
+        first = box.first + _RATIO
+        nodes = Grid(
+            first + box.cells, whole.at([[start] * 3])[0], FINE_STEP * whole.spacing, whole.direction
+        ).part(first, box.cells)
+        for part in map_.launcher.slabs(len(numbers), map_.deformation, 8):
+            listed = numbers[part]
+            points = kernel_arguments.grid_points(nodes, slice(0, len(listed)), map_.control_points)
+            with map_.memory.input_buffer(listed) as buffer:
+                map_.launch(
+                    *("node_displacement", (None, False), len(listed), points),
+                    *(np.int64(nodes.size), buffer, self._planes),
+                )
+
+    def _check(self, grid, coarse, listed):
+        """Which of listed fine cells are inaccurate in the middle: (n,) bool."""
+        count = len(listed.numbers)
+        flags = np.empty(count, np.uint8)
+        points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
+        for part in self.map.launcher.slabs(count, self.map.deformation, 1):
+            record = listed.record(part)
+            with self.map.memory.output_buffer(flags[part]) as out:
+                self.map.launch(
+                    *("fine_check", (grid.whole, False), part.stop - part.start, points, record),
+                    *(listed.buffer, self._planes, coarse.check, out),
+                )
+        return (flags & kernel_arguments.INACCURATE).astype(bool)
+
+
+def _used_nodes(refined):
+    """Which fine nodes interpolate in `refined` cells, by their place (z, y, x) in a cell."""
+    ranges = (-1, 3), (-1, 2)  # a cell uses fine nodes from two before its first to four after it
+    return {
+        place: spread(refined, [ranges[k] for k in place])
+        for place in itertools.product((0, 1), repeat=3)
+    }
+
+
+def _doubled(cells):
+    for axis in range(3):
+        cells = cells.repeat(_RATIO, axis)
+    return cells
