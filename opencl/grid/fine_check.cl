@@ -3,17 +3,6 @@
 #include "coarse_map.cl"
 #include "fine_map.cl"
 
-// A plane of nodes, interpolated in the middle of a cell.
-inline float in_middle(__global const float *from, long along, long deep) {
-  __constant const float *weight = tap_weight[COARSE_STEP / 2];
-  float8 sum = 0;  // of rows along x, with two numbers more than needed
-  for (int c = 0; c < TAPS; ++c)
-    for (int b = 0; b < TAPS; ++b)
-      sum = fma((float8)(weight[b] * weight[c]), vload8(0, from + b * along + c * deep), sum);
-  return weight[0] * (sum.s0 + sum.s5) + weight[1] * (sum.s1 + sum.s4) +
-         weight[2] * (sum.s2 + sum.s3);
-}
-
 // Compares the map in the middles of listed fine cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void fine_check(
     const map_params_t map_params, __global const control_point_t *restrict control_points,
@@ -33,14 +22,13 @@ __kernel EXPLICIT_VECTORS void fine_check(
   real between[PLANES], exact[PLANES], error[PLANES];
   integer x, y, z;  // of the middles, points of the grid
   for (int l = 0; l < LANES; ++l) {
-    const long entry = min(first + l, fine.listed - 1);
-    const int3 corner = cell_corner(&fine, cells[fine.first_listed + entry]);
+    const int3 corner = cell_corner(&fine, listed_cell(&fine, cells, first + l));
     LANE_INT(x, l) = (corner.x + fine.first_node[0]) * FINE_STEP + FINE_STEP / 2;
     LANE_INT(y, l) = (corner.y + fine.first_node[1]) * FINE_STEP + FINE_STEP / 2;
     LANE_INT(z, l) = (corner.z + fine.first_node[2]) * FINE_STEP + FINE_STEP / 2;
     __global const float *from = fine_planes + node_at(&fine, corner) - BEFORE * (1 + along + deep);
     for (int p = 0; p < PLANES; ++p)
-      LANE(between[p], l) = in_middle(from + p * node_count(&fine), along, deep);
+      LANE(between[p], l) = value_in(row_of(from + p * node_count(&fine), along, deep, 1, 1), 1);
   }
   const vec index = {TO_REAL(x), TO_REAL(y), TO_REAL(z)};
   const fit_t fit = fit_at(&map, transformed(grid.frame, index));

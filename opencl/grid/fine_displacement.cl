@@ -19,7 +19,7 @@ __kernel EXPLICIT_VECTORS void fine_displacement(
   item_t item = item_of(&map, &grid, &fine, cells, 0, void_distance);
   if (item.lanes == 0) return;
   real values[PLANES];
-  interpolate_places(values, &fine, fine_planes, cells, item.first, places_of(item.first));
+  interpolate_places(values, &fine, fine_planes, cells, item.first);
 #if CUTS
   store_masked(void_distance, scale * values[3], &item);
 #endif

@@ -5,10 +5,7 @@
 // A cell has eight places: its first node, and the places midway to its other corners. Those of a fine
 // cell are points of the grid, and those of a coarse cell are fine nodes.
 
-enum {
-  PLACES = 8,
-  PLACE_LANES = LANES < PLACES ? LANES : PLACES  // that share a cell
-};
+enum { PLACES = 8 };
 
 // Number `number` of the cells of a box: its first node, as indices from first_node on.
 inline int3 cell_corner(const coarse_t *coarse, int number) {
@@ -22,42 +19,58 @@ inline long node_at(const coarse_t *coarse, int3 at) {
   return at.x + coarse->nodes[0] * (at.y + (long)coarse->nodes[1] * at.z);
 }
 
-// The place (0 to 7) of each lane of a work item.
-inline integer places_of(long first) { return (lane_indices() + (int)(first % PLACES)) % PLACES; }
-
-// The entry of a list of cells for the lanes from `lane` on; past the end the last entry.
-inline int listed_cell(const coarse_t *coarse, __global const int *cells, long first, int lane) {
-  const long entry = min((first + lane) / PLACES, coarse->listed - 1);
-  return cells[coarse->first_listed + entry];
+// Entry `at` of a list of cells; past the end the last one.
+inline int listed_cell(const coarse_t *coarse, __global const int *cells, long at) {
+  return cells[coarse->first_listed + min(at, coarse->listed - 1)];
 }
 
-// Interpolates `planes` of nodes at the places of a work item in listed cells.
+// A row of nodes along x from two before a cell on, with two more than it needs, interpolated at places
+// midway along y and z, or not.
+HOT float8 row_of(__global const float *from, long along, long deep, int midway_y, int midway_z) {
+  __constant const float *weight = tap_weight[COARSE_STEP / 2];
+  if (!midway_z) from += BEFORE * deep;
+  if (!midway_y) from += BEFORE * along;
+  if (!midway_y && !midway_z) return vload8(0, from);
+  float8 sum = 0;
+  if (midway_y != midway_z) {
+    const long step = midway_y ? along : deep;
+    UNROLL_TAPS for (int a = 0; a < TAPS; ++a)
+      sum = fma((float8)(weight[a]), vload8(0, from + a * step), sum);
+    return sum;
+  }
+  for (int c = 0; c < TAPS; ++c) {
+    float8 layer = 0;
+    UNROLL_TAPS for (int b = 0; b < TAPS; ++b)
+      layer = fma((float8)(weight[b]), vload8(0, from + b * along + c * deep), layer);
+    sum = fma((float8)(weight[c]), layer, sum);
+  }
+  return sum;
+}
+
+// Interpolates along a row; weights are the same from both ends.
+HOT float value_in(float8 row, int midway_x) {
+  __constant const float *weight = tap_weight[COARSE_STEP / 2];
+  return midway_x ? weight[0] * (row.s0 + row.s5) + weight[1] * (row.s1 + row.s4) +
+                        weight[2] * (row.s2 + row.s3)
+                  : row.s2;
+}
+
+// Interpolates `planes` of nodes at LANES places of listed cells, from place `first` of all on.
 inline void interpolate_places(real values[PLANES], const coarse_t *coarse,
-                               __global const float *planes, __global const int *cells, long first,
-                               integer place) {
+                               __global const float *planes, __global const int *cells, long first) {
   const long along = coarse->nodes[0], deep = along * coarse->nodes[1], plane = node_count(coarse);
-  real weight[3][TAPS];
-  for (int axis = 0; axis < 3; ++axis)
-    for (int a = 0; a < TAPS; ++a)
-      weight[axis][a] = select((real)(a == BEFORE ? 1.0f : 0.0f),
-                               (real)(tap_weight[COARSE_STEP / 2][a]), (place >> axis & 1) != 0);
-  for (int lane = 0; lane < LANES; lane += PLACE_LANES) {
-    const int3 corner = cell_corner(coarse, listed_cell(coarse, cells, first, lane));
-    for (int p = 0; p < PLANES; ++p) {
-      __global const float *from =
-          planes + p * plane + node_at(coarse, corner) - BEFORE * (1 + along + deep);
-      real value = 0;
-      for (int c = 0; c < TAPS; ++c) {
-        real layer = 0;
-        UNROLL_TAPS for (int b = 0; b < TAPS; ++b) {
-          real row = 0;
-          UNROLL_TAPS for (int a = 0; a < TAPS; ++a)
-            row = fma(weight[0][a], (real)(from[a + b * along + c * deep]), row);
-          layer = fma(weight[1][b], row, layer);
-        }
-        value = fma(weight[2][c], layer, value);
+  __global const float *from = planes;
+  for (int p = 0; p < PLANES; ++p) {
+    float8 row;
+    for (int l = 0; l < LANES; ++l) {
+      const int place = (int)((first + l) % PLACES);
+      if (l == 0 || place == 0) {
+        const int cell = listed_cell(coarse, cells, (first + l) / PLACES);
+        from = planes + p * plane + node_at(coarse, cell_corner(coarse, cell)) -
+               BEFORE * (1 + along + deep);
       }
-      values[p] = lane == 0 ? value : select(values[p], value, lane_indices() >= lane);
+      if (l == 0 || place % 2 == 0) row = row_of(from, along, deep, place >> 1 & 1, place >> 2);
+      LANE(values[p], l) = value_in(row, place & 1);
     }
   }
 }

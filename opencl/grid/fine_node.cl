@@ -17,18 +17,18 @@ __kernel EXPLICIT_VECTORS void fine_node(
     const coarse_t fine, __global float *restrict fine_planes) {
   const long first = (long)get_global_id(0) * LANES;
   if (first / PLACES >= coarse.listed) return;
-  const integer place = places_of(first);
   real values[PLANES];
-  interpolate_places(values, &coarse, node_planes, cells, first, place);
+  interpolate_places(values, &coarse, node_planes, cells, first);
   const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
   for (int l = 0; l < LANES && (first + l) / PLACES < coarse.listed; ++l) {
-    const int cell = listed_cell(&coarse, cells, first, l), at = LANE_INT(place, l);
+    const int cell = listed_cell(&coarse, cells, (first + l) / PLACES);
+    const int place = (int)((first + l) % PLACES);
     const int3 corner = cell_corner(&coarse, cell) +
                         (int3)(coarse.first_node[0], coarse.first_node[1], coarse.first_node[2]);
-    const int3 node = corner * (COARSE_STEP / FINE_STEP) + (int3)(at & 1, at >> 1 & 1, at >> 2) -
+    const int3 node = corner * (COARSE_STEP / FINE_STEP) + (int3)(place & 1, place >> 1 & 1, place >> 2) -
                       (int3)(fine.first_node[0], fine.first_node[1], fine.first_node[2]);
     for (int p = 0; p < PLANES; ++p)
       fine_planes[node_at(&fine, node) + p * node_count(&fine)] =
-          at == PLACES - 1 ? middles[cell + p * plane] : LANE(values[p], l);
+          place == PLACES - 1 ? middles[cell + p * plane] : LANE(values[p], l);
   }
 }

@@ -18,7 +18,7 @@ __kernel EXPLICIT_VECTORS void fine_source_index(
   item_t item = item_of(&map, &grid, &fine, cells, 0, void_distance);
   if (item.lanes == 0) return;
   real values[PLANES];
-  interpolate_places(values, &fine, fine_planes, cells, item.first, places_of(item.first));
+  interpolate_places(values, &fine, fine_planes, cells, item.first);
   const vec d =
       limited_on_grid(&map, &grid, item.index, (vec){values[0], values[1], values[2]});
   vec from = source_index_of(&source, item.index, d);
