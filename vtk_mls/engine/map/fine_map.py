@@ -15,7 +15,7 @@ from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles, spr
 
 _RATIO = COARSE_STEP // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
-_MIN_STEPS = 8  # of a deformation, from which on maps are so dear that the finer one pays off
+_MIN_STEPS = 4  # of a deformation, from which on maps are so dear that the finer one pays off
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
 _CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
 
