@@ -26,7 +26,7 @@ EXTENT = 40.0
 BOUND = 1e-4
 GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
 FINE_GRID = Grid((36, 28, 28), spacing=(1.1, 1.4, 1.4))
-STEPS_GRID = Grid((20, 16, 16), spacing=(2.0, 2.5, 2.5))
+STEPS_GRID = Grid((16, 16, 16), spacing=(2.5, 2.5, 2.5))
 CUTS = {
     "no cut": [],
     "plane": [Plane((20, 20, 20), (0.2, 1, 0.1))],
