@@ -7,6 +7,7 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.map import fine_map
 from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
 
@@ -87,7 +88,7 @@ class CoarseMap:
             kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
         )
         layers = slice(low - first[2], high + 1 - first[2])
-        is_fine = self._fine_map and name in FineMap.KERNELS
+        is_fine = self._fine_map and name in fine_map.KERNELS
         if is_fine:
             self._fine_map.launch(name, grid, part, layers, points, *arguments)
         listed = self._separated if is_fine else self._far
@@ -128,15 +129,14 @@ class CoarseMap:
             )
         )
         far = beside(is_off) | near_handles(self.map, grid.whole, box, STEP)
-        far &= ~is_elsewhere
         rows = box.rows(own)
-        self._far = ListedCells(memory, own, far[rows])
+        self._far = ListedCells(memory, own, (far & ~is_elsewhere)[rows])
         if self._fine_map:
             separated = far & beside(is_separated)
-            self._separated = ListedCells(memory, own, separated[rows])
+            self._separated = ListedCells(memory, own, (separated & ~is_elsewhere)[rows])
             around = {**self._around, "first_node": box.first + _AROUND[0]}
             checked = Checked(box, own, every, around, self._nodes, middles, check)
-            self._fine_map.find(grid, checked, far, separated)
+            self._fine_map.find(grid, checked, far, far & ~separated & ~is_elsewhere)
 
     def _check(self, grid, box, check, middles):
         """What coarse_check.cl says of the cells of a box (nz, ny, nx)."""

@@ -17,6 +17,8 @@ _RATIO = COARSE_STEP // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
 _MIN_STEPS = 4  # of a deformation, from which on maps are so dear that the finer one pays off
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
+# The kernel that interpolates the outputs of another one.
+KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
 _CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
 
 
@@ -54,10 +56,8 @@ class FineMap:
     map_ : RegionMap
     """
 
-    # The kernel that interpolates the outputs of another one.
-    KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
-    # Cells around a grid that the coarse map checks, so that parts find the same nodes: three away
-    # from a cell of the grid are nodes that may be interpolated, if none beside those is inaccurate.
+    # Cells around a grid that the coarse map checks, so that parts find the same nodes. Those three
+    # away from a grid have some, which are interpolated unless a cell beside them is inaccurate.
     MARGIN = 4
 
     def __init__(self, map_):
@@ -68,28 +68,29 @@ class FineMap:
         """Whether points of the map take much longer than interpolation."""
         return deformation.steps_used >= _MIN_STEPS
 
-    def find(self, grid, coarse, far, separated):
+    def find(self, grid, coarse, far, chosen):
         """Find the nodes and cells of a grid.
 
         Parameters
         ----------
         grid : Grid
         coarse : Checked
-        far, separated : arrays (nz, ny, nx) of bool
-            Which of the checked cells are inaccurate, and which of these are computed exactly.
+        far, chosen : arrays (nz, ny, nx) of bool
+            Which of the checked cells are inaccurate, and which of these the finer map is for.
         """
         box, every = coarse.grid_box, coarse.every
         refined_box = box.widened(1, 1).within(every)
-        refined = (far & ~separated)[coarse.box.rows(refined_box)]
+        refined = chosen[coarse.box.rows(refined_box)]
         self._find_nodes(grid, coarse, far, refined_box, refined)
-        fine_box, fine = refined_box.scaled(_RATIO), _doubled(refined)
-        off = np.zeros(fine_box.shape, bool)
-        off[fine] = self._check(grid, coarse, ListedCells(self.map.memory, fine_box, fine, **self._nodes))
-        own = box.scaled(_RATIO)
-        rows = fine_box.rows(own)
-        off = beside(off)[rows] | near_handles(self.map, grid.whole, own, FINE_STEP)
-        self._between = ListedCells(self.map.memory, own, fine[rows] & ~off, **self._nodes)
-        self._exact = ListedCells(self.map.memory, own, fine[rows] & off)
+        checked, cells = refined_box.scaled(_RATIO), _doubled(refined)
+        listed = ListedCells(self.map.memory, checked, cells, **self._nodes)
+        off = np.zeros(checked.shape, bool)
+        off[cells] = self._check(grid, coarse, listed)
+        box = box.scaled(_RATIO)
+        rows = checked.rows(box)
+        off = beside(off)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
+        self._between = ListedCells(self.map.memory, box, cells[rows] & ~off, **self._nodes)
+        self._exact = ListedCells(self.map.memory, box, cells[rows] & off)
 
     def launch(self, name, grid, part, layers, points, *arguments):
         """Launch a kernel for the points `part` of a grid, in the `layers` of coarse cells.
@@ -99,7 +100,7 @@ class FineMap:
         layers = slice(_RATIO * layers.start, _RATIO * layers.stop)
         for record in self._between.records(layers):
             self._launch(
-                *(self.KERNELS[name], grid, record, points, record, self._between.buffer),
+                *(KERNELS[name], grid, record, points, record, self._between.buffer),
                 *(self._planes, *arguments),
             )
         for record in self._exact.records(layers):
@@ -112,41 +113,42 @@ class FineMap:
 
     def _find_nodes(self, grid, coarse, far, refined_box, refined):
         """Find the nodes that interpolate in `refined` cells of a box."""
-        map_, every = self.map, coarse.every
-        box = refined_box.widened(1, 2)  # of cells that have such nodes
-        inside = box.within(every)
-        evaluated, known = np.ones(box.shape, bool), np.zeros(box.shape, bool)
-        evaluated[box.rows(inside)] = far[coarse.box.rows(inside)]
-        known[box.rows(inside)] = True
-        used, nodes = _used_nodes(np.pad(refined, [(1, 2)] * 3)), np.zeros(box.scaled(2).shape, bool)
-        for place, cells in used.items():
-            is_exact = known & (sum(place) in (0, 3))  # at coarse nodes, and in middles
-            nodes[tuple(slice(k, None, 2) for k in place)] = cells & evaluated & ~is_exact
-        box = box.scaled(_RATIO)
+        map_ = self.map
+        cells = refined_box.widened(1, 2)  # that have such nodes
+        inside = cells.within(coarse.every)
+        rows, checked = cells.rows(inside), coarse.box.rows(inside)
+        is_far, is_checked = np.ones(cells.shape, bool), np.zeros(cells.shape, bool)
+        is_far[rows], is_checked[rows] = far[checked], True
+        used = _used_nodes(np.pad(refined, [(1, 2)] * 3))
+        box = cells.scaled(_RATIO)
+        is_evaluated = np.zeros(box.shape, bool)
+        for place, has_node in used.items():
+            is_known = is_checked & (sum(place) in (0, 3))  # a coarse node, or a middle
+            every = tuple(slice(k, None, _RATIO) for k in place)
+            is_evaluated[every] = has_node & is_far & ~is_known
         self._nodes = {"first_node": box.first, "nodes": box.cells}
         planes = 4 if map_.deformation.cuts else 3
         size = 4 * (planes * int(np.prod(box.cells)) + _SPARE)
         self._planes = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, size)
-        listed = np.zeros(coarse.box.shape, bool)
-        rows = coarse.box.rows(inside)
-        listed[rows] = np.logical_or.reduce(list(used.values()))[known].reshape(inside.shape)
-        listed = ListedCells(map_.memory, coarse.box, listed, **coarse.nodes)
-        if len(listed.numbers) == 0:
+        has_nodes = np.zeros(coarse.box.shape, bool)
+        has_nodes[checked] = np.logical_or.reduce(list(used.values()))[rows]
+        listed = ListedCells(map_.memory, coarse.box, has_nodes, **coarse.nodes)
+        count = len(listed.numbers)
+        if count == 0:
             return
         map_.launch(
-            *("fine_node", (None, False), len(listed.numbers) * _PLACES),
-            *(listed.record(slice(0, len(listed.numbers))), listed.buffer, coarse.node_planes),
-            *(coarse.middles, box.record(**self._nodes), self._planes),
+            *("fine_node", (None, False), count * _PLACES, listed.record(slice(0, count))),
+            *(listed.buffer, coarse.node_planes, coarse.middles),
+            *(box.record(**self._nodes), self._planes),
         )
-        self._evaluate(grid.whole, box, np.flatnonzero(nodes))
+        self._evaluate(grid.whole, box, np.flatnonzero(is_evaluated))
 
     def _evaluate(self, whole, box, numbers):
         """Evaluate the map at nodes of a box, by their `numbers` (n,) in it."""
         map_, start = self.map, -_RATIO * FINE_STEP  # one coarse cell before the first point
         first = box.first + _RATIO
-        nodes = Grid(
-            first + box.cells, whole.at([[start] * 3])[0], FINE_STEP * whole.spacing, whole.direction
-        ).part(first, box.cells)
+        origin, spacing = whole.at([[start] * 3])[0], FINE_STEP * whole.spacing
+        nodes = Grid(first + box.cells, origin, spacing, whole.direction).part(first, box.cells)
         for part in map_.launcher.slabs(len(numbers), map_.deformation, 8):
             listed = numbers[part]
             points = kernel_arguments.grid_points(nodes, slice(0, len(listed)), map_.control_points)
