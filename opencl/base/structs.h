@@ -7,6 +7,7 @@
 enum {
   NODE_STEP = 4,       // grid points between nodes of first guesses (origin_nodes.cl)
   COARSE_STEP = 4,     // grid points between nodes of displacements (coarse_map.cl)
+  FINE_STEP = 2,       // the same in cells where these are too far apart (fine_map.cl)
   LATTICE_CELLS = 20,  // cells along each axis of a level of the lattice (lattice.cl)
   LATTICE_LEVELS = 8,
   CELL_ROWS = 4,       // rows and layers of cells of a work item (void_by_corners.cl)
@@ -20,9 +21,11 @@ enum {
   IMAGE_MASK = 1,
   PLANE_FACE = 2,
   IMAGE_FACE = 3,
-  // bits of the result of coarse_check.cl: interpolation is inaccurate; no point is in the region
+  // bits of the result of coarse_check.cl: interpolation is inaccurate; no point is in the region; a cut
+  // may be in the cell, which is inaccurate then
   INACCURATE = 1,
-  OTHER_REGION = 2
+  OTHER_REGION = 2,
+  SEPARATED = 4
 };
 
 // A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first

@@ -70,10 +70,10 @@ __kernel EXPLICIT_VECTORS void coarse_check(
   const vec index = first_corners(&strip);
   const vec d = {exact[0], exact[1], exact[2]};
   const real distance = exact[3];
-  integer separated = is_separated(&map, &grid, &coarse, node_planes, node_of(&coarse, &strip),
-                                   index, d, distance);
-  separated |= !(fabs(error[3]) <= 0.25f * fabs(distance));
-  bits = select(bits, (integer)(INACCURATE), separated);
+  const integer separated = is_separated(&map, &grid, &coarse, node_planes,
+                                         node_of(&coarse, &strip), index, d, distance);
+  bits = select(bits, (integer)(INACCURATE), void_is_inaccurate(error[3], distance));
+  bits = select(bits, (integer)(INACCURATE | SEPARATED), separated);
   bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif
   for (int l = 0; l < LANES && x + l < coarse.cells[0]; ++l)

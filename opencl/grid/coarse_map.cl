@@ -70,6 +70,28 @@ inline integer may_be_in_region(const cuts_t *cuts, vec index) {
 }
 #endif
 
+#if CUTS
+// Whether an interpolated void distance is too far from the `distance` of the map.
+inline integer void_is_inaccurate(real error, real distance) {
+  return !(fabs(error) <= 0.25f * fabs(distance));
+}
+#endif
+
+// The values of the map that nodes have: the displacement before limits, with cuts a void distance.
+inline void set_node(real values[PLANES], const map_t *map, const fit_t *fit) {
+#if STEPS  // where nothing is interpolated if there are limits
+  const vec d = map_displacement(map, fit);
+#else
+  const vec d = unlimited_displacement(map, fit);
+#endif
+  values[0] = d.x;
+  values[1] = d.y;
+  values[2] = d.z;
+#if CUTS
+  values[3] = void_distance_at(map, fit, map_displacement(map, fit));
+#endif
+}
+
 inline long node_count(const coarse_t *coarse) {
   return (long)coarse->nodes[0] * coarse->nodes[1] * coarse->nodes[2];
 }

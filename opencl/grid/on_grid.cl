@@ -19,7 +19,15 @@ enum { CONSECUTIVE = 0, LISTED = 1, CELLS = 2 };
 #define POINTS CONSECUTIVE
 #endif
 
-enum { CELL_POINTS = COARSE_STEP * COARSE_STEP * COARSE_STEP };
+// Points of a cell along each axis.
+#ifndef CELL_STEP
+#define CELL_STEP COARSE_STEP
+#endif
+
+enum {
+  CELL_POINTS = CELL_STEP * CELL_STEP * CELL_STEP,
+  CELL_LANES = LANES < CELL_POINTS ? LANES : CELL_POINTS  // that share a cell
+};
 
 // LANES points of a work item.
 typedef struct {
@@ -38,24 +46,28 @@ inline void set_cell_points(item_t *item, const grid_t *grid, const coarse_t *co
   const long first = (long)get_global_id(0) * LANES, number = first / CELL_POINTS;
   item->lanes = number < coarse->listed ? LANES : 0;
   if (item->lanes == 0) return;
-  const int cell = cells[coarse->first_listed + number], nx = coarse->cells[0];
-  const int x = (coarse->first_cell[0] + cell % nx) * COARSE_STEP - grid->start[0],
-            y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * COARSE_STEP,
-            z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * COARSE_STEP;
   integer i, j, k;
-  for (int l = 0; l < LANES; ++l) {
-    const int point = (int)(first % CELL_POINTS) + l;
-    const int a = x + point % COARSE_STEP,
-              b = y - grid->start[1] + point / COARSE_STEP % COARSE_STEP,
-              c = z - grid->start[2] + point / COARSE_STEP / COARSE_STEP;
-    const long position = a + grid->nx * (b + (long)grid->ny * c) - grid->first;
-    const int is_in_launch = a >= 0 && a < grid->nx && b >= 0 && b < grid->ny && c >= 0 &&
-                             position >= 0 && position < item->count;
-    LANE_INT(item->mask, l) = is_in_launch ? -1 : 0;
-    LANE_INT(item->positions, l) = (int)position;
-    LANE_INT(i, l) = a + grid->start[0];
-    LANE_INT(j, l) = b + grid->start[1];
-    LANE_INT(k, l) = c + grid->start[2];
+  for (int lane = 0; lane < LANES; lane += CELL_LANES) {
+    const long entry = min(number + lane / CELL_LANES, coarse->listed - 1);
+    const int is_listed = number + lane / CELL_LANES < coarse->listed;
+    const int cell = cells[coarse->first_listed + entry], nx = coarse->cells[0];
+    const int x = (coarse->first_cell[0] + cell % nx) * CELL_STEP - grid->start[0],
+              y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * CELL_STEP,
+              z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * CELL_STEP;
+    for (int l = lane; l < lane + CELL_LANES; ++l) {
+      const int point = (int)(first % CELL_POINTS) + l - lane;
+      const int a = x + point % CELL_STEP,
+                b = y - grid->start[1] + point / CELL_STEP % CELL_STEP,
+                c = z - grid->start[2] + point / CELL_STEP / CELL_STEP;
+      const long position = a + grid->nx * (b + (long)grid->ny * c) - grid->first;
+      const int is_in_launch = is_listed && a >= 0 && a < grid->nx && b >= 0 && b < grid->ny &&
+                               c >= 0 && position >= 0 && position < item->count;
+      LANE_INT(item->mask, l) = is_in_launch ? -1 : 0;
+      LANE_INT(item->positions, l) = (int)position;
+      LANE_INT(i, l) = a + grid->start[0];
+      LANE_INT(j, l) = b + grid->start[1];
+      LANE_INT(k, l) = c + grid->start[2];
+    }
   }
   item->index = (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
   if (!ANY(item->mask)) item->lanes = 0;

@@ -5,6 +5,7 @@ import pytest
 from control_point_sets import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch.launcher import Launcher
 
 SETS = [name for name in HARD_SETS if name not in ("at 5e5", "at 1e-9", "ten thousand")]
@@ -209,6 +210,44 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
     assert there.mean() > 0.3
     error = np.linalg.norm(found - expected, axis=-1)[there]
     assert np.quantile(error, 0.999) < TOLERANCE * np.linalg.norm(expected, axis=-1).max()
+
+
+@pytest.mark.parametrize(
+    ("steps", "kind", "cuts", "lanes"),
+    [(8, "rigid", (), None), (16, "affine", (), 1), (8, "rigid", CUTS["half-plane"], None)],
+)
+def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeypatch):
+    """Cells that are inaccurate between nodes get nodes that are closer."""
+    launched, launch = [], Launcher.launch
+
+    def noted(self, name, *arguments):
+        launched.append(name)
+        launch(self, name, *arguments)
+
+    monkeypatch.setattr(Launcher, "launch", noted)
+    if lanes:
+        monkeypatch.setattr(devices.Device, "lanes", property(lambda self: lanes))
+    options = {"kind": kind, "steps": steps, "cuts": cuts, "device": DEVICES[0]}
+    handles = random_handles(rng, 8)
+    exact, coarse = (Deformation(*handles, map_tolerance=t, **options) for t in (0, TOLERANCE))
+    expected, whole = exact.displacement_field(GRID), coarse.displacement_field(GRID)
+    assert "fine_displacement" in launched
+    assert distance(GRID, whole.displacement, expected.displacement) <= TOLERANCE
+    if cuts:
+        np.testing.assert_array_equal(whole.void, expected.void)
+    for first, size in (((0, 0, 0), (49, 46, 17)), ((5, 3, 2), (11, 18, 23))):
+        found = coarse.displacement_field(GRID.part(first, size)).displacement
+        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
+        np.testing.assert_array_equal(found, whole.displacement[k, j, i])
+    if cuts:  # the kernels of images take long to build
+        return
+    smooth = np.sin(GRID.points() @ [0.02, 0.03, 0.01]).astype(np.float32).reshape(GRID.shape)
+    sampling = Sampling(GRID, background=-9)
+    (found,), (expected,) = (d.resample([smooth], sampling) for d in (coarse, exact))
+    inside = (found != -9) & (expected != -9)
+    assert "fine_source_index" in launched
+    assert ((found == -9) == (expected == -9)).mean() > 0.999
+    assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * GRID.spacing.max()
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, np.nan, np.inf])

@@ -26,6 +26,7 @@ EXTENT = 40.0
 BOUND = 1e-4
 GRID = Grid((9, 7, 5), spacing=(5.0, 6.0, 9.0))
 FINE_GRID = Grid((36, 28, 28), spacing=(1.1, 1.4, 1.4))
+STEPS_GRID = Grid((16, 16, 16), spacing=(2.5, 2.5, 2.5))
 CUTS = {
     "no cut": [],
     "plane": [Plane((20, 20, 20), (0.2, 1, 0.1))],
@@ -113,6 +114,15 @@ def steps(engine):
     yield (
         "affine, between nodes",
         lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
+    )
+    # cells at control points get nodes that are closer
+    corners, moved = np.array([(0.0, 0, 0), (EXTENT,) * 3]), np.array([(0.6, 0, 0.3), (0, 0.4, 0)])
+    d = Deformation(
+        *(corners + moved, corners, "affine"), steps=8, map_tolerance=0.005, device="reference"
+    )
+    yield (
+        "affine, 8 steps, between nodes",
+        lambda d=d: difference("displacement_field", d, STEPS_GRID) / EXTENT,
     )
     d = over("affine", "plane")
     for method in ("nearest", "linear", "cubic"):

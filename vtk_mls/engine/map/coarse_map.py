@@ -7,6 +7,9 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.map import fine_map
+from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles
+from vtk_mls.engine.map.fine_map import Checked, FineMap
 
 STEP = kernel_arguments.COARSE_STEP
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
@@ -39,6 +42,7 @@ class CoarseMap:
         self.map = map_
         self._grid = None
         self._pays_off = {}  # by whole grid
+        self._fine_map = FineMap(map_) if FineMap.pays_off(map_.deformation) else None
 
     def pays_off(self, grid):
         """Whether a grid has far fewer nodes, and cells near control points, than points."""
@@ -55,7 +59,9 @@ class CoarseMap:
         handles = self.map.control_points.handles
         count = len(handles) if len(handles.segments) == 0 else np.inf
         bound = 27 * count / np.prod(cells_of(whole)[1])
-        return bound < MAX_NEAR_FRACTION or self._near(whole).mean() < MAX_NEAR_FRACTION
+        if bound < MAX_NEAR_FRACTION:
+            return True
+        return near_handles(self.map, whole, _box_of(whole), STEP).mean() < MAX_NEAR_FRACTION
 
     def launch(self, name, grid, part, *arguments):
         """Launch a kernel for the points `part` of a grid.
@@ -81,18 +87,17 @@ class CoarseMap:
         self._launch_blocks(
             kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
         )
-        layer = cells[0] * cells[1]
-        a, b = np.searchsorted(self._far, [(low - first[2]) * layer, (high + 1 - first[2]) * layer])
-        if a == b:
-            return
-        record = kernel_arguments.filled(
-            kernel_arguments.COARSE, first_listed=a, listed=b - a, first_cell=first, cells=cells
-        )
-        items = self.map.grid_items(grid, part, record, self._listed)
-        count, constants = (b - a) * STEP**3, (("POINTS", "CELLS"),)
-        self.map.launch(
-            *(name, grid_and_pass, count, points, *items, *arguments), constants=constants
-        )
+        layers = slice(low - first[2], high + 1 - first[2])
+        is_fine = self._fine_map and name in fine_map.KERNELS
+        if is_fine:
+            self._fine_map.launch(name, grid, part, layers, points, *arguments)
+        listed = self._separated if is_fine else self._far
+        for record in listed.records(layers):
+            items = self.map.grid_items(grid, part, record, listed.buffer)
+            count, constants = int(record["listed"]) * STEP**3, (("POINTS", "CELLS"),)
+            self.map.launch(
+                *(name, grid_and_pass, count, points, *items, *arguments), constants=constants
+            )
 
     def _launch_blocks(self, name, grid_and_pass, block, *arguments):
         """Launch a kernel whose work items take so many cells along x as others take points."""
@@ -102,43 +107,49 @@ class CoarseMap:
 
     def _find(self, grid):
         """Find the nodes around a grid, and its cells that are far from the map."""
-        first, cells = cells_of(grid)
-        most = cells_of(grid.whole)[1]
-        # cells beside those of the grid are looked at, too
-        low, high = np.maximum(first - 1, 0), np.minimum(first + cells + 1, most)
-        checked = high - low
-        self._around = {"first_node": low, "nodes": checked + len(_AROUND) - 1}
-        self._nodes = self._at_nodes(grid, low, checked + len(_AROUND) - 1, _AROUND[0] * STEP)
-        far = self._check(grid, low, checked)
-        elsewhere = (far & kernel_arguments.OTHER_REGION).astype(bool)
-        off = np.zeros(cells[::-1] + 2, bool)
-        inner = tuple(slice(a, a + n) for a, n in zip((low - first + 1)[::-1], checked[::-1]))
-        off[inner] = far & kernel_arguments.INACCURATE
-        far = _beside(off) | self._near(grid)
-        far &= ~elsewhere[tuple(slice(a, a + n) for a, n in zip((first - low)[::-1], cells[::-1]))]
-        self._far = np.flatnonzero(far).astype(np.int32)
-        self._listed = self.map.memory.constant(kernel_arguments.not_empty(self._far))
-
-    def _check(self, grid, low, checked):
-        """What coarse_check.cl says of the cells from `low` on (nz, ny, nx)."""
-        middles = self._at_nodes(grid, low, checked, STEP / 2)
-        block = {"first_cell": low, "cells": checked}
-        record = kernel_arguments.filled(kernel_arguments.COARSE, **block, **self._around)
+        own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
+        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are looked at, too
+        box = own.widened(margin, margin).within(every)
+        self._around = {"first_node": box.first, "nodes": box.cells + len(_AROUND) - 1}
+        self._nodes = self._at_nodes(grid, box.first, self._around["nodes"], _AROUND[0] * STEP)
+        middles = self._at_nodes(grid, box.first, box.cells, STEP / 2)
         to_index = grid.world_to_index * self.map.control_points.scale
-        limit = self.map.deformation.map_tolerance / _SAFETY
         check = kernel_arguments.filled(
             kernel_arguments.CHECK,
             to_index=kernel_arguments.transform(to_index, np.zeros(3)),
-            limit2=limit**2,
+            limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
         )
+        flags = self._check(grid, box, check, middles)
+        is_off, is_separated, is_elsewhere = (
+            (flags & bit).astype(bool)
+            for bit in (
+                kernel_arguments.INACCURATE,
+                kernel_arguments.SEPARATED,
+                kernel_arguments.OTHER_REGION,
+            )
+        )
+        far = beside(is_off) | near_handles(self.map, grid.whole, box, STEP)
+        rows = box.rows(own)
+        self._far = ListedCells(memory, own, (far & ~is_elsewhere)[rows])
+        if self._fine_map:
+            separated = far & beside(is_separated)
+            self._separated = ListedCells(memory, own, (separated & ~is_elsewhere)[rows])
+            around = {**self._around, "first_node": box.first + _AROUND[0]}
+            checked = Checked(box, own, every, around, self._nodes, middles, check)
+            self._fine_map.find(grid, checked, far, far & ~separated & ~is_elsewhere)
+
+    def _check(self, grid, box, check, middles):
+        """What coarse_check.cl says of the cells of a box (nz, ny, nx)."""
+        record = box.record(**self._around)
+        block = {"first_cell": box.first, "cells": box.cells}
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
-        far = np.empty(checked[::-1], np.uint8)
-        with self.map.memory.output_buffer(far) as out:
+        flags = np.empty(box.shape, np.uint8)
+        with self.map.memory.output_buffer(flags) as out:
             self._launch_blocks(
                 *("coarse_check", (grid.whole, False), block, points, record, check),
                 *(self._nodes, middles, out),
             )
-        return far
+        return flags
 
     def _at_nodes(self, grid, first, dimensions, start):
         """A buffer with the map at every STEP-th point of the whole grid from `start` on.
@@ -157,32 +168,15 @@ class CoarseMap:
             points = kernel_arguments.grid_points(nodes, part, map_.control_points)
             count = part.stop - part.start
             map_.launch(
-                *("node_displacement", (None, False), count, points, np.int64(nodes.size), table)
+                *("node_displacement", (None, False), count, points, np.int64(nodes.size)),
+                *(None, table),
             )
         return table
 
-    def _near(self, grid):
-        """Which cells (nz, ny, nx) of a grid have a handle, or are beside one that has.
 
-        Narrow peaks and kinks there may be between all nodes.
-        """
-        first, cells = cells_of(grid)
-        near = np.zeros(cells[::-1] + 2, bool)
-        handles = self.map.control_points.handles
-        places = [handles.deformed, *handles.segments.every(STEP * min(grid.whole.spacing))]
-        at = grid.whole.index_of(np.concatenate(places)) // STEP - (first - 1)
-        at = at[np.all((at >= 0) & (at < cells + 2), axis=1)].astype(int)
-        near[tuple(at.T[::-1])] = True
-        return _beside(near)
-
-
-def _beside(cells):
-    """Which inner ones of `cells` are set or beside one that is."""
-    for axis in range(3):
-        n = cells.shape[axis] - 2
-        a, b, c = (cells.take(range(k, k + n), axis) for k in range(3))
-        cells = a | b | c
-    return cells
+def _box_of(grid):
+    first, cells = cells_of(grid)
+    return Box(first, first + cells)
 
 
 def cells_of(grid):

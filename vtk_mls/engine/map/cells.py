@@ -1,0 +1,116 @@
+"""Boxes of cells between nodes of a grid, as arrays (nz, ny, nx) of bool."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.engine.launch import kernel_arguments
+
+
+class Box:
+    """Cells from `first` on, (nx, ny, nz) of them.
+
+    Parameters
+    ----------
+    first, stop : (3,) ints
+        First cells along x, y, z, and those after the last ones.
+    """
+
+    def __init__(self, first, stop):
+        self.first, self.stop = np.asarray(first), np.asarray(stop)
+        self.cells = self.stop - self.first
+
+    @property
+    def shape(self):
+        """(nz, ny, nx)."""
+        return tuple(self.cells[::-1])
+
+    def widened(self, before, after):
+        """A box with more cells along each axis."""
+        return Box(self.first - before, self.stop + after)
+
+    def within(self, other):
+        """The cells that are in another box, too."""
+        return Box(np.maximum(self.first, other.first), np.minimum(self.stop, other.stop))
+
+    def scaled(self, factor):
+        """The same box in cells of a finer map."""
+        return Box(factor * self.first, factor * self.stop)
+
+    def rows(self, inner):
+        """Where another box lies in arrays of this one."""
+        begin, end = inner.first - self.first, inner.stop - self.first
+        return tuple(slice(a, b) for a, b in zip(begin[::-1], end[::-1]))
+
+    def record(self, **members):
+        """A COARSE with this box as its cells."""
+        return kernel_arguments.filled(
+            kernel_arguments.COARSE, first_cell=self.first, cells=self.cells, **members
+        )
+
+
+class ListedCells:
+    """Cells of a box in the order of memory, for kernels that compute these only.
+
+    Parameters
+    ----------
+    memory : Memory
+    box : Box
+    chosen : array (nz, ny, nx) of bool
+    members : dict
+        Of the records beside the list.
+
+    Attributes
+    ----------
+    numbers : (n,) int32
+    buffer : Buffer
+    """
+
+    def __init__(self, memory, box, chosen, **members):
+        self.box, self._members = box, members
+        self.numbers = np.flatnonzero(chosen).astype(np.int32)
+        self.buffer = memory.constant(kernel_arguments.not_empty(self.numbers))
+
+    def records(self, layers):
+        """A COARSE with the cells in a slice of layers along z; none without cells."""
+        layer = self.box.cells[0] * self.box.cells[1]
+        a, b = np.searchsorted(self.numbers, [layers.start * layer, layers.stop * layer])
+        return [self.record(slice(a, b))] if a < b else []
+
+    def record(self, part):
+        """A COARSE with a slice of the list."""
+        count = part.stop - part.start
+        return self.box.record(first_listed=part.start, listed=count, **self._members)
+
+
+def beside(cells):
+    """Which cells are set or beside one that is."""
+    return spread(cells, [(-1, 2)] * 3)
+
+
+def spread(cells, offsets):
+    """Which cells have a set one a number of cells before; a range (start, stop) along z, y, x."""
+    for axis, (start, stop) in enumerate(offsets):
+        cells = np.moveaxis(cells, axis, 0)
+        result = np.zeros_like(cells)
+        for k in range(start, stop):
+            n = len(cells) - abs(k)
+            if n > 0:
+                result[max(k, 0) : max(k, 0) + n] |= cells[max(-k, 0) : max(-k, 0) + n]
+        cells = np.moveaxis(result, 0, axis)
+    return cells
+
+
+def near_handles(map_, whole, box, step):
+    """Which cells of `step` points have a handle, or are beside one that has.
+
+    Narrow peaks and kinks there may be between all nodes.
+    """
+    box = box.widened(1, 1)
+    near = np.zeros(box.shape, bool)
+    handles = map_.control_points.handles
+    places = [handles.deformed, *handles.segments.every(step * min(whole.spacing))]
+    at = whole.index_of(np.concatenate(places)) // step - box.first
+    at = at[np.all((at >= 0) & (at < box.cells), axis=1)].astype(int)
+    near[tuple(at.T[::-1])] = True
+    return beside(near)[1:-1, 1:-1, 1:-1]
