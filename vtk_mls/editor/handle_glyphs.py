@@ -13,6 +13,7 @@ from vtk_mls.vtk import arrays
 
 # Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
+LEFT_OUT = (105, 110, 120)
 SELECTED, DRAGGED, MASKING = (70, 230, 120), (255, 70, 110), (190, 150, 255)
 _OPACITIES = 1.0, 0.3  # in front of the data, and where data hide a handle
 _RADIUS, _RESTING_RADIUS, _HOVER_GROWTH = 6.5, 5.0, 3.0  # pixels
@@ -23,6 +24,7 @@ def handle_colors(state, selected, dragged):
     grips = state.grips
     colors = np.where(grips.are_resting[:, None], RESTING, MOVED)
     colors[grips.anchored] = ANCHORED
+    colors[: len(state)][~state.enabled] = LEFT_OUT
     colors[grips.owner == MASK] = MASKING
     colors[selected] = SELECTED
     colors[dragged] = DRAGGED

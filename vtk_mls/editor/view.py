@@ -125,6 +125,13 @@ class View:
         else:
             self._pace.make(make_map, not is_final)
 
+    def center_on(self, point):
+        """Move the camera to look at a point (3,), in the same direction."""
+        camera = self.scene.renderer.GetActiveCamera()
+        offset = np.subtract(point, camera.GetFocalPoint())
+        camera.SetPosition(np.add(camera.GetPosition(), offset))
+        camera.SetFocalPoint(point)
+
     def set_distortion(self, mode):
         """Show what a mode of `distortion.MODES` says, from the next `show` on."""
         self.distortion.mode = mode % len(MODES)
@@ -232,6 +239,8 @@ class View:
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
             parts.append(f"{int(state.anchored.sum())} fixed")
+        if not state.enabled.all():
+            parts.append(f"{int((~state.enabled).sum())} off")
         if state.smoothing:
             parts.append(f"smoothing {state.smoothing:g}")
         if state.steps != 1:
