@@ -75,7 +75,7 @@ class Editor(ShapeEdits, PairEdits):
         self._add_tools(self._cut_tool)
         if target is not None:
             self.set_target(target)
-        self._mouse = Mouse(interactor, self.document, self._tools)
+        self._mouse = Mouse(interactor, self.document, self._tools, self.place_at)
         self._keyboard = Keyboard(interactor, self)
         tick = self.document.tick
         self._timer_tag = interactor.AddObserver("TimerEvent", lambda *_: tick(), PRIORITY)
@@ -189,8 +189,11 @@ class Editor(ShapeEdits, PairEdits):
 
     def add_under_mouse(self):
         """Add a handle on the surface, or in the slice, under the mouse."""
-        self.document.show_deformed()
         pixel = self._mouse.pixel
+        if self.target is not None:
+            self.place_at(pixel)
+            return
+        self.document.show_deformed()
         pane = self.slices.pane_at(pixel)
         point = self.scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
         if point is None:
@@ -283,7 +286,7 @@ class Editor(ShapeEdits, PairEdits):
 
     def toggle_slices(self):
         """Show or hide three slices beside the 3-D view."""
-        self.slices.toggle()
+        self.view.toggle_slices()
         self.document.draw()
 
     def look_at(self, point, is_moving=False):
@@ -307,7 +310,7 @@ class Editor(ShapeEdits, PairEdits):
 
     def reset_camera(self):
         """Fit the camera to the data."""
-        self.scene.reset_camera()
+        self.view.reset_camera()
         self.document.draw()
 
     def save(self):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.target import MODES, Comparison, Target
+from vtk_mls.editor.target import Comparison, Target
 
 _SHARE_STEP = 0.1  # of the target, at each key
 _OTHER = {MOVING: "target", TARGET: "moving data"}
@@ -34,7 +34,22 @@ class PairEdits:
         """
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
-        self.document.show()
+        self.view.set_target(self.target)
+        self.set_comparison()
+
+    def place_at(self, pixel):
+        """Place a landmark where the data are at a pixel, on its side."""
+        pane = self.view.pane_at(pixel)
+        point = (
+            self.view.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
+        )
+        if point is None:
+            self.say("There is no surface under the mouse.")
+            return
+        side, pending = self.view.side_at(pixel), self.state.pending
+        if self.view.shows_both_at(pixel) and pending is not None:
+            side = TARGET if pending.side == MOVING else MOVING
+        self.place(side, point)
 
     def place(self, side, point):
         """Place a landmark on a side: the first of a pair, or the partner that completes it.
@@ -47,8 +62,7 @@ class PairEdits:
             Of the deformed data as they are drawn, or of the target.
         """
         if side == MOVING:
-            shown = self.state.changed(blend=0.0) if self.view.shows_undeformed else self.state
-            deformation = shown.deformation()
+            deformation = self.view.distortion.deformation
             point = point if deformation is None else deformation.backward([point])[0]
             if not np.isfinite(point).all():
                 self.say("There are no data at this place, which a cut has opened.")
@@ -111,16 +125,23 @@ class PairEdits:
         ValueError
             For other modes, and shares outside 0 to 1.
         """
-        if self.target is None:
-            self.say("There is no target to compare with; start with --target FILE.")
-            return
-        self.comparison = replace(self.comparison, **values)
+        comparison = replace(self.comparison, **values)
+        if self.target is not None:
+            self.comparison = comparison
+            self.view.target.set_comparison(comparison)
+        elif values:
+            self.say("There is no target to compare with: `--target FILE` of the command names it.")
         self.document.show()
 
-    def change_comparison(self):
-        """Take the next mode of `target.MODES`."""
-        number = MODES.index(self.comparison.mode) + 1
-        self.set_comparison(mode=MODES[number % len(MODES)])
+    def compare_by(self, mode):
+        """Draw both sides by one of `target.MODES`."""
+        self.set_comparison(mode=mode)
+
+    def toggle_table(self):
+        """Show or hide the table of pairs."""
+        if self.view.target is not None:
+            self.view.target.toggle_table()
+        self.document.draw()
 
     def change_share(self, count):
         """Show more of the target (1) or less of it (-1) where it fades."""
