@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.editor import json_values
+from vtk_mls.editor.pairs import Pending
 from vtk_mls.editor.state import State
 from vtk_mls.engine.device import caches
 from vtk_mls.files.paths import replacing
@@ -116,6 +117,8 @@ def _text(path, state):
         weights=None if state.weights is None else state.weights.tolist(),
         labels=list(state.labels),
         anchored=state.anchored.tolist(),
+        enabled=state.enabled.tolist(),
+        pending=_encoded_pending(state.pending),
         cuts=[json_values.encoded(cut) for cut in state.cuts],
         handles=[json_values.encoded(handle) for handle in state.handles],
         mask=None if state.mask is None else json_values.encoded(state.mask),
@@ -123,9 +126,14 @@ def _text(path, state):
     return json.dumps(values)
 
 
+def _encoded_pending(pending):
+    """Side, position and label of a `Pending`; None for none."""
+    return None if pending is None else [pending.side, pending.position.tolist(), pending.label]
+
+
 def _state(text):
     values = json.loads(text)
-    weights, mask = values["weights"], values.get("mask")
+    weights, mask, pending = values["weights"], values.get("mask"), values.get("pending")
     return State(
         values["rest"],
         values["deformed"],
@@ -136,5 +144,7 @@ def _state(text):
         # files of earlier versions lack them
         handles=[json_values.decoded(handle) for handle in values.get("handles", ())],
         mask=None if mask is None else json_values.decoded(mask),
+        enabled=values.get("enabled"),
+        pending=None if pending is None else Pending(*pending),
         **{o.name: values[o.name] for o in options.OPTIONS if o.name in values},
     )

@@ -154,7 +154,8 @@ class Document:
     def look_at(self, point, is_moving=False):
         """Move the slices to a point (3,)."""
         with self.reporting_errors():
-            self.view.slices.move_to(point, not is_moving)
+            self.view.slices.move_to(point)
+            self.view.show_slices(not is_moving)
         self.draw(is_moving)
 
     def show(self, is_final=True, is_quiet=False):

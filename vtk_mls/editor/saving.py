@@ -68,7 +68,7 @@ class Saver:
         OSError, ValueError
             Naming the file.
         """
-        folder = self._make_folder()
+        folder, state = self._make_folder(), state.enabled_only()
         before = _versions(folder)
         _write_picture(window, folder / PICTURE)
         _write_handles(state, folder)

@@ -24,8 +24,9 @@ class Scene:
     Parameters
     ----------
     window : vtkRenderWindow
-        Its first renderer is used, if there is one.
     datasets : list of vtkDataSet
+    renderer : vtkRenderer, optional
+        By default the first of the window, or a new one.
 
     Attributes
     ----------
@@ -34,14 +35,9 @@ class Scene:
     glyphs : HandleGlyphs
     """
 
-    def __init__(self, window, datasets):
-        self.window, self.renderer = window, window.GetRenderers().GetFirstRenderer()
-        if self.renderer is None:
-            self.renderer = vtkRenderer()
-            self.renderer.GradientBackgroundOn()
-            self.renderer.SetBackground(BOTTOM)
-            self.renderer.SetBackground2(TOP)
-            window.AddRenderer(self.renderer)
+    def __init__(self, window, datasets, renderer=None):
+        self.window = window
+        self.renderer = renderer or window.GetRenderers().GetFirstRenderer() or new_renderer(window)
         self.overlay = vtkRenderer()
         self.overlay.SetLayer(window.GetNumberOfLayers())
         self.overlay.InteractiveOff()
@@ -112,6 +108,16 @@ class Scene:
         # a camera of its own, as programs may replace the camera of the data for a picture
         self.overlay.GetActiveCamera().DeepCopy(self.renderer.GetActiveCamera())
         self.glyphs.fit(self.projection)
+
+
+def new_renderer(window):
+    """A vtkRenderer of a window, with the background of the editor."""
+    renderer = vtkRenderer()
+    renderer.GradientBackgroundOn()
+    renderer.SetBackground(BOTTOM)
+    renderer.SetBackground2(TOP)
+    window.AddRenderer(renderer)
+    return renderer
 
 
 class Picker:

@@ -72,6 +72,7 @@ class SceneVolume:
     def set_preset(self, number):
         """Set colors and opacities; the name of the preset."""
         self._preset = preset = self.presets[number % len(self.presets)]
+        self._limits = transfer_functions.gray_range(preset)
         colors, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
         for node in preset.colors:
             colors.AddRGBPoint(*node)
@@ -85,6 +86,20 @@ class SceneVolume:
         else:
             material.SetInterpolationTypeToLinear()
         return preset.name
+
+    def adjust(self, brightness, contrast):
+        """Change the gray values of slices.
+
+        Parameters
+        ----------
+        brightness : float
+            Added, relative to the range from black to white.
+        contrast : float
+            Factor of the slope.
+        """
+        low, high = self._limits
+        middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
+        self._limits = middle - half, middle + half
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes; above 1, steps along rays are longer."""
@@ -112,7 +127,7 @@ class SceneVolume:
     def colors_at(self, points):
         """Which points (n, 3) of the deformed space have material, and their colors (n, 3)."""
         has_material, values = self.surface().values_at(points)
-        return has_material, transfer_functions.slice_colors(self._preset, values)
+        return has_material, transfer_functions.slice_colors(self._preset, values, self._limits)
 
     def mesh(self):
         """None: slices show images by their colors."""

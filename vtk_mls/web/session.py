@@ -212,9 +212,11 @@ class Session:
         """Build kernels and shaders of the first map before the first drag."""
         state = self.editor.state.changed(blend=1.0)
         if state.is_identity:
-            grips = state.grips
-            step = 1e-3 * np.ptp(self.editor.scene.bounds, axis=0).max()
-            state = state.moved([0], grips.rest[:1] + step)
+            bounds = self.editor.scene.bounds
+            step = 1e-3 * np.ptp(bounds, axis=0).max()
+            if not len(state.grips):
+                state = state.with_handle(bounds[0], bounds[0])
+            state = state.moved([0], state.grips.rest[:1] + step)
         self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
         with suppress(ValueError, RuntimeError):  # the first edit reports it
             self.editor.document.preview(state.changed(anchored=None))

@@ -150,7 +150,7 @@ def _state_of(polydata, state):
     """A state with the handles of a file: its lines and surfaces are curves and regions."""
     has_shapes = polydata.GetNumberOfLines() + polydata.GetNumberOfPolys() > 0
     values = handle_values(polydata, "cells" if has_shapes else "points")
-    return state.changed(**values, anchored=None)
+    return state.changed(**values, anchored=None, enabled=None)
 
 
 def _zip(archive, files):
