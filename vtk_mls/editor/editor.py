@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import sessions
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.distortion import TEXTS
@@ -63,7 +64,7 @@ class Editor(ShapeEdits, PairEdits):
     """
 
     def __init__(self, interactor, datasets, state=None, paths=(), autosave=None, target=None):
-        self._interactor, self._lattice_number = interactor, 0
+        self._interactor, self._lattice_number, self.scores = interactor, 0, {}
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.view = View(interactor, datasets)
         self.scene, self.slices = self.view.scene, self.view.slices
@@ -345,6 +346,8 @@ class Editor(ShapeEdits, PairEdits):
         self.view.draw_for_file(self.state)
         try:
             sentence = self.saver.save(self.state, self.scene.window)
+        except Aborted:
+            sentence, is_saved = "Saving was stopped; the folder has a part of the files.", False
         except (OSError, *FAILURES) as error:
             sentence, is_saved = sentence_of(error), False
         else:

@@ -45,6 +45,7 @@ KEYS = (
     ("Up   Down", "jump to the previous or the next pair", ("Up",), "jump_by", -1),
     ("", "", ("Down",), "jump_by", 1),
     ("5", "leave the selected pairs out, or include them", ("5",), "toggle_enabled", None),
+    ("7", "refine the selected pairs by the images", ("7",), "refine", None),
     ("6", "show or hide the table of pairs", ("6",), "toggle_table", None),
     ("B", "show the data before and after", ("b",), "compare", None),
     ("M", "show or hide slices", ("m",), "toggle_slices", None),

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vtk_mls.base.progress import Aborted
+from vtk_mls.editor import grips, refining
 from vtk_mls.editor.pairs import MOVING, TARGET
 from vtk_mls.editor.target import Comparison, Target
+from vtk_mls.landmarks.text import refinement_sentence
 
 _SHARE_STEP = 0.1  # of the target, at each key
 _OTHER = {MOVING: "target", TARGET: "moving data"}
@@ -20,6 +23,8 @@ class PairEdits:
     ----------
     target : Target or None
     comparison : Comparison
+    scores : dict
+        Score of the match and why it is refused, by `refining.key_of`.
     """
 
     target = None
@@ -116,6 +121,43 @@ class PairEdits:
         points = self.selected[self.selected < count]
         first = 0 if step > 0 else count - 1
         self.jump_to(int(points[-1] + step) % count if len(points) else first)
+
+    def refine(self, rows=None, progress=None):
+        """Move landmarks to the best match of the images around them, where it is trustworthy.
+
+        Parameters
+        ----------
+        rows : (m,) ints, optional
+            The selected pairs, or that under the mouse, by default.
+        progress : callable, optional
+            As of `landmarks.refine`.
+        """
+        if self.target is None:
+            self.say("There is no target to refine landmarks on: `--target FILE` names it.")
+            return
+        rows = self.document.target_rows() if rows is None else rows
+        state, rows = self.state, [int(row) for row in rows if row < len(self.state)]
+        rows = [row for row in rows if not state.anchored[row]]
+        if not rows:
+            self.say("There are no pairs to refine, or they are fixed.")
+            return
+        datasets = self.saver.datasets[0], self.target.dataset
+        try:
+            refined, found = refining.refined(state, datasets, rows, progress)
+        except Aborted:
+            self.say("Refining was stopped; no landmark has moved.")
+            return
+        if found.moved.any() and not self.change(refined):
+            return
+        for i, row in enumerate(rows):
+            key = refining.key_of(self.state, row)
+            self.scores[key] = float(found.score[i]), found.refused[i]
+        names = [grips.names_of(state)[row] for row in rows]
+        self.say(refinement_sentence(found, names))
+
+    def refine_all(self, progress=None):
+        """Refine all pairs of the map, as of `refine`."""
+        self.refine(np.flatnonzero(self.state.enabled), progress)
 
     def set_comparison(self, **values):
         """Change `mode` and `share` of the comparison.

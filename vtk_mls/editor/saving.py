@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-from vtk_mls import Surface, io
+from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import polydata, script
 from vtk_mls.editor.handle_polydata import handle_polydata
@@ -38,6 +38,7 @@ class Saver:
 
     Attributes
     ----------
+    datasets : list of vtkDataSet
     paths : list of Path
         Files of the datasets, absolute.
     session : Path or None
@@ -51,11 +52,11 @@ class Saver:
     files : list of Path
         Files of the last save.
     progress : callable or None
-        Called with the saved fraction.
+        Called with the saved fraction; a true return value stops with `Aborted`.
     """
 
     def __init__(self, datasets, paths=()):
-        self._datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
+        self.datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
         self.session = None
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done, self._warnings = None, 0, []
@@ -86,12 +87,12 @@ class Saver:
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
         targets = []
-        for number in range(len(self._datasets)):
+        for number in range(len(self.datasets)):
             targets.append(self._write_deformed(deform, number, folder, targets))
-        field.SetInputData(0, self._datasets[0])
+        field.SetInputData(0, self.datasets[0])
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
-        sources = [self._source(number, folder) for number in range(len(self._datasets))]
+        sources = [self._source(number, folder) for number in range(len(self.datasets))]
         text = script.script(state, _handles_file(state), surfaces, list(zip(sources, targets)))
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
@@ -126,10 +127,13 @@ class Saver:
         with message_handlers(None, self._warnings.append):
             update(algorithm, self._note_progress)
         self._done += 1
+        if self._note_progress(0):  # data that take less time report nothing
+            raise Aborted("stopped as `progress` asked")
 
     def _note_progress(self, fraction):
-        if self.progress is not None:
-            self.progress((self._done + fraction) / (len(self._datasets) + 1))
+        if self.progress is None:
+            return False
+        return self.progress((self._done + fraction) / (len(self.datasets) + 1))
 
     def _make_folder(self):
         if self.folder is None:
@@ -149,7 +153,7 @@ class Saver:
     def _source(self, number, folder):
         """Path of a dataset for the script."""
         if number >= len(self.paths):
-            return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
+            return _write_dataset(self.datasets[number], folder, f"data-{number + 1}", ".vti")
         path = self.paths[number]
         if not self.copies_data:
             return os.fspath(path)
@@ -166,7 +170,7 @@ class Saver:
             for stem in _numbered(f"{stem}-deformed")
             if not {stem + ending for ending in endings} & set(other_names)
         )
-        deform.SetInputData(0, self._datasets[number])
+        deform.SetInputData(0, self.datasets[number])
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
 

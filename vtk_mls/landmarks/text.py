@@ -88,6 +88,22 @@ def refinement_heading(refinement: Refinement) -> str:
     )
 
 
+def refinement_sentence(refinement: Refinement, names: Sequence[str]) -> str:
+    """What to say of a refinement: of one landmark, or of several."""
+    if len(names) > 1:
+        text = refinement_heading(refinement)
+        still = [name for name, reason in zip(names, refinement.refused) if reason]
+        rest = f"; not moved: {_listed(still)}" if 0 < len(still) < len(names) else ""
+        return f"{text[0].upper()}{text[1:]}{rest}."
+    if refinement.refused[0]:
+        return f"Landmark {names[0]} is not moved: {refinement.refused[0]}."
+    before, score = float(refinement.score_before[0]), float(refinement.score[0])
+    return (
+        f"Landmark {names[0]} is moved by {refinement.moved[0]:.3g}; score {before:.2f} before, "
+        f"{score:.2f} now."
+    )
+
+
 def worst_first(report: Report) -> list[int]:
     """Rows of all pairs: outliers first, then by error."""
     return [int(i) for i in np.lexsort([-report.error, ~report.outlier])]
