@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.editor import sessions
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import FAILURES, Document, sentence_of
@@ -313,14 +314,30 @@ class Editor(ShapeEdits, PairEdits):
         self.view.reset_camera()
         self.document.draw()
 
+    def save_session(self):
+        """Save a session file, which opens again; whether it is saved."""
+        self.finish()
+        try:
+            path = sessions.write(self)
+        except (OSError, *FAILURES) as error:
+            self.say(sentence_of(error))
+            return False
+        self.saver.session, self.saver.files = path, [path]
+        self.document.note_save()
+        self.say(f"The session is saved: vtk-mls view {path} opens it again.")
+        self.document.draw()
+        return True
+
     def save(self):
-        """Save handles, deformed data, displacement field, picture and script.
+        """Save handles, deformed data, displacement field, picture and script; or the session.
 
         Returns
         -------
         bool
             Whether all are saved.
         """
+        if self.saver.takes_session:
+            return self.save_session()
         self.finish()
         self.document.show_deformed()
         self.say("Saving ...")

@@ -15,11 +15,12 @@ from vtk_mls import Surface, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import polydata, script
 from vtk_mls.editor.handle_polydata import handle_polydata
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, session_files
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 
+SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 SHAPES = "handles.vtp"  # instead, if there are regions or curves
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
@@ -37,8 +38,13 @@ class Saver:
 
     Attributes
     ----------
+    paths : list of Path
+        Files of the datasets, absolute.
+    session : Path or None
+        The session file; None: `save_session` makes one in the folder.
     folder : Path or None
-        None: the first save makes one in `within`, named after the first dataset.
+        Of saved files; or a session file, which is saved instead of them. None: the first save
+        makes one in `within`, named after the first dataset.
     within : Path
     copies_data : bool
         Whether to copy the files of the datasets, for files that are temporary.
@@ -49,7 +55,8 @@ class Saver:
     """
 
     def __init__(self, datasets, paths=()):
-        self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
+        self._datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
+        self.session = None
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done, self._warnings = None, 0, []
 
@@ -93,6 +100,28 @@ class Saver:
         warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
         return " ".join([said, *warnings])
 
+    @property
+    def takes_session(self):
+        """Whether a session is saved instead of files in a folder."""
+        return self.folder is not None and session_files.is_session(self.folder)
+
+    def session_place(self):
+        """The session file, and the files of the datasets that it names.
+
+        Raises
+        ------
+        OSError, ValueError
+            Naming the file; for datasets without one.
+        """
+        if not self.paths:
+            raise ValueError("a session names the files of its data, and these have none")
+        path = self.folder if self.takes_session else self.session
+        path = path or self._make_folder() / SESSION
+        if not self.copies_data:
+            return path, self.paths
+        folder = path.parent
+        return path, [folder / self._source(number, folder) for number in range(len(self.paths))]
+
     def _update(self, algorithm):
         with message_handlers(None, self._warnings.append):
             update(algorithm, self._note_progress)
@@ -111,17 +140,17 @@ class Saver:
 
     def _name(self, number):
         """Stem and ending of the file of a dataset."""
-        if number >= len(self._paths):
+        if number >= len(self.paths):
             return f"data-{number + 1}", ".vti"
-        name = self._paths[number].name
+        name = self.paths[number].name
         stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
         return stem, dot + ending
 
     def _source(self, number, folder):
         """Path of a dataset for the script."""
-        if number >= len(self._paths):
+        if number >= len(self.paths):
             return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
-        path = self._paths[number]
+        path = self.paths[number]
         if not self.copies_data:
             return os.fspath(path)
         with replacing(folder / path.name) as new:
