@@ -163,9 +163,10 @@ class Mouse(Observer):
         is_slice_moving = self._pane is not None and self._drag is None
         self.finish()
         if is_slice_moving:
-            document.look_at(self._slices.point)
             if is_click and self._view.target is not None:
                 self._place_landmark()
+            else:
+                document.look_at(self._slices.point)
         elif corner is not None:
             positions = document.state.grips.deformed
             document.select(self._view.scene.projection.between(positions, corner, self.pixel))
@@ -213,8 +214,7 @@ class Mouse(Observer):
         self._document.say("")
         with self._document.reporting_errors():
             self._place(self.pixel)
-        if self._document.view.overlay.message != self._view.drawn_message:
-            self._document.draw()
+        self._document.draw(is_moving=True)
 
     def _show_band(self, corners):
         self._document.view.overlay.set_band(corners)

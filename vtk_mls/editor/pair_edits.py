@@ -75,7 +75,7 @@ class PairEdits:
         if not self.change(self.state.with_landmark(side, point)):
             return
         if self.state.pending is None:
-            self.select([len(self.state) - 1])
+            self.document.selected = np.array([len(self.state) - 1])
             self.say(f"Landmark {self.state.labels[-1]} is placed on both sides.")
         else:
             name = self.state.pending.label
