@@ -6,6 +6,7 @@ import asyncio
 import os
 import socket
 import sys
+import traceback
 from contextlib import suppress
 from pathlib import Path
 
@@ -125,7 +126,8 @@ class Page:
 
         A tab's messages are answered one after the other: nothing here waits for the editor.
         """
-        self.session.call(lambda: edits.apply(self.session, name, value))
+        future = self.session.call(lambda: edits.apply(self.session, name, value))
+        future.add_done_callback(_print_failure)
 
     def _begin(self, name):
         """Begin one of `_TASKS`, or stop the one that goes on."""
@@ -225,6 +227,12 @@ def serve(
     page.open(datasets, state, paths, folder, target, session)
     _warn_if_remote(host)
     page.serve(host, port, _print_address)
+
+
+def _print_failure(future):
+    """Print the traceback of an error that the editor does not show."""
+    if future.exception() is not None:
+        traceback.print_exception(future.exception())
 
 
 def _print_address(address):
