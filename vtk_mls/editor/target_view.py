@@ -6,18 +6,20 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor
 
 from vtk_mls import Deformation
+from vtk_mls.editor import keys
 from vtk_mls.editor.comparing import ComparedItem
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
 from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.scene import Scene, new_renderer
+from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
 from vtk_mls.editor.target import BESIDE, FADE, Comparison
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
+_LIFT = 18  # pixels of the status line above the names of slices
 _FAR = 0.5  # between the middles of both sides, relative to their size: they hardly overlap
 
 
@@ -54,7 +56,10 @@ class TargetView:
             slices.set_bounds(bounds)
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: LandmarkNames(scene.overlay) for side, scene in scenes.items()}
-        self._text = PairText(self.scene.overlay, f"target: {target.name}")
+        self._overlay, self._texts = view.overlay, new_layer(window)
+        self._overlay.move_to(self._texts, _LIFT)
+        self._overlay.set_hint(keys.TARGET_HINT)
+        self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
             self._ghosts.append(_ghost_of(item))
@@ -140,7 +145,7 @@ class TargetView:
 
     def lay_out(self):
         """Place the texts for the size of the window."""
-        self._text.lay_out()
+        self._text.lay_out(self.scene.renderer)
 
     def reset_camera(self):
         """Fit the shared camera to the target, and to what is drawn near it."""
@@ -155,9 +160,11 @@ class TargetView:
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
         self._names[MOVING].show(np.zeros((0, 3)), [], False)
+        self._overlay.move_to()
+        self._overlay.set_hint(keys.HINT)
         self.scene.detach()
         self.scene.renderer.SetActiveCamera(self._own_camera)
-        for renderer in (self.scene.renderer, self.scene.overlay):
+        for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
             self.scene.window.RemoveRenderer(renderer)
         self.scene.window.SetNumberOfLayers(self.scene.overlay.GetLayer())
 
