@@ -68,18 +68,17 @@ class TargetView:
             (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
             for scene in scenes.values()
         ]
-        self.arrange(shows_slices=not isinstance(self.scene.items[0], SceneMesh))
+        self._shows_slices = not isinstance(self.scene.items[0], SceneMesh)
+        self._arrange()
         self.reset_camera()
 
-    def arrange(self, shows_slices=None):
-        """Divide the window for the comparison; slices as they are for None."""
-        if shows_slices is None:
-            shows_slices = self.slices.is_visible
+    def _arrange(self):
+        """Divide the window for the comparison."""
         left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
         if self._comparison.mode == BESIDE:
             self._moving_slices.compared = []
-            self._moving_slices.arrange(left, _grid, shows_slices)
-            self.slices.arrange(right, _grid, shows_slices)
+            self._moving_slices.arrange(left, _grid, self._shows_slices)
+            self.slices.arrange(right, _grid, self._shows_slices)
         else:
             items = self._moving.items, self.scene.items
             image = ComparedItem(*items, self._comparison, self._bounds())
@@ -89,10 +88,8 @@ class TargetView:
 
     def set_comparison(self, comparison):
         """Draw both sides as a `Comparison` says, from the next `show` on."""
-        was_beside = self._comparison.mode == BESIDE
-        shows_slices = self.slices.is_visible if was_beside else True
         self._comparison = comparison
-        self.arrange(shows_slices)
+        self._arrange()
         opacity = comparison.share if comparison.mode == FADE else 0.5
         for ghost in self._ghosts:
             ghost.SetVisibility(comparison.mode != BESIDE)
@@ -101,7 +98,8 @@ class TargetView:
     def toggle_slices(self):
         """Show or hide the slices of both sides."""
         if self._comparison.mode == BESIDE:
-            self.arrange(not self.slices.is_visible)
+            self._shows_slices = not self._shows_slices
+            self._arrange()
 
     def toggle_table(self):
         """Show or hide the table of pairs."""
@@ -167,6 +165,7 @@ class TargetView:
         for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
             self.scene.window.RemoveRenderer(renderer)
         self.scene.window.SetNumberOfLayers(self.scene.overlay.GetLayer())
+        self._moving.reset_camera()
 
     def _bounds(self):
         """Corners (2, 3) of a box around the target, and the data unless they are far."""
