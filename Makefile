@@ -1,7 +1,7 @@
 # make demo     deform a real volume in four ways; write .vti files and a picture to demo-output/
 # make check    style, and the tests of core, engine, filters and project: for every day
-# make test     all tests, with the newest installed ParaView
-# make matrix   all tests in every supported ParaView, which it installs
+# make test     all tests with a few of their cases, in the newest installed ParaView
+# make matrix   all cases of all tests in every supported ParaView, which it installs
 # make environments  test the wheel in empty environments, from the oldest packages to the newest
 # make drivers  run the kernels under an OpenCL simulator and a GPU compiler
 # make fuzz     test random cases until one fails (CASES=10000)

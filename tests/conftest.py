@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 from control_point_sets import KINDS_AND_DEGREES
+from pairwise import few_with_each_value
 
 
 @pytest.fixture(params=KINDS_AND_DEGREES, ids=lambda k: f"{k[0]}{k[1]}")
@@ -20,6 +21,21 @@ def kind_and_degree(request):
 @pytest.fixture
 def rng():
     return np.random.default_rng(20240229)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Leave all but a few cases of a test to `make matrix`: each value is in one of those few."""
+    cases = defaultdict(list)
+    for item in items:
+        if hasattr(item, "callspec") and not item.get_closest_marker("matrix"):
+            cases[item.nodeid.partition("[")[0]].append(item)
+    for found in cases.values():
+        rows = [item.callspec._idlist for item in found]
+        few = few_with_each_value(rows)
+        for number, item in enumerate(found):
+            if number not in few:
+                item.add_marker(pytest.mark.matrix)
 
 
 def pytest_terminal_summary(terminalreporter):

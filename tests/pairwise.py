@@ -6,16 +6,45 @@ times as much and find hardly more.
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import combinations, product
 
 import pytest
 
 
 def paired(**parameters):
-    """A decorator for a test: `pytest.mark.parametrize` by `cases` of the parameters' values."""
+    """A decorator for a test: `pytest.mark.parametrize` by `cases` of the parameters' values.
+
+    All but a few cases are left to `make matrix`; each value is in one of those few.
+    """
     rows = cases(*(list(values) for values in parameters.values()))
-    ids = ["-".join(map(_name, row)) for row in rows]
-    return pytest.mark.parametrize(tuple(parameters), rows, ids=ids)
+    names = [tuple(map(_name, row)) for row in rows]
+    few = few_with_each_value(names)
+    marked = [
+        pytest.param(*row, id="-".join(name), marks=[] if i in few else [pytest.mark.matrix])
+        for i, (row, name) in enumerate(zip(rows, names))
+    ]
+    return pytest.mark.parametrize(tuple(parameters), marked)
+
+
+def few_with_each_value(rows):
+    """Numbers of a few rows in which each value of each column appears.
+
+    Each is the row with most new values, and among these the one whose values appear least.
+    """
+    uses = Counter()
+    left, few = {i: list(enumerate(row)) for i, row in enumerate(rows)}, set()
+    while left:
+        rank = {
+            i: (sum(not uses[value] for value in row), -sum(uses[value] for value in row))
+            for i, row in left.items()
+        }
+        best = max(rank, key=rank.get)
+        if not rank[best][0] and few:
+            break
+        uses.update(left.pop(best))
+        few.add(best)
+    return few
 
 
 def cases(*lists):

@@ -54,7 +54,7 @@ __all__ = [
     "Surface",
     "VoidCells",
 ]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # Imported at the first use of a name: the command line must handle Ctrl-C before numpy is loaded.
 _MODULES = {

@@ -71,3 +71,14 @@ def test_intels_driver_from_pip_is_added_to_the_systems(tmp_path, monkeypatch):
     monkeypatch.setenv("OCL_ICD_VENDORS", "/chosen")
     with drivers.registered():
         assert os.environ["OCL_ICD_VENDORS"] == "/chosen"
+
+
+def test_the_lock_of_a_killed_process_is_removed(cache):
+    lock = Path(caches.kernel_folder(), "lock")
+    lock.parent.mkdir(parents=True)
+    lock.touch()
+    caches.kernel_folder()
+    assert lock.exists()  # a build in another process
+    os.utime(lock, (0, 0))
+    caches.kernel_folder()
+    assert not lock.exists()

@@ -229,7 +229,7 @@ GIVEN = {
     ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
     ("shell", 0): HEAD,
     ("paraview_clicks", 0): BENT,
-    ("cookbook", 5): PYVISTA,
+    ("cookbook", 1): PYVISTA,
 }
 BLOCKS = [
     pytest.param(GIVEN.get((page.stem, number), ""), code, id=f"{page.stem}-{number}")

@@ -64,6 +64,8 @@ KEYS = (
 # Shown without the legend; narrow windows show the last part only.
 HINT = "Drag a handle, or beside it to turn.   C  cut   Z  undo   S  save", "H  all keys"
 
+TARGET_HINT = "Click a place on one side, then on the other.", "H  all keys"
+
 _CHARACTERS = {
     "plus": "+",
     "KP_Add": "+",

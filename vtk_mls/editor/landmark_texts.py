@@ -50,10 +50,10 @@ class LandmarkNames:
 
 
 class PairText:
-    """A title and the table of pairs in the corner of a renderer."""
+    """A title and the table of pairs, drawn in the renderer of all texts."""
 
     def __init__(self, renderer, title):
-        self._renderer, self._title, self._table = renderer, vtkTextActor(), vtkTextActor()
+        self._title, self._table = vtkTextActor(), vtkTextActor()
         self._title.SetInput(title)
         for actor, color in ((self._title, _TITLE_COLOR), (self._table, _COLOR)):
             actor.SetTextScaleModeToNone()
@@ -80,11 +80,12 @@ class PairText:
         self._table.SetInput("\n".join(lines))
         self._table.SetVisibility(bool(lines))
 
-    def lay_out(self):
-        """Place the texts for the size of the window."""
-        top = self._renderer.GetSize()[1] - _MARGIN
-        self._title.SetPosition(_MARGIN, top)
-        self._table.SetPosition(_MARGIN, top - 2 * _SIZE)
+    def lay_out(self, renderer):
+        """Place the texts at the top of another renderer, of the target."""
+        left, low = renderer.GetOrigin()
+        top = low + renderer.GetSize()[1] - _MARGIN
+        self._title.SetPosition(left + _MARGIN, top)
+        self._table.SetPosition(left + _MARGIN, top - 2 * _SIZE)
 
 
 def lines_of(table, selected):

@@ -63,6 +63,14 @@ class Mouse(Observer):
             "MiddleButtonPressEvent": self._press_other_button,
         }
         super().__init__(interactor, handlers)
+        self._style = interactor.GetInteractorStyle()
+        # the style takes all events from its button press to the release
+        self._style_tag = self._style.AddObserver("EndInteractionEvent", self._end_camera)
+
+    def detach(self):
+        """End an interaction, and handle no more events."""
+        super().detach()
+        self._style.RemoveObserver(self._style_tag)
 
     def finish(self):
         """Release handles, slices or the rubber band."""
@@ -154,9 +162,6 @@ class Mouse(Observer):
 
     def _release(self, interactor, event):
         if not self._is_busy:
-            if self._is_placing and self._is_click:
-                self._place_landmark()
-            self._is_placing = False
             return
         document, corner, grabbed = self._document, self._band_corner, self._document.grabbed
         is_click = self._is_click
@@ -173,6 +178,12 @@ class Mouse(Observer):
         elif is_click and interactor.GetControlKey():
             document.select(np.setxor1d(document.selected, [grabbed]))
         self._abort(event)
+
+    def _end_camera(self, style, event):
+        """Place a landmark if the mouse has not moved the camera."""
+        is_placing, self._is_placing = self._is_placing and self._is_click, False
+        if is_placing:
+            self._place_landmark()
 
     def _leave(self, interactor, event):
         if not self._is_busy:

@@ -38,11 +38,7 @@ class Scene:
     def __init__(self, window, datasets, renderer=None):
         self.window = window
         self.renderer = renderer or window.GetRenderers().GetFirstRenderer() or new_renderer(window)
-        self.overlay = vtkRenderer()
-        self.overlay.SetLayer(window.GetNumberOfLayers())
-        self.overlay.InteractiveOff()
-        window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
-        window.AddRenderer(self.overlay)
+        self.overlay = new_layer(window)
         self.items = [_item(dataset, self.renderer) for dataset in datasets]
         self.glyphs = HandleGlyphs(self.renderer, self.overlay)
         self._tag = self.renderer.AddObserver(vtkCommand.StartEvent, self._before_render)
@@ -70,8 +66,9 @@ class Scene:
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""
+        is_beside = any(self.renderer.GetOrigin())
         for item in self.items:
-            item.set_coarseness(pixels)
+            item.set_coarseness(pixels, is_beside)
 
     def picker(self):
         """A `Picker` of the data as they are drawn now."""
@@ -108,6 +105,16 @@ class Scene:
         # a camera of its own, as programs may replace the camera of the data for a picture
         self.overlay.GetActiveCamera().DeepCopy(self.renderer.GetActiveCamera())
         self.glyphs.fit(self.projection)
+
+
+def new_layer(window):
+    """A vtkRenderer above all others of a window."""
+    renderer = vtkRenderer()
+    renderer.SetLayer(window.GetNumberOfLayers())
+    renderer.InteractiveOff()
+    window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
+    window.AddRenderer(renderer)
+    return renderer
 
 
 def new_renderer(window):

@@ -68,7 +68,7 @@ class SceneMesh:
     def adjust(self, brightness, contrast):
         """Nothing changes: slices show outlines."""
 
-    def set_coarseness(self, pixels):
+    def set_coarseness(self, pixels, is_beside=False):
         """Nothing changes: no rays are cast for meshes."""
 
     def show(self, deformation, nodes, distortion, is_final):

@@ -101,9 +101,14 @@ class SceneVolume:
         middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
         self._limits = middle - half, middle + half
 
-    def set_coarseness(self, pixels):
-        """Set the pixels between rays along both axes; above 1, steps along rays are longer."""
+    def set_coarseness(self, pixels, is_beside=False):
+        """Set the pixels between rays along both axes; above 1, steps along rays are longer.
+
+        `is_beside`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
+        there with fewer rays, so only the steps are longer.
+        """
         step = _STEP if pixels <= 1 else _COARSE_STEP
+        pixels = 1 if is_beside else pixels
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
 

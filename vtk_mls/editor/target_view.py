@@ -6,18 +6,20 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor
 
 from vtk_mls import Deformation
+from vtk_mls.editor import keys
 from vtk_mls.editor.comparing import ComparedItem
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
 from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.scene import Scene, new_renderer
+from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
 from vtk_mls.editor.target import BESIDE, FADE, Comparison
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
+_LIFT = 18  # pixels of the status line above the names of slices
 _FAR = 0.5  # between the middles of both sides, relative to their size: they hardly overlap
 
 
@@ -54,7 +56,10 @@ class TargetView:
             slices.set_bounds(bounds)
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: LandmarkNames(scene.overlay) for side, scene in scenes.items()}
-        self._text = PairText(self.scene.overlay, f"target: {target.name}")
+        self._overlay, self._texts = view.overlay, new_layer(window)
+        self._overlay.move_to(self._texts, _LIFT)
+        self._overlay.set_hint(keys.TARGET_HINT)
+        self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
             self._ghosts.append(_ghost_of(item))
@@ -63,18 +68,17 @@ class TargetView:
             (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
             for scene in scenes.values()
         ]
-        self.arrange(shows_slices=not isinstance(self.scene.items[0], SceneMesh))
+        self._shows_slices = not isinstance(self.scene.items[0], SceneMesh)
+        self._arrange()
         self.reset_camera()
 
-    def arrange(self, shows_slices=None):
-        """Divide the window for the comparison; slices as they are for None."""
-        if shows_slices is None:
-            shows_slices = self.slices.is_visible
+    def _arrange(self):
+        """Divide the window for the comparison."""
         left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
         if self._comparison.mode == BESIDE:
             self._moving_slices.compared = []
-            self._moving_slices.arrange(left, _grid, shows_slices)
-            self.slices.arrange(right, _grid, shows_slices)
+            self._moving_slices.arrange(left, _grid, self._shows_slices)
+            self.slices.arrange(right, _grid, self._shows_slices)
         else:
             items = self._moving.items, self.scene.items
             image = ComparedItem(*items, self._comparison, self._bounds())
@@ -84,10 +88,8 @@ class TargetView:
 
     def set_comparison(self, comparison):
         """Draw both sides as a `Comparison` says, from the next `show` on."""
-        was_beside = self._comparison.mode == BESIDE
-        shows_slices = self.slices.is_visible if was_beside else True
         self._comparison = comparison
-        self.arrange(shows_slices)
+        self._arrange()
         opacity = comparison.share if comparison.mode == FADE else 0.5
         for ghost in self._ghosts:
             ghost.SetVisibility(comparison.mode != BESIDE)
@@ -96,7 +98,8 @@ class TargetView:
     def toggle_slices(self):
         """Show or hide the slices of both sides."""
         if self._comparison.mode == BESIDE:
-            self.arrange(not self.slices.is_visible)
+            self._shows_slices = not self._shows_slices
+            self._arrange()
 
     def toggle_table(self):
         """Show or hide the table of pairs."""
@@ -140,7 +143,7 @@ class TargetView:
 
     def lay_out(self):
         """Place the texts for the size of the window."""
-        self._text.lay_out()
+        self._text.lay_out(self.scene.renderer)
 
     def reset_camera(self):
         """Fit the shared camera to the target, and to what is drawn near it."""
@@ -155,11 +158,14 @@ class TargetView:
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
         self._names[MOVING].show(np.zeros((0, 3)), [], False)
+        self._overlay.move_to()
+        self._overlay.set_hint(keys.HINT)
         self.scene.detach()
         self.scene.renderer.SetActiveCamera(self._own_camera)
-        for renderer in (self.scene.renderer, self.scene.overlay):
+        for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
             self.scene.window.RemoveRenderer(renderer)
         self.scene.window.SetNumberOfLayers(self.scene.overlay.GetLayer())
+        self._moving.reset_camera()
 
     def _bounds(self):
         """Corners (2, 3) of a box around the target, and the data unless they are far."""

@@ -259,6 +259,7 @@ def _key_name(event):
 
 def _remove_texts(editor):
     """Remove texts from the picture: the page shows them, and sharper."""
-    for prop in [*editor.scene.overlay.GetViewProps()]:
+    renderer = editor.view.overlay.renderer
+    for prop in [*renderer.GetViewProps()]:
         if isinstance(prop, vtkTextActor):
-            editor.scene.overlay.RemoveViewProp(prop)
+            renderer.RemoveViewProp(prop)

@@ -6,7 +6,11 @@ import functools
 import os
 import sys
 import tempfile
+import time
+from contextlib import suppress
 from pathlib import Path
+
+_OLDEST_LOCK = 5  # seconds; pyopencl holds its lock for milliseconds
 
 
 @functools.cache
@@ -24,6 +28,23 @@ def folder() -> Path | None:
         return None
     os.environ["XDG_CACHE_HOME"] = str(path)
     return path
+
+
+def kernel_folder() -> str | None:
+    """The folder where pyopencl keeps built kernels; None for its own.
+
+    A process that is killed while it holds the lock of the folder leaves the lock there, and
+    pyopencl then waits a minute for each kernel. Such a lock is removed.
+    """
+    parent = folder()
+    if parent is None:
+        return None
+    path = parent / "vtk_mls" / "kernels"
+    with suppress(OSError):
+        lock = path / "lock"
+        if time.time() - lock.stat().st_mtime > _OLDEST_LOCK:
+            lock.unlink()
+    return str(path)
 
 
 def _usual_folder():

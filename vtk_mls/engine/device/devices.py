@@ -314,7 +314,8 @@ def _built(device, name, text):
         # output of the compiler, and failures of pyopencl's cache
         warnings.simplefilter("ignore")
         # warnings are about the driver's choice of instructions
-        return cl.Kernel(cl.Program(context(device), text).build(options=["-w"]), name)
+        program = cl.Program(context(device), text)
+        return cl.Kernel(program.build(options=["-w"], cache_dir=caches.kernel_folder()), name)
 
 
 def _compiler_errors(error) -> str:
