@@ -41,6 +41,7 @@ def _image(values):
 def session(rng, tmp_path, monkeypatch):
     """A session of two images; the target is the moving one, shifted by whole points."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vtk_mls.web.session._SIZE", (160, 120))  # software draws it
     values = _texture(rng)
     images = _image(values), _image(np.roll(values, _SHIFT.astype(int)[::-1], (0, 1, 2)))
     for name, image in zip(("moving.vti", "target.vti"), images):
@@ -71,7 +72,7 @@ def test_pairs_are_edited_by_the_table(session):
     assert [pair["name"] for pair in values["pairs"]] == ["b", "nose"]
     do(session, "undo")
     assert [pair["enabled"] for pair in values["pairs"]] == [True, False, True]
-    for mode in ("difference", "checkerboard", "fade"):
+    for mode in ("difference", "fade"):
         assert do(session, "comparison", mode)["comparison"] == mode
     assert do(session, "share", 0.25)["share"] == 0.25
     before = session.editor.state
