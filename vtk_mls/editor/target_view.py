@@ -141,6 +141,10 @@ class TargetView:
         self._text.set_table(state.pairs if self._has_table else None, selected)
         self._text.set_visible(are_visible)
 
+    def hide_texts(self):
+        """Hide title and table until the next `draw`."""
+        self._text.set_visible(False)
+
     def lay_out(self):
         """Place the texts for the size of the window."""
         self._text.lay_out(self.scene.renderer)

@@ -231,6 +231,8 @@ class View:
             widget.set_visible(False)
         self._set_coarseness(self._pace.pixels_for_file())
         self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
+        if self.target is not None:
+            self.target.hide_texts()
         self.scene.window.Render()
         self.overlay.set_texts_visible(not self.hides_handles)
         self.overlay.set_keys_visible(has_keys)
