@@ -215,7 +215,7 @@ class Mouse(Observer):
         self._adjusted_pixel = self.pixel
         with self._document.reporting_errors():
             self._view.adjust(self._pressed_pixel, up, 2.0**right)
-        self._document.draw(is_moving=True)
+        self._document.draw_slices()
 
     @property
     def _is_click(self):

@@ -22,6 +22,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _STEP, _COARSE_STEP = 0.5, 1.2  # between samples along a ray, in voxels
+_MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays
 _SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
 _MIN_OPACITY = 0.05  # of a whole ray; with less than 1, the surface is at half of it
 _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
@@ -108,7 +109,8 @@ class SceneVolume:
         there with fewer rays, so only the steps are longer.
         """
         step = _STEP if pixels <= 1 else _COARSE_STEP
-        pixels = 1 if is_beside else pixels
+        if is_beside:
+            step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
 

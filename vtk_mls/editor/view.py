@@ -240,6 +240,23 @@ class View:
         for widget in self._widgets:
             widget.set_visible(not self.hides_handles)
 
+    def draw_slices(self, state, selected, hovered, dragged):
+        """Render the slices, which have moved, and keep the picture of 3-D views with a target."""
+        if self.target is None or not self.slices.is_visible:
+            self.draw(state, selected, hovered, dragged, is_moving=True)
+            return
+        layers = [
+            renderer
+            for scene in (self.scene, self.target.scene)
+            for renderer in (scene.renderer, scene.overlay)
+        ]
+        self._draw_handles(state, selected, hovered, dragged)
+        for renderer in layers:
+            renderer.DrawOff()
+        self.scene.window.Render()
+        for renderer in layers:
+            renderer.DrawOn()
+
     @property
     def is_refinement_due(self):
         """Whether a coarse picture is to be replaced now."""
