@@ -48,7 +48,7 @@ def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
         _wait(page, f"{_ROWS} === 4")
         page.tab.get_by_role("button", name="Slices").click()  # hidden: two 3-D views
         for side in (0.25, 0.75):
-            page.tab.mouse.click(*page.pixel((side, 0.5)))
+            page.tab.mouse.click(*page.pixel((side - 0.06, 0.36)))  # beside the handles
             time.sleep(0.3)
         _wait(page, f"{_ROWS} === 5")
         page.says("is placed on both sides")

@@ -74,7 +74,10 @@ class TargetView:
 
     def _arrange(self):
         """Divide the window for the comparison."""
+        self._is_upright = self._window_is_upright()
         left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
+        if self._is_upright:
+            left, right = (0, 0.5, 1, 1), (0, 0, 1, 0.5)
         if self._comparison.mode == BESIDE:
             self._moving_slices.compared = []
             self._moving_slices.arrange(left, _grid, self._shows_slices)
@@ -146,8 +149,14 @@ class TargetView:
         self._text.set_visible(False)
 
     def lay_out(self):
-        """Place the texts for the size of the window."""
+        """Place sides and texts for the size of the window: above each other in upright ones."""
+        if self._is_upright != self._window_is_upright():
+            self._arrange()
         self._text.lay_out(self.scene.renderer)
+
+    def _window_is_upright(self):
+        width, height = self.scene.window.GetSize()
+        return height > 1.2 * width
 
     def reset_camera(self):
         """Fit the shared camera to the target, and to what is drawn near it."""
