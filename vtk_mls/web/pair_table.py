@@ -61,7 +61,7 @@ def _comparison(edit):
         density="compact",
         hide_details=True,
         color="primary",
-        aria_label="Share of the target",
+        raw_attrs=['aria-label="Share of the target"'],
         style="width: 140px; flex: none;",
     )
     v.VBtn(
@@ -131,7 +131,7 @@ def _cells(edit):
             v_if="item.row >= 0",
             type="checkbox",
             checked=("item.enabled",),
-            aria_label=("'Use ' + item.name",),
+            raw_attrs=[_label("Use")],
             change=(edit, "['enable', [item.row, $event.target.checked]]"),
         )
     with _cell("name"):
@@ -139,7 +139,7 @@ def _cells(edit):
             v_if="item.row >= 0",
             classes="mls-name",
             value=("item.name",),
-            aria_label=("'Name of ' + item.name",),
+            raw_attrs=[_label("Name of")],
             focus=(edit, "['select', [item.row]]"),
             change=(edit, "['name', [item.row, $event.target.value]]"),
         )
@@ -168,7 +168,7 @@ def _cells(edit):
                 size="x-small",
                 variant="text",
                 title=text,
-                aria_label=(f"'{text} ' + item.name",),
+                raw_attrs=[_label(text)],
                 click=(edit, f"['{name}', [item.row]]"),
             )
         v.VBtn(
@@ -179,6 +179,11 @@ def _cells(edit):
             title="Remove (Esc)",
             click=(edit, "['cancel_landmark']"),
         )
+
+
+def _label(text):
+    """The attribute that names a control of a row; trame drops `aria_label`."""
+    return f":aria-label=\"'{text} ' + item.name\""
 
 
 def _cell(key):
