@@ -74,6 +74,12 @@ def itk_spline(rest, deformed):
     import itk
 
     transform = itk.ThinPlateSplineKernelTransform[itk.D, 3].New()
+    set_landmarks(transform, deformed, rest)
+    return transform
+
+
+def set_landmarks(transform, source, target):
+    """Fit a kernel transform of ITK that leads from source to target points."""
 
     def landmarks(points):
         out = type(transform.GetSourceLandmarks()).New()
@@ -81,10 +87,9 @@ def itk_spline(rest, deformed):
             out.SetPoint(number, point)
         return out
 
-    transform.SetSourceLandmarks(landmarks(deformed))
-    transform.SetTargetLandmarks(landmarks(rest))
+    transform.SetSourceLandmarks(landmarks(source))
+    transform.SetTargetLandmarks(landmarks(target))
     transform.ComputeWMatrix()
-    return transform
 
 
 def _itk(rest, deformed, n):
