@@ -156,7 +156,7 @@ class TargetView:
 
     def _window_is_upright(self):
         width, height = self.scene.window.GetSize()
-        return height > 1.2 * width
+        return height > width
 
     def reset_camera(self):
         """Fit the shared camera to the target, and to what is drawn near it."""
