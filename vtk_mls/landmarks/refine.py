@@ -88,12 +88,10 @@ def refine(
 ) -> Refinement:
     """Move landmarks on the target to the best match of the moving image around them.
 
-    A ball of the moving image around p is compared with the target at all places around q, by
-    normalised cross-correlation: as it is, and deformed by the map. The better of the two counts. A
-    quadratic function around its largest value gives the place between the points of the target.
-
-    A landmark stays where it is if its match is not trustworthy: at the border of the search, with
-    a low score, with other places that match as well, or where an image has no contrast.
+    A ball of the moving image around p, as it is and deformed by the map, is compared with the
+    target around q by normalised cross-correlation; the better of the two counts. A landmark stays
+    where it is if its match is not trustworthy: at the border of the search, with a low score, with
+    other places that match as well, or where an image has no contrast.
 
     Parameters
     ----------
@@ -102,8 +100,7 @@ def refine(
     rest, deformed : (n, 3) array_like, world coordinates
         p on the moving image, q on the target.
     deformation : Deformation or other transform, optional
-        The current map. It gives the window its shape, and not its place, which is p whether the
-        map interpolates the pair or not.
+        The current map. It gives the window its shape, and not its place, which is p.
     radius : float, > 0, world units, optional
         Of the window; 8 times the spacing of the target by default.
     search : float, > 0, world units, optional
@@ -184,7 +181,8 @@ class _Matcher:
             return *nothing, "the moving image has no contrast there"
         grid = self._target.grid
         center = np.rint(grid.index_of(q[None])[0]).astype(int)
-        score = _scores(window, weights, *self._region(center), self._contrast[1])
+        region, is_inside = self._region(center)
+        score = _scores(window, weights, region, is_inside, self._contrast[1])
         if np.isnan(score).all():
             return *nothing, "the target ends or has no contrast there"
         at = np.array(np.unravel_index(np.nanargmax(score), score.shape))
@@ -241,7 +239,7 @@ def _refusal(score, at, best):
         return "the best match is at the border of the target"
     if best < MIN_SCORE:
         return f"the best score, {best:.2f}, is below {MIN_SCORE}"
-    distance = np.linalg.norm(np.stack(np.indices(score.shape), axis=-1) - at, axis=-1)
+    distance = np.linalg.norm(np.moveaxis(np.indices(score.shape), 0, -1) - at, axis=-1)
     other = np.nanmax(np.where(distance >= _FAR, score, np.nan), initial=-1)
     if 1 - other < _MAX_RATIO * (1 - score[tuple(at)]):
         return "other places match as well"
