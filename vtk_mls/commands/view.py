@@ -79,7 +79,7 @@ def run(options):
     datasets = [_dataset(path) for path in paths]
     state, target = _state(options), _target(options.target)
     with step("show", options.input):
-        _show(options, datasets, state, paths, target=target)
+        _show(options, datasets, state, paths, target)
     return 0
 
 
@@ -98,7 +98,7 @@ def _resume(options):
     state = sessions.state_of(session, path)
     datasets, target = [_dataset(file) for file in session.data], _target(session.target)
     with step("show", path):
-        _show(options, datasets, state, session.data, target=target, session=(path, session.views))
+        _show(options, datasets, state, session.data, target, (path, session.views))
     return 0
 
 
@@ -118,15 +118,15 @@ def _target(path):
     return None if path is None else Target(_dataset(path), path)
 
 
-def _show(options, datasets, state, paths, **more):
+def _show(options, datasets, state, paths, *more):
     if options.web:
         address, server = (options.host, options.port), _web_server()
         with temporary_folder() as temporary:
-            server.serve(datasets, state, paths, temporary, options.output, address, **more)
+            server.serve(datasets, state, paths, temporary, options.output, address, *more)
     else:
         from vtk_mls.editor import window
 
-        window.show(datasets, state, paths, options.output, **more)
+        window.show(datasets, state, paths, options.output, *more)
 
 
 def _web_server():
