@@ -153,6 +153,20 @@ def folder(tmp_path):
     return tmp_path
 
 
+def test_clicks_on_both_sides_place_a_pair(folder):
+    with window(folder, "ball.vtp", "--target", "ball.vtp") as viewer:
+        viewer.click((300, 425))
+        viewer.click((940, 395))
+        viewer.press("s")
+        edited = folder / "ball-edited"
+        viewer.wait_for(edited / "deform.py")
+        status, stderr = viewer.end()
+    assert (status, stderr.replace("\n", "")) == (0, "")
+    rest, deformed, _ = control_point_files.read(edited / "handles.csv")
+    assert len(rest) == 1
+    assert 2 < np.linalg.norm(deformed - rest) < 8
+
+
 @pytest.mark.parametrize("name", ["ball.vti", pytest.param("ball.vtp", marks=pytest.mark.matrix)])
 def test_drag_undo_add_save_and_quit(name, folder):
     with window(folder, name, "handles.csv") as viewer:

@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import Deformation
 from vtk_mls.editor import State
+from vtk_mls.editor.target import Comparison
 from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values
 from vtk_mls.web.picture import Picture
@@ -61,7 +62,8 @@ class _Editor:
     """The part of an editor that the handle table needs."""
 
     message = offer = status = ""
-    is_drawing_curve = False
+    is_drawing_curve, target, comparison = False, None, Comparison()
+    slices = SimpleNamespace(is_visible=False)
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None)
     view = SimpleNamespace(distortion=SimpleNamespace(mode=0))

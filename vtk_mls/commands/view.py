@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from vtk_mls.commands import limit_options, map_options
 from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
-from vtk_mls.files.paths import check_folder
+from vtk_mls.files.paths import check_folder, check_replaceable
 
 MAX_POINTS = 1 << 24  # of a level of an OME-Zarr; the finest level is saved
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
@@ -21,8 +23,8 @@ def add(commands):
     )
     view.add_argument(
         "input",
-        help="image or mesh, of any format that `vtk-mls deform` reads; of "
-        "an OME-Zarr the finest resolution of at most 2^24 points is edited, and all are saved",
+        help="image or mesh, of any format that `vtk-mls deform` reads; of an OME-Zarr the finest "
+        "resolution of at most 2^24 points is edited, and all are saved; or a session, .mls.json",
     )
     view.add_argument(
         "handles",
@@ -38,9 +40,15 @@ def add(commands):
         help="another image or mesh, which the same handles move (may be repeated)",
     )
     view.add_argument(
+        "--target",
+        metavar="FILE",
+        help="image or mesh that the input is to match: landmarks are placed in pairs, on both",
+    )
+    view.add_argument(
         "--output",
         metavar="FOLDER",
-        help="folder of the key S; by default a new one named after the input",
+        help="folder of the key S; by default a new one named after the input. With the ending "
+        ".mls.json, a session file that `vtk-mls view` opens again",
     )
     view.add_argument(
         "--web",
@@ -59,18 +67,48 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    if options.output is not None:
+    from vtk_mls.files import session_files
+
+    if options.output is not None and session_files.is_session(options.output):
+        check_replaceable(options.output)
+    elif options.output is not None:
         check_folder(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
-    datasets = [read(_read_dataset, path) for path in (options.input, *options.others)]
-    for path, dataset in zip((options.input, *options.others), datasets):
-        if not dataset.IsA("vtkDataSet"):
-            raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
-    state = _state(options)
+    if session_files.is_session(options.input):
+        return _resume(options)
+    paths = options.input, *options.others
+    datasets = [_dataset(path) for path in paths]
+    state, target = _state(options), _target(options.target)
     with step("show", options.input):
-        _show(options, datasets, state)
+        _show(options, datasets, state, paths, target)
     return 0
+
+
+def _resume(options):
+    """Show a session."""
+    from vtk_mls.editor import sessions
+    from vtk_mls.files import session_files
+
+    path = Path(options.input)
+    if options.handles is not None or options.others or options.target is not None:
+        raise ValueError(
+            f"`{path}` is a session, which has its own data, handles and target: name no others"
+        )
+    session = read(session_files.read, path)
+    session_files.check_files(session, path)
+    state = sessions.state_of(session, path)
+    datasets, target = [_dataset(file) for file in session.data], _target(session.target)
+    with step("show", path):
+        _show(options, datasets, state, session.data, target, (path, session.views))
+    return 0
+
+
+def _dataset(path):
+    dataset = read(_read_dataset, path)
+    if not dataset.IsA("vtkDataSet"):
+        raise ValueError(f"`{path}` has blocks, and the editor shows single images and meshes")
+    return dataset
 
 
 def _read_dataset(path):
@@ -86,16 +124,22 @@ def _read_dataset(path):
         return read_ome_zarr(path, MAX_POINTS)
 
 
-def _show(options, datasets, state):
-    paths = options.input, *options.others
+def _target(path):
+    """The `Target` of a file; None for none."""
+    from vtk_mls.editor.target import Target
+
+    return None if path is None else Target(_dataset(path), path)
+
+
+def _show(options, datasets, state, paths, *more):
     if options.web:
         address, server = (options.host, options.port), _web_server()
         with temporary_folder() as temporary:
-            server.serve(datasets, state, paths, temporary, options.output, address)
+            server.serve(datasets, state, paths, temporary, options.output, address, *more)
     else:
         from vtk_mls.editor import window
 
-        window.show(datasets, state, paths, options.output)
+        window.show(datasets, state, paths, options.output, *more)
 
 
 def _web_server():

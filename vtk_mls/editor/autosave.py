@@ -9,13 +9,9 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-import numpy as np
-
-from vtk_mls.editor import json_values
-from vtk_mls.editor.state import State
+from vtk_mls.editor import state_values
 from vtk_mls.engine.device import caches
 from vtk_mls.files.paths import replacing
-from vtk_mls.model import options
 
 _FOLDER = "vtk_mls", "unsaved"
 
@@ -65,7 +61,8 @@ class Autosave:
             raise OSError("there is no cache folder for unsaved edits; save them with S")
         self._file.parent.mkdir(parents=True, exist_ok=True)
         with replacing(self._file) as new:
-            new.write_text(_text(self._path, state), encoding="utf-8")
+            values = {"path": self._path, **state_values.encoded(state)}
+            new.write_text(json.dumps(values), encoding="utf-8")
 
     def note_save(self):
         """Delete the file after a save, and end the offer."""
@@ -98,43 +95,11 @@ class Autosave:
         """The state in the file, and its time in seconds; None if the file is not readable."""
         if self._file is not None:
             with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-                return _state(self._file.read_text(encoding="utf-8")), self._file.stat().st_mtime
+                values = json.loads(self._file.read_text(encoding="utf-8"))
+                return state_values.decoded(values), self._file.stat().st_mtime
         return None
 
     def _remove(self):
         if self._file is not None:
             with suppress(OSError):
                 self._file.unlink()
-
-
-def _text(path, state):
-    values = options.values_of(state)
-    values.update(
-        path=path,
-        rest=state.rest.tolist(),
-        deformed=state.deformed.tolist(),
-        weights=None if state.weights is None else state.weights.tolist(),
-        labels=list(state.labels),
-        anchored=state.anchored.tolist(),
-        cuts=[json_values.encoded(cut) for cut in state.cuts],
-        handles=[json_values.encoded(handle) for handle in state.handles],
-        mask=None if state.mask is None else json_values.encoded(state.mask),
-    )
-    return json.dumps(values)
-
-
-def _state(text):
-    values = json.loads(text)
-    weights, mask = values["weights"], values.get("mask")
-    return State(
-        values["rest"],
-        values["deformed"],
-        None if weights is None else np.array(weights),
-        values["labels"],
-        values["anchored"],
-        cuts=[json_values.decoded(cut) for cut in values["cuts"]],
-        # files of earlier versions lack them
-        handles=[json_values.decoded(handle) for handle in values.get("handles", ())],
-        mask=None if mask is None else json_values.decoded(mask),
-        **{o.name: values[o.name] for o in options.OPTIONS if o.name in values},
-    )

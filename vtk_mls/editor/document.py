@@ -154,8 +154,9 @@ class Document:
     def look_at(self, point, is_moving=False):
         """Move the slices to a point (3,)."""
         with self.reporting_errors():
-            self.view.slices.move_to(point, not is_moving)
-        self.draw(is_moving)
+            self.view.slices.move_to(point)
+            self.view.show_slices(not is_moving)
+        self.draw_slices() if is_moving else self.draw()
 
     def show(self, is_final=True, is_quiet=False):
         """Deform and draw the data; whether the state has a map."""
@@ -172,6 +173,10 @@ class Document:
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
         self.view.draw(self.state, self.selected, self.hovered, self._dragged, is_moving)
+
+    def draw_slices(self):
+        """Render the slices while the mouse changes nothing else."""
+        self.view.draw_slices(self.state, self.selected, self.hovered, self._dragged)
 
     def say(self, sentence):
         """Show a message in the window."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.base.progress import Aborted
+from vtk_mls.editor import sessions
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import FAILURES, Document, sentence_of
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.mouse import PRIORITY, Mouse
+from vtk_mls.editor.pair_edits import PairEdits
 from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.state import State
@@ -20,7 +23,7 @@ _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
 _SMALLEST_SMOOTHING = 0.01  # of the size of the data
 
 
-class Editor(ShapeEdits):
+class Editor(ShapeEdits, PairEdits):
     """Edits a deformation of images and meshes with the mouse and keys.
 
     Parameters
@@ -36,6 +39,8 @@ class Editor(ShapeEdits):
         Files of the datasets, which name the saved files.
     autosave : Autosave, optional
         Keeps unsaved edits.
+    target : Target or vtkDataSet, optional
+        What the data are to match. Landmarks are placed in pairs then, without a lattice.
 
     Attributes
     ----------
@@ -58,19 +63,21 @@ class Editor(ShapeEdits):
     finest map follows at the end of the drag.
     """
 
-    def __init__(self, interactor, datasets, state=None, paths=(), autosave=None):
-        self._interactor, self._lattice_number = interactor, 0
+    def __init__(self, interactor, datasets, state=None, paths=(), autosave=None, target=None):
+        self._interactor, self._lattice_number, self.scores = interactor, 0, {}
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.view = View(interactor, datasets)
         self.scene, self.slices = self.view.scene, self.view.slices
         self.saver = Saver(datasets, paths)
         state = State([], []) if state is None else state  # a State without handles is falsy
-        if len(state) == 0 and not state.handles:
+        if target is None and len(state) == 0 and not state.handles:
             state = state.with_handles_at(self._lattice(_LATTICE_COUNTS[0]))
         self.document = Document(self.view, state, autosave)
         self._cut_tool = CutTool(self.document)
         self._add_tools(self._cut_tool)
-        self._mouse = Mouse(interactor, self.document, self._tools)
+        if target is not None:
+            self.set_target(target)
+        self._mouse = Mouse(interactor, self.document, self._tools, self.place_at)
         self._keyboard = Keyboard(interactor, self)
         tick = self.document.tick
         self._timer_tag = interactor.AddObserver("TimerEvent", lambda *_: tick(), PRIORITY)
@@ -166,8 +173,9 @@ class Editor(ShapeEdits):
         self.select(np.arange(len(self.state.grips)))
 
     def deselect(self):
-        """Clear the selection, and remove an unfinished line on the surface."""
+        """Clear the selection, and remove an unfinished line or landmark."""
         self._cancel_tools()
+        self.cancel_landmark()
         self.select([])
 
     def hover(self, row):
@@ -183,8 +191,11 @@ class Editor(ShapeEdits):
 
     def add_under_mouse(self):
         """Add a handle on the surface, or in the slice, under the mouse."""
-        self.document.show_deformed()
         pixel = self._mouse.pixel
+        if self.target is not None:
+            self.place_at(pixel)
+            return
+        self.document.show_deformed()
         pane = self.slices.pane_at(pixel)
         point = self.scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
         if point is None:
@@ -277,7 +288,7 @@ class Editor(ShapeEdits):
 
     def toggle_slices(self):
         """Show or hide three slices beside the 3-D view."""
-        self.slices.toggle()
+        self.view.toggle_slices()
         self.document.draw()
 
     def look_at(self, point, is_moving=False):
@@ -301,17 +312,33 @@ class Editor(ShapeEdits):
 
     def reset_camera(self):
         """Fit the camera to the data."""
-        self.scene.reset_camera()
+        self.view.reset_camera()
         self.document.draw()
 
+    def save_session(self):
+        """Save a session file, which opens again; whether it is saved."""
+        self.finish()
+        try:
+            path = sessions.write(self)
+        except (OSError, *FAILURES) as error:
+            self.say(sentence_of(error))
+            return False
+        self.saver.session, self.saver.files = path, [path]
+        self.document.note_save()
+        self.say(f"The session is saved: vtk-mls view {path} opens it again.")
+        self.document.draw()
+        return True
+
     def save(self):
-        """Save handles, deformed data, displacement field, picture and script.
+        """Save handles, deformed data, displacement field, picture and script; or the session.
 
         Returns
         -------
         bool
             Whether all are saved.
         """
+        if self.saver.takes_session:
+            return self.save_session()
         self.finish()
         self.document.show_deformed()
         self.say("Saving ...")
@@ -319,6 +346,8 @@ class Editor(ShapeEdits):
         self.view.draw_for_file(self.state)
         try:
             sentence = self.saver.save(self.state, self.scene.window)
+        except Aborted:
+            sentence, is_saved = "Saving was stopped; the folder has a part of the files.", False
         except (OSError, *FAILURES) as error:
             sentence, is_saved = sentence_of(error), False
         else:

@@ -156,6 +156,7 @@ def without(state, rows):
         weights=None if state.weights is None else state.weights[remaining],
         labels=tuple(state.labels[i] for i in remaining),
         anchored=state.anchored[remaining],
+        enabled=state.enabled[remaining],
         handles=handles,
         mask=None if MASK in owners else state.mask,
     )

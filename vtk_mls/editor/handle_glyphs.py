@@ -13,6 +13,7 @@ from vtk_mls.vtk import arrays
 
 # Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
+LEFT_OUT, PENDING = (105, 110, 120), (255, 230, 60)
 SELECTED, DRAGGED, MASKING = (70, 230, 120), (255, 70, 110), (190, 150, 255)
 _OPACITIES = 1.0, 0.3  # in front of the data, and where data hide a handle
 _RADIUS, _RESTING_RADIUS, _HOVER_GROWTH = 6.5, 5.0, 3.0  # pixels
@@ -23,6 +24,7 @@ def handle_colors(state, selected, dragged):
     grips = state.grips
     colors = np.where(grips.are_resting[:, None], RESTING, MOVED)
     colors[grips.anchored] = ANCHORED
+    colors[: len(state)][~state.enabled] = LEFT_OUT
     colors[grips.owner == MASK] = MASKING
     colors[selected] = SELECTED
     colors[dragged] = DRAGGED
@@ -55,15 +57,18 @@ class HandleGlyphs:
 
     def show(self, state, colors, hovered):
         """Draw the grips of a `State`, and the grip `hovered`, if any, larger."""
-        grips = state.grips
-        resting = grips.are_resting
+        self.draw(state.grips.rest, state.grips.deformed, colors, hovered)
+
+    def draw(self, rest, deformed, colors, hovered):
+        """Draw balls at `deformed` (g, 3), with lines from other positions `rest`."""
+        resting = (rest == deformed).all(axis=1)
         self._pixels = np.where(resting, _RESTING_RADIUS, _RADIUS)
         if hovered is not None:
             self._pixels[hovered] += _HOVER_GROWTH
-        self._balls.SetPoints(polydata.points(grips.deformed))
+        self._balls.SetPoints(polydata.points(deformed))
         arrays.add(self._balls.GetPointData(), "color", colors)
-        arrays.add(self._balls.GetPointData(), "radius", np.ones(len(grips)))
-        ends = np.stack([grips.rest[~resting], grips.deformed[~resting]], axis=1).reshape(-1, 3)
+        arrays.add(self._balls.GetPointData(), "radius", np.ones(len(deformed)))
+        ends = np.stack([rest[~resting], deformed[~resting]], axis=1).reshape(-1, 3)
         self._lines.SetPoints(polydata.points(ends))
         self._lines.SetLines(polydata.cells(np.arange(len(ends)).reshape(-1, 2)))
 

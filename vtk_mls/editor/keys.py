@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.editor.mouse import Observer
+from vtk_mls.editor.target import BESIDE, CHECKERBOARD, DIFFERENCE, FADE
 
 # (key in the legend, text, names of keys as of `name_of`, method of the editor, its argument);
 # rows without names are about the mouse.
@@ -35,6 +36,17 @@ KEYS = (
     ("P", "cut along a line, open or closed: click, P again", ("p",), "incise", None),
     ("[   ]", "influence fades less or more around cuts", ("[",), "change_nu", 0.8),
     ("", "", ("]",), "change_nu", 1.25),
+    ("1 ... 4", "target: beside, fade, checkerboard, difference", ("1",), "compare_by", BESIDE),
+    ("", "", ("2",), "compare_by", FADE),
+    ("", "", ("3",), "compare_by", CHECKERBOARD),
+    ("", "", ("4",), "compare_by", DIFFERENCE),
+    ("Left   Right", "less or more of the target", ("Left",), "change_share", -1),
+    ("", "", ("Right",), "change_share", 1),
+    ("Up   Down", "jump to the previous or the next pair", ("Up",), "jump_by", -1),
+    ("", "", ("Down",), "jump_by", 1),
+    ("5", "leave the selected pairs out, or include them", ("5",), "toggle_enabled", None),
+    ("7", "refine the selected pairs by the images", ("7",), "refine", None),
+    ("6", "show or hide the table of pairs", ("6",), "toggle_table", None),
     ("B", "show the data before and after", ("b",), "compare", None),
     ("M", "show or hide slices", ("m",), "toggle_slices", None),
     ("J", "deformed grid, change of volume, folds", ("j",), "change_distortion", None),
@@ -51,6 +63,8 @@ KEYS = (
 )
 # Shown without the legend; narrow windows show the last part only.
 HINT = "Drag a handle, or beside it to turn.   C  cut   Z  undo   S  save", "H  all keys"
+
+TARGET_HINT = "Click a place on one side, then on the other.", "H  all keys"
 
 _CHARACTERS = {
     "plus": "+",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.editor.pairs import MOVING
 from vtk_mls.editor.projection import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets
 _PICK_DISTANCE = 9  # pixels from the center of a handle
+_ADJUSTING_PIXELS = 200  # for the whole range of brightness, and for twice the contrast
 _CLICK_DISTANCE = 3  # pixels that the mouse may move during a click
 
 
@@ -43,9 +45,10 @@ class Observer:
 class Mouse(Observer):
     """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
 
-    def __init__(self, interactor, document, tools):
-        self._document, self._tools = document, tools
-        self._scene, self._slices = document.view.scene, document.view.slices
+    def __init__(self, interactor, document, tools, place):
+        self._document, self._tools, self._place = document, tools, place
+        self._view, self._slices = document.view, document.view.slices
+        self._is_placing, self._adjusted_pixel = False, None
         self._drag = self._picker = self._normal = None
         self._pane = self._band_corner = self._pressed_pixel = None
         handlers = {
@@ -56,14 +59,24 @@ class Mouse(Observer):
             "MouseWheelForwardEvent": self._turn_wheel,
             "MouseWheelBackwardEvent": self._turn_wheel,
             "RightButtonPressEvent": self._press_other_button,
+            "RightButtonReleaseEvent": self._release_other_button,
             "MiddleButtonPressEvent": self._press_other_button,
         }
         super().__init__(interactor, handlers)
+        self._style = interactor.GetInteractorStyle()
+        # the style takes all events from its button press to the release
+        self._style_tag = self._style.AddObserver("EndInteractionEvent", self._end_camera)
+
+    def detach(self):
+        """End an interaction, and handle no more events."""
+        super().detach()
+        self._style.RemoveObserver(self._style_tag)
 
     def finish(self):
         """Release handles, slices or the rubber band."""
         is_dragging, has_band = self._drag is not None, self._band_corner is not None
         self._drag = self._picker = self._normal = self._pane = self._band_corner = None
+        self._is_placing, self._adjusted_pixel = False, None
         if is_dragging:
             self._document.let_go()
         if has_band:
@@ -71,22 +84,25 @@ class Mouse(Observer):
 
     @property
     def _is_busy(self):
-        return any(held is not None for held in (self._drag, self._pane, self._band_corner))
+        held = self._drag, self._pane, self._band_corner, self._adjusted_pixel
+        return any(value is not None for value in held)
 
     def _press(self, interactor, event):
         self.finish()
         self._pressed_pixel = self.pixel
-        pane = self._slices.pane_at(self.pixel)
-        row = self._handle_at(pane)
-        if any(tool.click(self.pixel, pane) for tool in self._tools):
+        pane = self._view.pane_at(self.pixel)
+        row, has_target = self._handle_at(pane), self._view.target is not None
+        is_moving = self._view.side_at(self.pixel) == MOVING
+        if is_moving and any(tool.click(self.pixel, pane) for tool in self._tools):
             pass
         elif pane is not None:
             self._press_in_slice(pane, row)
         elif row is not None:
             self._grab(row, interactor.GetControlKey())
-        elif interactor.GetControlKey():
+        elif interactor.GetControlKey() and is_moving:
             self._band_corner = self.pixel
         else:
+            self._is_placing = has_target
             return
         self._abort(event)
 
@@ -107,7 +123,8 @@ class Mouse(Observer):
         rows = np.union1d(document.selected, [row])
         projection = self._projection_of(self._pane)
         self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
-        self._picker = self._scene.picker() if self._pane is None else None
+        scene = self._view.scene_at(self.pixel)
+        self._picker = scene.picker() if self._pane is None else None
         document.take(rows, row)
 
     def _move(self, interactor, event):
@@ -121,9 +138,11 @@ class Mouse(Observer):
             document.look_at(self._pane.point_at(self.pixel), is_moving=True)
         elif self._band_corner is not None:
             self._show_band((self._band_corner, self.pixel))
+        elif self._adjusted_pixel is not None:
+            self._adjust()
         else:
             is_camera_moving = interactor.GetInteractorStyle().GetState() != 0
-            pane = None if is_camera_moving else self._slices.pane_at(self.pixel)
+            pane = None if is_camera_moving else self._view.pane_at(self.pixel)
             document.hover(self._handle_at(pane))
             if pane is None:
                 return
@@ -145,39 +164,75 @@ class Mouse(Observer):
         if not self._is_busy:
             return
         document, corner, grabbed = self._document, self._band_corner, self._document.grabbed
-        is_click = np.linalg.norm(self.pixel - self._pressed_pixel) <= _CLICK_DISTANCE
+        is_click = self._is_click
         is_slice_moving = self._pane is not None and self._drag is None
         self.finish()
         if is_slice_moving:
-            document.look_at(self._slices.point)
+            if is_click and self._view.target is not None:
+                self._place_landmark()
+            else:
+                document.look_at(self._slices.point)
         elif corner is not None:
             positions = document.state.grips.deformed
-            document.select(self._scene.projection.between(positions, corner, self.pixel))
+            document.select(self._view.scene.projection.between(positions, corner, self.pixel))
         elif is_click and interactor.GetControlKey():
             document.select(np.setxor1d(document.selected, [grabbed]))
         self._abort(event)
+
+    def _end_camera(self, style, event):
+        """Place a landmark if the mouse has not moved the camera."""
+        is_placing, self._is_placing = self._is_placing and self._is_click, False
+        if is_placing:
+            self._place_landmark()
 
     def _leave(self, interactor, event):
         if not self._is_busy:
             self._document.hover(None)
 
     def _turn_wheel(self, interactor, event):
-        pane = self._slices.pane_at(self.pixel)
+        pane = self._view.pane_at(self.pixel)
         if pane is not None:
             step = 1 if "Forward" in event else -1
             self._document.look_at(self._slices.point_after(pane, step))
             self._abort(event)
 
     def _press_other_button(self, interactor, event):
-        if self._slices.pane_at(self.pixel) is not None:
+        if self._view.pane_at(self.pixel) is not None:
+            if "Right" in event:
+                self.finish()
+                self._pressed_pixel = self._adjusted_pixel = self.pixel
             self._abort(event)
+
+    def _release_other_button(self, interactor, event):
+        if self._adjusted_pixel is not None:
+            self._adjusted_pixel = None
+            self._document.look_at(self._slices.point)
+            self._abort(event)
+
+    def _adjust(self):
+        """Brightness by movements up and down, contrast by those to the right and left."""
+        right, up = (self.pixel - self._adjusted_pixel) / _ADJUSTING_PIXELS
+        self._adjusted_pixel = self.pixel
+        with self._document.reporting_errors():
+            self._view.adjust(self._pressed_pixel, up, 2.0**right)
+        self._document.draw_slices()
+
+    @property
+    def _is_click(self):
+        return np.linalg.norm(self.pixel - self._pressed_pixel) <= _CLICK_DISTANCE
+
+    def _place_landmark(self):
+        self._document.say("")
+        with self._document.reporting_errors():
+            self._place(self.pixel)
+        self._document.draw(is_moving=True)
 
     def _show_band(self, corners):
         self._document.view.overlay.set_band(corners)
         self._document.draw(is_moving=True)
 
     def _projection_of(self, pane):
-        return self._scene.projection if pane is None else pane.projection
+        return self._view.scene_at(self.pixel).projection if pane is None else pane.projection
 
     def _handle_at(self, pane):
         """Row of the grip under the mouse in a pane, or in the 3-D view for None; or None."""

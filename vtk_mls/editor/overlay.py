@@ -29,12 +29,14 @@ class Overlay:
     Attributes
     ----------
     message, status : str
+    renderer : vtkRenderer
     """
 
     def __init__(self, renderer, keys, hint):
         names, texts = zip(*keys)
-        self._renderer, self._has_texts, self.message, self.status = renderer, True, "", ""
-        self._long_hint, self._short_hint = "   ".join(hint), hint[1]
+        self.renderer, self._has_texts, self.message, self.status = renderer, True, "", ""
+        self._lift, self._home = 0, renderer
+        self.set_hint(hint)
         self._keys = _text(_AMBER), _text(_SOFT)
         self._keys[0].SetInput("\n".join(names))
         self._keys[1].SetInput("\n".join(texts))
@@ -54,10 +56,24 @@ class Overlay:
         self._message.GetTextProperty().SetBackgroundOpacity(0.75)
         self._message.GetTextProperty().SetJustificationToCentered()
         texts = self._hint, self._status, self._message
-        for actor in (self._panel, *self._keys, *texts, self._band):
-            renderer.AddViewProp(actor)
+        self._props = self._panel, *self._keys, *texts, self._band
+        for prop in self._props:
+            renderer.AddViewProp(prop)
         self.set_band(None)
         self.set_keys_visible(False)
+
+    def set_hint(self, hint):
+        """Show another hint (str, str)."""
+        self._long_hint, self._short_hint = "   ".join(hint), hint[1]
+
+    def move_to(self, renderer=None, lift=0):
+        """Draw the texts in another renderer, or the first one, with a gap of pixels below."""
+        renderer = self._home if renderer is None else renderer
+        for prop in self._props:
+            if self.renderer.HasViewProp(prop):
+                self.renderer.RemoveViewProp(prop)
+                renderer.AddViewProp(prop)
+        self.renderer, self._lift = renderer, lift
 
     @property
     def shows_keys(self):
@@ -83,7 +99,7 @@ class Overlay:
     def say(self, sentence):
         """Set the message; empty for none."""
         self.message = sentence
-        width = max(self._renderer.GetSize()[0] // 10, 30)  # characters
+        width = max(self.renderer.GetSize()[0] // 10, 30)  # characters
         self._message.SetInput("\n".join(textwrap.wrap(sentence, width)))
 
     def set_status(self, text):
@@ -99,11 +115,11 @@ class Overlay:
 
     def lay_out(self):
         """Place everything for the size of the window."""
-        width, height = self._renderer.GetSize()
+        width, height = self.renderer.GetSize()
         sizes = []
         for actor in self._keys:
             size = [0.0, 0.0]
-            actor.GetSize(self._renderer, size)
+            actor.GetSize(self.renderer, size)
             sizes.append(size)
         (first, tall), (second, _) = sizes
         top = height - _MARGIN
@@ -114,8 +130,8 @@ class Overlay:
         self._hint.SetPosition(_MARGIN, top)
         hint_width = 0.6 * _SIZE * len(self._long_hint)  # an estimate, as it is not drawn yet
         self._hint.SetInput(self._short_hint if hint_width > width else self._long_hint)
-        self._status.SetPosition(_MARGIN, _MARGIN)
-        self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE)
+        self._status.SetPosition(_MARGIN, _MARGIN + self._lift)
+        self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
 
 
 def _text(color, size=_SIZE):

@@ -11,17 +11,18 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-from vtk_mls import Surface, io
+from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import polydata, script
 from vtk_mls.editor.handle_polydata import handle_polydata
-from vtk_mls.files import control_point_files
+from vtk_mls.files import control_point_files, session_files
 from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.ome_zarr import job
 
+SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 SHAPES = "handles.vtp"  # instead, if there are regions or curves
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
@@ -39,19 +40,26 @@ class Saver:
 
     Attributes
     ----------
+    datasets : list of vtkDataSet
+    paths : list of Path
+        Files of the datasets, absolute.
+    session : Path or None
+        The session file; None: `save_session` makes one in the folder.
     folder : Path or None
-        None: the first save makes one in `within`, named after the first dataset.
+        Of saved files; or a session file, which is saved instead of them. None: the first save
+        makes one in `within`, named after the first dataset.
     within : Path
     copies_data : bool
         Whether to copy the files of the datasets, for files that are temporary.
     files : list of Path
         Files of the last save.
     progress : callable or None
-        Called with the saved fraction.
+        Called with the saved fraction; a true return value stops with `Aborted`.
     """
 
     def __init__(self, datasets, paths=()):
-        self._datasets, self._paths = datasets, [Path(path).resolve() for path in paths]
+        self.datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
+        self.session = None
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done, self._warnings = None, 0, []
 
@@ -70,7 +78,7 @@ class Saver:
         OSError, ValueError
             Naming the file.
         """
-        folder = self._make_folder()
+        folder, state = self._make_folder(), state.enabled_only()
         before = _versions(folder)
         _write_picture(window, folder / PICTURE)
         _write_handles(state, folder)
@@ -81,12 +89,12 @@ class Saver:
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
         targets = []
-        for number in range(len(self._datasets)):
+        for number in range(len(self.datasets)):
             targets.append(self._write_deformed(deform, number, folder, targets))
-        field.SetInputData(0, self._datasets[0])
+        field.SetInputData(0, self.datasets[0])
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
-        sources = [self._source(number, folder) for number in range(len(self._datasets))]
+        sources = [self._source(number, folder) for number in range(len(self.datasets))]
         text = script.script(state, _handles_file(state), surfaces, list(zip(sources, targets)))
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
@@ -95,14 +103,39 @@ class Saver:
         warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
         return " ".join([said, *warnings])
 
+    @property
+    def takes_session(self):
+        """Whether a session is saved instead of files in a folder."""
+        return self.folder is not None and session_files.is_session(self.folder)
+
+    def session_place(self):
+        """The session file, and the files of the datasets that it names.
+
+        Raises
+        ------
+        OSError, ValueError
+            Naming the file; for datasets without one.
+        """
+        if not self.paths:
+            raise ValueError("a session names the files of its data, and these have none")
+        path = self.folder if self.takes_session else self.session
+        path = path or self._make_folder() / SESSION
+        if not self.copies_data:
+            return path, self.paths
+        folder = path.parent
+        return path, [folder / self._source(number, folder) for number in range(len(self.paths))]
+
     def _update(self, algorithm):
         with message_handlers(None, self._warnings.append):
             update(algorithm, self._note_progress)
         self._done += 1
+        if self._note_progress(0):  # data that take less time report nothing
+            raise Aborted("stopped as `progress` asked")
 
     def _note_progress(self, fraction):
-        if self.progress is not None:
-            self.progress((self._done + fraction) / (len(self._datasets) + 1))
+        if self.progress is None:
+            return False
+        return self.progress((self._done + fraction) / (len(self.datasets) + 1))
 
     def _make_folder(self):
         if self.folder is None:
@@ -113,9 +146,9 @@ class Saver:
 
     def _name(self, number):
         """Stem and ending of the file of a dataset."""
-        if number >= len(self._paths):
+        if number >= len(self.paths):
             return f"data-{number + 1}", ".vti"
-        name = self._paths[number].name
+        name = self.paths[number].name
         if self._is_ome_zarr(number):
             stem = name.partition(".")[0]
             return stem, name.removeprefix(stem)
@@ -126,13 +159,13 @@ class Saver:
 
     def _is_ome_zarr(self, number):
         """Whether a dataset is a coarse level of an OME-Zarr, whose finest one is deformed."""
-        return number < len(self._paths) and is_ome_zarr(self._paths[number])
+        return number < len(self.paths) and is_ome_zarr(self.paths[number])
 
     def _source(self, number, folder):
         """Path of a dataset for the script."""
-        if number >= len(self._paths):
-            return _write_dataset(self._datasets[number], folder, f"data-{number + 1}", ".vti")
-        path = self._paths[number]
+        if number >= len(self.paths):
+            return _write_dataset(self.datasets[number], folder, f"data-{number + 1}", ".vti")
+        path = self.paths[number]
         if not self.copies_data:
             return os.fspath(path)
         with replacing(folder / path.name) as new:
@@ -150,7 +183,7 @@ class Saver:
         )
         if self._is_ome_zarr(number):
             return self._write_ome_zarr(deform, number, folder / f"{stem}{ending}")
-        deform.SetInputData(0, self._datasets[number])
+        deform.SetInputData(0, self.datasets[number])
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
 
@@ -162,7 +195,7 @@ class Saver:
             "void_values": deform.GetVoidValues(),
         }
         transform = deform.updated_deformation()
-        source, progress = self._paths[number], self._note_progress
+        source, progress = self.paths[number], self._note_progress
         job.deform(source, target, transform, settings, progress=progress)
         self._done += 1
         return target.name

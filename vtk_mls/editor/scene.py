@@ -24,8 +24,9 @@ class Scene:
     Parameters
     ----------
     window : vtkRenderWindow
-        Its first renderer is used, if there is one.
     datasets : list of vtkDataSet
+    renderer : vtkRenderer, optional
+        By default the first of the window, or a new one.
 
     Attributes
     ----------
@@ -34,19 +35,10 @@ class Scene:
     glyphs : HandleGlyphs
     """
 
-    def __init__(self, window, datasets):
-        self.window, self.renderer = window, window.GetRenderers().GetFirstRenderer()
-        if self.renderer is None:
-            self.renderer = vtkRenderer()
-            self.renderer.GradientBackgroundOn()
-            self.renderer.SetBackground(BOTTOM)
-            self.renderer.SetBackground2(TOP)
-            window.AddRenderer(self.renderer)
-        self.overlay = vtkRenderer()
-        self.overlay.SetLayer(window.GetNumberOfLayers())
-        self.overlay.InteractiveOff()
-        window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
-        window.AddRenderer(self.overlay)
+    def __init__(self, window, datasets, renderer=None):
+        self.window = window
+        self.renderer = renderer or window.GetRenderers().GetFirstRenderer() or new_renderer(window)
+        self.overlay = new_layer(window)
         self.items = [_item(dataset, self.renderer) for dataset in datasets]
         self.glyphs = HandleGlyphs(self.renderer, self.overlay)
         self._tag = self.renderer.AddObserver(vtkCommand.StartEvent, self._before_render)
@@ -74,8 +66,9 @@ class Scene:
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""
+        is_beside = any(self.renderer.GetOrigin())
         for item in self.items:
-            item.set_coarseness(pixels)
+            item.set_coarseness(pixels, is_beside)
 
     def picker(self):
         """A `Picker` of the data as they are drawn now."""
@@ -112,6 +105,26 @@ class Scene:
         # a camera of its own, as programs may replace the camera of the data for a picture
         self.overlay.GetActiveCamera().DeepCopy(self.renderer.GetActiveCamera())
         self.glyphs.fit(self.projection)
+
+
+def new_layer(window):
+    """A vtkRenderer above all others of a window."""
+    renderer = vtkRenderer()
+    renderer.SetLayer(window.GetNumberOfLayers())
+    renderer.InteractiveOff()
+    window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
+    window.AddRenderer(renderer)
+    return renderer
+
+
+def new_renderer(window):
+    """A vtkRenderer of a window, with the background of the editor."""
+    renderer = vtkRenderer()
+    renderer.GradientBackgroundOn()
+    renderer.SetBackground(BOTTOM)
+    renderer.SetBackground2(TOP)
+    window.AddRenderer(renderer)
+    return renderer
 
 
 class Picker:

@@ -19,6 +19,7 @@ from vtk_mls.rendering.rest_surface import DETERMINANT
 from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)
+OUTLINE_COLOR = (0.95, 0.80, 0.55)
 _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 
 
@@ -29,10 +30,12 @@ class SceneMesh:
     ----------
     preset_names : list of str
         One color, and colors by the active point scalars if there are any.
+    outline_color : (red, green, blue), 0 to 1
+        In slices.
     """
 
     def __init__(self, mesh, renderer):
-        self._mesh = mesh
+        self._mesh, self.outline_color = mesh, OUTLINE_COLOR
         scalars = mesh.GetPointData().GetScalars()
         self.preset_names = ["plain", *([f"by {scalars.GetName()}"] if scalars else [])]
         self._range = scalars.GetRange() if scalars else (0, 1)
@@ -62,7 +65,10 @@ class SceneMesh:
         self._color()
         return self.preset_names[self._preset]
 
-    def set_coarseness(self, pixels):
+    def adjust(self, brightness, contrast):
+        """Nothing changes: slices show outlines."""
+
+    def set_coarseness(self, pixels, is_beside=False):
         """Nothing changes: no rays are cast for meshes."""
 
     def show(self, deformation, nodes, distortion, is_final):
@@ -89,6 +95,12 @@ class SceneMesh:
         """The deformed mesh as it is drawn now."""
         self._mapper.Update()
         return self._mapper.GetInput()
+
+    def plain_mapper(self):
+        """A new mapper of the undeformed mesh in one color."""
+        mapper = _mapper_of(self._mesh)
+        mapper.ScalarVisibilityOff()
+        return mapper
 
     def surface(self):
         """The `MeshSurface` of the deformed mesh."""

@@ -22,6 +22,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _STEP, _COARSE_STEP = 0.5, 1.2  # between samples along a ray, in voxels
+_MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays
 _SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
 _MIN_OPACITY = 0.05  # of a whole ray; with less than 1, the surface is at half of it
 _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
@@ -72,6 +73,7 @@ class SceneVolume:
     def set_preset(self, number):
         """Set colors and opacities; the name of the preset."""
         self._preset = preset = self.presets[number % len(self.presets)]
+        self._limits = transfer_functions.gray_range(preset)
         colors, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
         for node in preset.colors:
             colors.AddRGBPoint(*node)
@@ -86,9 +88,29 @@ class SceneVolume:
             material.SetInterpolationTypeToLinear()
         return preset.name
 
-    def set_coarseness(self, pixels):
-        """Set the pixels between rays along both axes; above 1, steps along rays are longer."""
+    def adjust(self, brightness, contrast):
+        """Change the gray values of slices.
+
+        Parameters
+        ----------
+        brightness : float
+            Added, relative to the range from black to white.
+        contrast : float
+            Factor of the slope.
+        """
+        low, high = self._limits
+        middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
+        self._limits = middle - half, middle + half
+
+    def set_coarseness(self, pixels, is_beside=False):
+        """Set the pixels between rays along both axes; above 1, steps along rays are longer.
+
+        `is_beside`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
+        there with fewer rays, so only the steps are longer.
+        """
         step = _STEP if pixels <= 1 else _COARSE_STEP
+        if is_beside:
+            step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
 
@@ -112,7 +134,7 @@ class SceneVolume:
     def colors_at(self, points):
         """Which points (n, 3) of the deformed space have material, and their colors (n, 3)."""
         has_material, values = self.surface().values_at(points)
-        return has_material, transfer_functions.slice_colors(self._preset, values)
+        return has_material, transfer_functions.slice_colors(self._preset, values, self._limits)
 
     def mesh(self):
         """None: slices show images by their colors."""

@@ -16,6 +16,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.projection import Projection
+from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -24,7 +25,6 @@ _MARGIN = 0.2  # around the data at rest, relative to their size
 _EYE = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
 _UP = np.array([(0.0, 0, 1), (0, 0, 1), (0, -1, 0)])
 _AXIS_COLORS = (0.95, 0.40, 0.40), (0.95, 0.85, 0.35), (0.45, 0.70, 1.0)
-_OUTLINE_COLOR = (0.95, 0.80, 0.55)
 _GRID_COLOR, _GRID_OPACITY = (0.45, 0.95, 0.85), 0.75
 
 
@@ -51,7 +51,7 @@ class SlicePane:
         self._mapper.SetOrientation(axis)
         image.SetMapper(self._mapper)
         self._outlines, self._cross, self._balls = vtkPolyData(), vtkPolyData(), vtkPolyData()
-        outlines = polydata.unlit_actor(self._outlines, _OUTLINE_COLOR, 2)
+        outlines = polydata.unlit_actor(self._outlines, width=2)
         outlines.SetPosition(*(self._size * 1e-3 * _EYE[axis]))  # in front of the image
         cross = polydata.unlit_actor(self._cross)
         self._lines = vtkPolyData()
@@ -103,7 +103,8 @@ class SlicePane:
         image.GetPointData().SetActiveScalars("colors")
         self._mapper.SetInputData(image)
         self._draw_lines(distortion.lines_in(self.axis, grid))
-        self._draw_outlines([*(item.mesh() for item in items), *surfaces])
+        meshes = [(item.mesh(), getattr(item, "outline_color", None)) for item in items]
+        self._draw_outlines([*meshes, *((surface, OUTLINE_COLOR) for surface in surfaces)])
         self._draw_cross(point)
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()
@@ -133,15 +134,20 @@ class SlicePane:
         self._lines.Modified()
 
     def _draw_outlines(self, meshes):
+        """Draw the outlines of meshes: pairs of a dataset, or None, and a color."""
         plane, append = vtkPlane(), vtkAppendPolyData()
         plane.SetOrigin(np.eye(3)[self.axis] * self._position)
         plane.SetNormal(np.eye(3)[self.axis])
-        for mesh in meshes:
+        for mesh, color in meshes:
             if mesh is not None:
-                cutter = vtkCutter()
+                cutter, outline = vtkCutter(), vtkPolyData()
                 cutter.SetInputData(mesh)
                 cutter.SetCutFunction(plane)
-                append.AddInputConnection(cutter.GetOutputPort())
+                cutter.Update()
+                outline.CopyStructure(cutter.GetOutput())
+                colors = np.tile(np.multiply(color, 255), (outline.GetNumberOfCells(), 1))
+                outline.GetCellData().SetScalars(polydata.colors(colors))
+                append.AddInputData(outline)
         if append.GetNumberOfInputConnections(0):
             append.Update()
             self._outlines.ShallowCopy(append.GetOutput())

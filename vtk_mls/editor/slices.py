@@ -23,32 +23,62 @@ class Slices:
         Of all three slices.
     regions : list of RegionHandle
         Slices show their outlines.
+    compared : list
+        Shown instead of the data of the scene, unless it is empty: see `ComparedItem`.
     """
 
     def __init__(self, scene, distortion):
         self._scene, self._panes, self.is_visible, self.regions = scene, [], False, []
-        self._distortion = distortion
-        self._viewport = scene.renderer.GetViewport()
+        self._distortion, self.compared = distortion, []
+        self._home = self._viewport, self._layout = scene.renderer.GetViewport(), _column
         self._bounds = scene.bounds
         self.point = self._bounds.mean(axis=0)
 
     def toggle(self):
         """Show or hide the slices."""
-        self.is_visible = not self.is_visible
-        left, low, right, high = self._viewport
-        split = left + _VIEW_WIDTH * (right - left) if self.is_visible else right
-        for renderer in (self._scene.renderer, self._scene.overlay):
-            renderer.SetViewport(left, low, split, high)
+        self.set_visible(not self.is_visible)
+        self.show(is_final=True)
+
+    def set_visible(self, is_visible):
+        """Show or hide the slices, from the next `show` on."""
+        self.is_visible = is_visible
         if not self._panes:
             self._panes = [SlicePane(axis, self._bounds) for axis in (2, 1, 0)]
-        for number, pane in enumerate(self._panes):
-            top, third = high - (high - low) * number / 3, (high - low) / 3
-            pane.renderer.SetViewport(split, top - third, right, top)
-            if self.is_visible:
-                self._scene.window.AddRenderer(pane.renderer)
-            else:
-                self._scene.window.RemoveRenderer(pane.renderer)
-        self.show(is_final=True)
+        view, *viewports = self._layout(self._viewport) if is_visible else [self._viewport]
+        for renderer in (self._scene.renderer, self._scene.overlay):
+            renderer.SetViewport(view)
+        window = self._scene.window
+        for pane in self._panes:
+            window.RemoveRenderer(pane.renderer)
+        for pane, viewport in zip(self._panes, viewports):
+            pane.renderer.SetViewport(viewport)
+            window.AddRenderer(pane.renderer)
+
+    def arrange(self, viewport, layout, is_visible):
+        """Put the 3-D view and the slices into another part of the window.
+
+        Parameters
+        ----------
+        viewport : (left, low, right, high), 0 to 1
+        layout : callable
+            Of the viewport; returns that of the 3-D view and those of three slices.
+        is_visible : bool
+            Whether slices are shown.
+        """
+        self._viewport, self._layout = viewport, layout
+        self.set_visible(is_visible)
+
+    def set_bounds(self, bounds):
+        """Show another box (2, 3) in the slices, from its middle."""
+        self.set_visible(False)
+        self._bounds, self._panes = bounds, []
+        self.point = bounds.mean(axis=0)
+
+    def restore(self, bounds):
+        """Return to the initial part of the window, for a box (2, 3); slices are hidden."""
+        self.set_bounds(bounds)
+        self.compared = []
+        self.arrange(*self._home, False)
 
     def detach(self):
         """Hide the slices."""
@@ -61,7 +91,8 @@ class Slices:
         panes = self._visible_panes
         surfaces = [moved_surface(region) for region in self.regions] if panes else []
         for pane in panes:
-            pane.show(self._scene.items, surfaces, self.point, samples, self._distortion)
+            items = self.compared or self._scene.items
+            pane.show(items, surfaces, self.point, samples, self._distortion)
 
     def show_handles(self, positions, colors, are_visible):
         """Draw the handles that are near slices, from positions and colors (n, 3)."""
@@ -81,10 +112,9 @@ class Slices:
         distance = _HANDLE_DISTANCE * np.ptp(self._bounds, axis=0).max()
         return np.flatnonzero(np.abs(positions - self.point)[:, pane.axis] <= distance)
 
-    def move_to(self, point, is_final=True):
-        """Move the slices to a point (3,)."""
+    def move_to(self, point):
+        """Move the slices to a point (3,), from the next `show` on."""
         self.point = np.clip(point, *self._bounds)
-        self.show(is_final)
 
     def point_after(self, pane, count):
         """The point of the slices after `count` steps of the wheel over a pane."""
@@ -94,3 +124,11 @@ class Slices:
     @property
     def _visible_panes(self):
         return self._panes if self.is_visible else []
+
+
+def _column(viewport):
+    """Three slices at the right side of the 3-D view."""
+    left, low, right, high = viewport
+    split, third = left + _VIEW_WIDTH * (right - left), (high - low) / 3
+    tops = [high - number * third for number in range(3)]
+    return (left, low, split, high), *((split, top - third, right, top) for top in tops)

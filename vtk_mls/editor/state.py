@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, make_dataclass, replace
 import numpy as np
 
 from vtk_mls import BallMask, Deformation, HalfPlane, Plane, RegionHandle, kinds
-from vtk_mls.editor import grips
+from vtk_mls.editor import grips, pairs
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 
@@ -38,6 +38,10 @@ class State(_Options):
         Names.
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
+    enabled : (n,) bool
+        Whether a point handle belongs to the map; the others are kept for later.
+    pending : Pending or None
+        A landmark without its partner on the other side.
     cuts : tuple of Cut
     handles : tuple of RegionHandle and CurveHandle
     mask : BallMask or None
@@ -53,17 +57,21 @@ class State(_Options):
     cuts: tuple = ()
     handles: tuple = ()
     mask: BallMask | None = None
+    enabled: np.ndarray | None = None
+    pending: pairs.Pending | None = None
 
     def __post_init__(self):
         if not isinstance(self.mask, (BallMask, type(None))):
             raise TypeError(f"`mask` must be a BallMask in the editor, got {self.mask!r}")
         count = len(self.rest)
         anchored = np.zeros(count, bool) if self.anchored is None else self.anchored
+        enabled = np.ones(count, bool) if self.enabled is None else self.enabled
         for name, value in {
             "rest": np.array(self.rest, float).reshape(-1, 3),
             "deformed": np.array(self.deformed, float).reshape(-1, 3),
             "labels": tuple(self.labels) or ("",) * count,
             "anchored": np.array(anchored, bool),
+            "enabled": np.array(enabled, bool),
             "cuts": tuple(self.cuts),
             "handles": tuple(self.handles),
         }.items():
@@ -103,6 +111,11 @@ class State(_Options):
         """The points by which the mouse drags handles: `Grips`."""
         return grips.Grips.of(self)
 
+    @functools.cached_property
+    def pairs(self):
+        """The table of point handles as pairs of landmarks: `PairTable`."""
+        return pairs.PairTable.of(self)
+
     @property
     def regions(self):
         """The rigid regions among the handles."""
@@ -112,7 +125,8 @@ class State(_Options):
     def is_identity(self):
         """Whether nothing moves."""
         return self.blend == 0 or bool(
-            self.is_resting.all() and all(_is_resting(handle) for handle in self.handles)
+            self.is_resting[self.enabled].all()
+            and all(_is_resting(handle) for handle in self.handles)
         )
 
     def deformation(self):
@@ -120,12 +134,13 @@ class State(_Options):
         if self.is_identity:
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
-        deformed = self.rest + self.blend * (self.deformed - self.rest)
-        deformed = self.deformed if self.blend == 1 else deformed
+        rest, deformed = self.rest[self.enabled], self.deformed[self.enabled]
+        if self.blend != 1:
+            deformed = rest + self.blend * (deformed - rest)
         return Deformation(
-            self.rest,
+            rest,
             deformed,
-            weights=self.weights,
+            weights=None if self.weights is None else self.weights[self.enabled],
             cuts=self.cuts,
             handles=[blended(handle, self.blend) for handle in self.handles],
             mask=self.mask,
@@ -175,6 +190,7 @@ class State(_Options):
             weights=weights,
             labels=(*self.labels, ""),
             anchored=np.append(self.anchored, False),
+            enabled=np.append(self.enabled, True),
         )
 
     def with_shape(self, handle, index=None):
@@ -201,9 +217,24 @@ class State(_Options):
         anchored[rows] = not anchored[rows].all()
         return replace(self, anchored=anchored)
 
+    def with_landmark(self, side, position):
+        """A copy with a landmark on a side: pending, or with the pending one a pair."""
+        return pairs.with_landmark(self, side, position)
+
+    def with_enabled(self, rows, are_enabled):
+        """A copy with point handles `rows` in the map, or left out of it."""
+        enabled = self.enabled.copy()
+        enabled[rows] = are_enabled
+        return replace(self, enabled=enabled)
+
+    def enabled_only(self):
+        """A copy without the landmarks that are left out or pending."""
+        return replace(self.without(np.flatnonzero(~self.enabled)), pending=None)
+
     def with_handles_at(self, rest):
         """A copy with other point handles (n, 3), all at rest."""
-        return replace(self, rest=rest, deformed=rest, weights=None, labels=(), anchored=None)
+        others = {"weights": None, "labels": (), "anchored": None, "enabled": None}
+        return replace(self, rest=rest, deformed=rest, **others)
 
     @property
     def flat_cut(self):

@@ -109,11 +109,19 @@ def opacity(preset, values):
         return np.nan_to_num(np.interp(values, nodes, opacities))
 
 
-def slice_colors(preset, values):
+def gray_range(preset):
+    """The values that are black and white in slices: below the range of the preset, and its end.
+
+    Slices also show values that are transparent in the volume.
+    """
+    low, high = preset.colors[0][0], preset.colors[-1][0]
+    return low - _DARK_MARGIN * (high - low), high
+
+
+def slice_colors(preset, values, limits=None):
     """Colors (n, 3), 0 to 255, of values (n,) in a slice: gray, or the colors of labels.
 
-    The gray scale starts below the range of the preset, as slices also show values that are
-    transparent in the volume.
+    `limits` are the values that are black and white, those of `gray_range` by default.
     """
     nodes = np.array([value for value, *_ in preset.colors])
     with np.errstate(invalid="ignore"):
@@ -122,7 +130,7 @@ def slice_colors(preset, values):
             colors = hues[np.clip(np.searchsorted(nodes, values), 0, len(nodes) - 1)]
             colors = colors * (opacity(preset, values) > 0)[:, None]
         else:
-            low, high = nodes[0] - _DARK_MARGIN * (nodes[-1] - nodes[0]), nodes[-1]
+            low, high = limits or gray_range(preset)
             colors = np.clip((values - low) / max(high - low, 1e-30), 0, 1)[:, None] * np.ones(3)
     return np.rint(255 * np.nan_to_num(colors)).astype(np.uint8)
 

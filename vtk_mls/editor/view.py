@@ -13,9 +13,11 @@ from vtk_mls.editor.grips import only_region
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
+from vtk_mls.editor.pairs import MOVING, TARGET
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
+from vtk_mls.editor.target_view import TargetView
 from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
@@ -69,6 +71,7 @@ class View:
     ----------
     scene : Scene
     slices : Slices
+    target : TargetView or None
     overlay : Overlay
     distortion : Distortion
     cut_widget : CutWidget
@@ -86,7 +89,7 @@ class View:
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
         self.distortion = Distortion(self.scene.bounds)
-        self.slices = Slices(self.scene, self.distortion)
+        self.slices, self.target = Slices(self.scene, self.distortion), None
         self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
@@ -113,17 +116,80 @@ class View:
             If the state has no map, or the device fails.
         """
         deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
+        if deformation is None and self.target is not None:
+            deformation = self.target.initial_map(state.device)
         self.slices.regions = state.regions
         self.distortion.deformation = deformation
 
         def make_map(nodes):
             self.scene.show(deformation, nodes, self.distortion, is_final)
-            self.slices.show(is_final)
+            self.show_slices(is_final)
 
         if deformation is None:
             make_map(self._pace.nodes)
         else:
             self._pace.make(make_map, not is_final)
+
+    def set_target(self, target):
+        """Show another `Target` beside the data, or none for None, from the next `show` on."""
+        if self.target is not None:
+            self.target.detach()
+        self.target = None if target is None else TargetView(self, target)
+
+    def show_slices(self, is_final=True):
+        """Draw the slices of both sides."""
+        self.slices.show(is_final)
+        if self.target is not None:
+            self.target.show_slices(is_final)
+
+    def toggle_slices(self):
+        """Show or hide the slices."""
+        if self.target is None:
+            self.slices.toggle()
+        else:
+            self.target.toggle_slices()
+            self.show_slices()
+
+    def reset_camera(self):
+        """Fit the camera to the data."""
+        (self.scene if self.target is None else self.target).reset_camera()
+
+    def side_at(self, pixel):
+        """MOVING or TARGET: the side of the window at a pixel."""
+        target, pixel = self.target, [*map(int, pixel)]
+        if target is None:
+            return MOVING
+        is_there = target.scene.renderer.IsInViewport(*pixel) or target.slices.pane_at(pixel)
+        return TARGET if is_there else MOVING
+
+    def scene_at(self, pixel):
+        """The `Scene` of the side at a pixel."""
+        return self.scene if self.side_at(pixel) == MOVING else self.target.scene
+
+    def pane_at(self, pixel):
+        """The `SlicePane` of any side at a pixel; None in a 3-D view."""
+        slices = [self.slices] if self.target is None else [self.slices, self.target.slices]
+        return next(filter(None, (each.pane_at(pixel) for each in slices)), None)
+
+    def shows_both_at(self, pixel):
+        """Whether both sides are drawn over each other at a pixel."""
+        return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None
+
+    def adjust(self, pixel, brightness, contrast):
+        """Change the gray values of slices at a pixel, as `SceneVolume.adjust`."""
+        scenes = {self.scene_at(pixel)}
+        if self.shows_both_at(pixel):
+            scenes.add(self.target.scene)
+        for item in [item for scene in scenes for item in scene.items]:
+            item.adjust(brightness, contrast)
+        self.show_slices(is_final=False)
+
+    def center_on(self, point):
+        """Move the camera to look at a point (3,), in the same direction."""
+        camera = self.scene.renderer.GetActiveCamera()
+        offset = np.subtract(point, camera.GetFocalPoint())
+        camera.SetPosition(np.add(camera.GetPosition(), offset))
+        camera.SetFocalPoint(point)
 
     def set_distortion(self, mode):
         """Show what a mode of `distortion.MODES` says, from the next `show` on."""
@@ -134,7 +200,9 @@ class View:
         """Draw the data with their next presets; the names of these."""
         self._preset += 1
         names = self.scene.set_preset(self._preset)
-        self.slices.show(is_final=True)
+        if self.target is not None:
+            self.target.scene.set_preset(self._preset)
+        self.show_slices()
         return names
 
     def draw(self, state, selected, hovered, dragged, is_moving=False):
@@ -144,7 +212,7 @@ class View:
         self.cut_widget.show(state.flat_cut)
         region = only_region(state, selected)
         self.motion_widget.show(None if region is None else state.handles[region])
-        self.scene.set_coarseness(pixels)
+        self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
         self.overlay.set_status(self._status_of(state, selected))
         self.drawn_message = self.overlay.message
@@ -161,14 +229,33 @@ class View:
         self.overlay.set_message_visible(False)
         for widget in self._widgets:
             widget.set_visible(False)
-        self.scene.set_coarseness(self._pace.pixels_for_file())
+        self._set_coarseness(self._pace.pixels_for_file())
         self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
+        if self.target is not None:
+            self.target.hide_texts()
         self.scene.window.Render()
         self.overlay.set_texts_visible(not self.hides_handles)
         self.overlay.set_keys_visible(has_keys)
         self.overlay.set_message_visible(True)
         for widget in self._widgets:
             widget.set_visible(not self.hides_handles)
+
+    def draw_slices(self, state, selected, hovered, dragged):
+        """Render the slices, which have moved, and keep the picture of 3-D views with a target."""
+        if self.target is None or not self.slices.is_visible:
+            self.draw(state, selected, hovered, dragged, is_moving=True)
+            return
+        layers = [
+            renderer
+            for scene in (self.scene, self.target.scene)
+            for renderer in (scene.renderer, scene.overlay)
+        ]
+        self._draw_handles(state, selected, hovered, dragged)
+        for renderer in layers:
+            renderer.DrawOff()
+        self.scene.window.Render()
+        for renderer in layers:
+            renderer.DrawOn()
 
     @property
     def is_refinement_due(self):
@@ -178,7 +265,8 @@ class View:
     def hide_handles(self):
         """Hide or show handles, widgets, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        for part in (self.scene.glyphs, self._shapes, *self._widgets):
+        scenes = [self.scene] if self.target is None else [self.scene, self.target.scene]
+        for part in (*(scene.glyphs for scene in scenes), self._shapes, *self._widgets):
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
 
@@ -196,6 +284,7 @@ class View:
             observed.RemoveObserver(tag)
         for widget in self._widgets:
             widget.detach()
+        self.set_target(None)
         self.slices.detach()
         self.scene.detach()
 
@@ -204,24 +293,35 @@ class View:
         return self.cut_widget, self.motion_widget
 
     def _draw_handles(self, state, selected, hovered, dragged):
-        colors = handle_colors(state, selected, dragged)
-        self.scene.glyphs.show(state, colors, hovered)
+        colors, are_visible = handle_colors(state, selected, dragged), not self.hides_handles
         self._shapes.show(state, selected)
-        self.slices.show_handles(state.grips.deformed, colors, not self.hides_handles)
+        if self.target is None:
+            self.scene.glyphs.show(state, colors, hovered)
+            self.slices.show_handles(state.grips.deformed, colors, are_visible)
+        else:
+            shown = self.distortion.deformation
+            self.target.draw(state, colors, hovered, selected, shown, are_visible)
 
     def _lay_out(self, window, event):
         self.overlay.lay_out()
         self._legend.lay_out()
+        if self.target is not None:
+            self.target.lay_out()
+
+    def _set_coarseness(self, pixels):
+        for part in (self, self.target):
+            if part is not None:
+                part.scene.set_coarseness(pixels)
 
     def _start_camera(self, style, event):
-        self.scene.set_coarseness(self._pace.pixels_while_moving())
+        self._set_coarseness(self._pace.pixels_while_moving())
         self._moved_at = None
 
     def _stop_camera(self, style, event):
         """Refine the picture; later if there is a timer."""
         self._moved_at = time.monotonic()
         if not self.has_timer:
-            self.scene.set_coarseness(self._pace.pixels_at_rest())
+            self._set_coarseness(self._pace.pixels_at_rest())
             self.scene.window.Render()
             self._moved_at = None
 
@@ -232,6 +332,8 @@ class View:
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
             parts.append(f"{int(state.anchored.sum())} fixed")
+        if not state.enabled.all():
+            parts.append(f"{int((~state.enabled).sum())} off")
         if state.smoothing:
             parts.append(f"smoothing {state.smoothing:g}")
         if state.steps != 1:

@@ -12,6 +12,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls.base import display
+from vtk_mls.editor import sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 
@@ -19,7 +20,7 @@ _SIZE = 1200, 850
 _OFFSCREEN_CLASSES = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # without a display
 
 
-def show(datasets, state, paths, folder=None):
+def show(datasets, state, paths, folder=None, target=None, session=None):
     """Edit until the window is closed.
 
     Parameters
@@ -31,6 +32,10 @@ def show(datasets, state, paths, folder=None):
         Of the datasets.
     folder : path, optional
         Where to save; by default a new one, as of `Saver`.
+    target : Target, optional
+        What the data are to match.
+    session : (path, dict), optional
+        The session file that is open, and its views.
 
     Raises
     ------
@@ -43,8 +48,10 @@ def show(datasets, state, paths, folder=None):
     interactor = vtkRenderWindowInteractor()
     interactor.SetRenderWindow(window)
     interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-    editor = Editor(interactor, datasets, state, paths, Autosave(paths[0]))
+    editor = Editor(interactor, datasets, state, paths, Autosave(paths[0]), target)
     editor.saver.folder = None if folder is None else Path(folder)
+    if session is not None:
+        sessions.resume(editor, *session)
     interactor.Start()
     editor.detach()
     window.Finalize()

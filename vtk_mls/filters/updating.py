@@ -8,6 +8,7 @@ from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING
 
 from vtk_mls.base.messages import warn
+from vtk_mls.base.progress import Aborted
 
 
 def update(algorithm, progress=None, names=None):
@@ -17,16 +18,17 @@ def update(algorithm, progress=None, names=None):
     ----------
     algorithm : vtkAlgorithm
     progress : callable, optional
-        Called with the completed fraction, from 0 to 1.
+        Called with the completed fraction, from 0 to 1; a true return value stops with `Aborted`.
     names : dict, optional
         Replacements, by argument, for the names in backticks in errors.
 
     Raises
     ------
+    Aborted
     ValueError
         The first error of the filter or of its blocks.
     """
-    errors, warnings = [], []
+    errors, warnings, is_stopped = [], [], False
 
     @calldata_type(VTK_STRING)
     def add_error(caller, event, text):
@@ -43,7 +45,10 @@ def update(algorithm, progress=None, names=None):
     if progress:
 
         def report(caller, event):
-            progress(caller.GetProgress())
+            nonlocal is_stopped
+            if progress(caller.GetProgress()):
+                is_stopped = True
+                caller.AbortExecuteOn()
 
         tags.append(algorithm.AddObserver("ProgressEvent", report))
     try:
@@ -51,6 +56,9 @@ def update(algorithm, progress=None, names=None):
     finally:
         for tag in tags:
             algorithm.RemoveObserver(tag)
+        algorithm.AbortExecuteOff()
+    if is_stopped:
+        raise Aborted("stopped as `progress` asked")
     for sentence in warnings:
         warn(sentence)
     if errors or not is_updated:

@@ -1,6 +1,10 @@
-"""How good pairs of landmarks are: errors when left out, outliers, swapped labels, settings."""
+"""Pairs of landmarks: how good they are, and how images refine them.
+
+Errors when left out, outliers, swapped labels, settings; the best match of the images around them.
+"""
 
 from vtk_mls.landmarks.pair_report import Report, report
+from vtk_mls.landmarks.refine import Image, Refinement, refine
 from vtk_mls.landmarks.settings import Settings
 
-__all__ = ["Report", "Settings", "report"]
+__all__ = ["Image", "Refinement", "Report", "Settings", "refine", "report"]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from vtk_mls.landmarks.pair_report import Report
+from vtk_mls.landmarks.refine import Refinement
 
 _MAX_NAMES = 10  # in a sentence
 _MAX_SETTINGS = 8
@@ -60,6 +61,49 @@ def pair_rows(report: Report, rows: Iterable[int]) -> list[list[str]]:
     return lines
 
 
+def refinement_rows(refinement: Refinement, names: Sequence[str]) -> list[list[str]]:
+    """A head and a row for each landmark of a refinement."""
+    lines = [["pair", "score before", "score", "moved", ""]]
+    columns = refinement.score_before, refinement.score, refinement.moved
+    for i, name in enumerate(names):
+        reason = refinement.refused[i]
+        before, score, moved = (float(column[i]) for column in columns)
+        remark = f"not moved: {reason}" if reason else ""
+        lines.append([name, _score(before), _score(score), f"{moved:.4g}", remark])
+    return lines
+
+
+def refinement_heading(refinement: Refinement) -> str:
+    """A sentence that says how many landmarks moved, and how far."""
+    is_moved = np.array([not reason for reason in refinement.refused], bool)
+    count, moved = len(is_moved), refinement.moved[is_moved]
+    if not is_moved.any():
+        return f"none of {count} landmarks is refined: no match is trustworthy"
+    before, score = (
+        np.nanmedian(column[is_moved]) for column in (refinement.score_before, refinement.score)
+    )
+    return (
+        f"{len(moved)} of {count} landmarks are refined; moved by {np.median(moved):.3g} (median), "
+        f"{moved.max():.3g} at most; median score {before:.2f} before, {score:.2f} now"
+    )
+
+
+def refinement_sentence(refinement: Refinement, names: Sequence[str]) -> str:
+    """What to say of a refinement: of one landmark, or of several."""
+    if len(names) > 1:
+        text = refinement_heading(refinement)
+        still = [name for name, reason in zip(names, refinement.refused) if reason]
+        rest = f"; not moved: {_listed(still)}" if 0 < len(still) < len(names) else ""
+        return f"{text[0].upper()}{text[1:]}{rest}."
+    if refinement.refused[0]:
+        return f"Landmark {names[0]} is not moved: {refinement.refused[0]}."
+    before, score = float(refinement.score_before[0]), float(refinement.score[0])
+    return (
+        f"Landmark {names[0]} is moved by {refinement.moved[0]:.3g}; score {before:.2f} before, "
+        f"{score:.2f} now."
+    )
+
+
 def worst_first(report: Report) -> list[int]:
     """Rows of all pairs: outliers first, then by error."""
     return [int(i) for i in np.lexsort([-report.error, ~report.outlier])]
@@ -76,6 +120,10 @@ def aligned(rows: list[list[str]]) -> list[str]:
         ).rstrip()
         for row in rows
     ]
+
+
+def _score(value):
+    return "" if np.isnan(value) else f"{value:.3f}"
 
 
 def _listed(names):

@@ -13,10 +13,11 @@ METHODS = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
     *("make_clicked_rigid", "turn_handle", "draw_curve", "change_mask"),
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
-    *("accept", "decline"),
+    *("accept", "decline", "toggle_slices", "cancel_landmark"),
 )
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
+_PAIR_EDITS = "enable", "jump", "delete_pair"
 _CUTS = "none", "plane", "half-plane"
 
 
@@ -64,6 +65,12 @@ def _apply(session, editor, name, value):
         _set_position(editor, name, value)
     elif name == "name":
         _set_name(editor, *value)
+    elif name == "comparison":
+        editor.compare_by(value)
+    elif name == "share":
+        editor.set_comparison(share=float(value))
+    elif name in _PAIR_EDITS:
+        _edit_pair(editor, name, *value)
 
 
 def _set_number(editor, option, value):
@@ -96,6 +103,19 @@ def _set_position(editor, name, values):
 def _set_name(editor, row, text):
     if 0 <= int(row) < len(editor.state.grips):
         editor.set_name(int(row), str(text)[:_MAX_NAME].strip())
+
+
+def _edit_pair(editor, name, row, value=None):
+    """Edit the pair in a row of the table."""
+    row = int(row)
+    if not 0 <= row < len(editor.state):
+        return
+    if name == "enable":
+        editor.set_enabled([row], bool(value))
+    elif name == "jump":
+        editor.jump_to(row)
+    else:
+        editor.delete_pairs([row])
 
 
 def _number(value):

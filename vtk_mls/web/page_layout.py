@@ -8,7 +8,7 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import keys
-from vtk_mls.web import panel
+from vtk_mls.web import pair_table, panel
 from vtk_mls.web.transfers import ALL
 
 _THEMES = {
@@ -40,21 +40,21 @@ _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
 
-def build(server, edit, save, max_bytes):
+def build(server, edit, begin, max_bytes):
     """Build the page.
 
     Parameters
     ----------
     server : trame's Server
-    edit, save : callable
-        `edit(name, value)`, and `save()`.
+    edit, begin : callable
+        `edit(name, value)`; `begin(name)` of a task that may be long, or of "stop".
     max_bytes : int
         Limit for uploaded data.
     """
     with VAppLayout(server, vuetify_config=CONFIG) as layout:
         layout.root.theme = ("theme",)
         with v.VAppBar(density="compact", flat=True, border=True):
-            _bar(edit, save)
+            _bar(edit, begin)
         with v.VNavigationDrawer(
             model_value=(f"{_IS_NARROW} ? has_sheet : has_panel",),
             update_modelValue=f"{_IS_NARROW} ? (has_sheet = $event) : (has_panel = $event)",
@@ -62,14 +62,16 @@ def build(server, edit, save, max_bytes):
             width=("Math.min(348, $vuetify.display.width - 42)",),
             mobile_breakpoint=(str(_NARROW),),  # a number for the page, not a string
         ):
-            panel.build(edit, max_bytes)
-        with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-stage"):
-            _stage(edit, save)
+            panel.build(edit, begin, max_bytes)
+        with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
+            with html.Div(classes="mls-stage"):
+                _stage(edit, begin)
+            pair_table.build(edit, begin)
         _legend()
         _saved_files()
 
 
-def _bar(edit, save):
+def _bar(edit, begin):
     html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-4", alt="")
     html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
     html.Span(
@@ -111,7 +113,7 @@ def _bar(edit, save):
         classes="mx-2",
         loading=("is_saving",),
         title="Handles, deformed data, displacement field, picture, script (S)",
-        click=(save, "[]"),
+        click=(begin, "['save']"),
     )
     v.VBtn(
         icon="mdi-tune-variant",
@@ -122,14 +124,14 @@ def _bar(edit, save):
     )
 
 
-def _stage(edit, save):
+def _stage(edit, begin):
     HtmlElement(
         "mls-picture",
         trame_server=None,
         name=("title",),
         __events=["save", "legend", ("look_key", "look")],
         __properties=["name"],
-        save=(save, "[]"),
+        save=(begin, "['save']"),
         legend="has_legend = !has_legend",
         look_key=(edit, "['look', (look + 1) % looks.length]"),
     )
@@ -142,6 +144,9 @@ def _stage(edit, save):
         absolute=True,
         style="z-index: 5;",
     )
+    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", role="status"):
+        html.Span("{{ task }} {{ progress }} %")
+        v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
     with html.Div(classes="mls-messages"):
         html.Div(
             "{{ message }}",
@@ -151,7 +156,7 @@ def _stage(edit, save):
             click=(edit, "['say', '']"),
         )
         _offer(edit)
-    with html.Div(v_if="prepared < 100", classes="mls-prepared", role="status"):
+    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", role="status"):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
     html.Div("{{ status }}", classes="mls-status")

@@ -14,12 +14,12 @@ _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
 _FIELDS = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
-def build(edit, max_bytes):
+def build(edit, begin, max_bytes):
     """Build the panel.
 
     Parameters
     ----------
-    edit, max_bytes
+    edit, begin, max_bytes
         As of `page_layout.build`.
     """
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
@@ -46,7 +46,7 @@ def build(edit, max_bytes):
             **_FIELDS,
         )
         _section("Files")
-        _files(edit, max_bytes)
+        _files(edit, begin, max_bytes)
 
 
 def _items(titles):
@@ -265,7 +265,7 @@ def _small(icon, text, name, edit):
     )
 
 
-def _files(edit, max_bytes):
+def _files(edit, begin, max_bytes):
     v.VBtn(
         "Saved files ...",
         v_if="files.length",
@@ -277,6 +277,7 @@ def _files(edit, max_bytes):
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", max_bytes),
+        ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
         HtmlElement(
             "mls-send",
@@ -288,3 +289,11 @@ def _files(edit, max_bytes):
             __properties=["kind", "label", "icon", "limit"],
             __events=["answer"],
         )
+    v.VBtn(
+        "Save session",
+        prepend_icon="mdi-content-save-move-outline",
+        block=True,
+        variant="tonal",
+        title="Data, pairs, options, cuts and views in one file, .mls.json",
+        click=(begin, "['save_session']"),
+    )

@@ -6,6 +6,7 @@ import numpy as np
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
+from vtk_mls.editor.refining import key_of
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles
@@ -39,8 +40,18 @@ def values_of(editor, previous, look):
         has_mask=state.mask is not None,
         is_drawing=editor.is_drawing_curve,
     )
+    has_target = editor.target is not None
+    values.update(
+        has_target=has_target,
+        comparison=editor.comparison.mode,
+        share=editor.comparison.share,
+        has_slices=editor.slices.is_visible,
+    )
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
+        values["pairs"] = _pairs(state, editor.scores) if has_target else []
+        median = state.pairs.median_error if has_target else None
+        values["median_error"] = _short(median)
     return values
 
 
@@ -72,6 +83,39 @@ def _rows(state):
         }
         for i, (name, before, position, step, fixed, owner) in enumerate(zip(*columns))
     ]
+
+
+def _pairs(state, scores):
+    """Rows of the table of pairs, as texts; the pending landmark is the last."""
+    decimals = min(max(_decimals(state.deformed), 0), 3)
+    rows = []
+    for pair in state.pairs.rows:
+        is_pending = pair.row is None
+        score, refused = (
+            (None, "") if is_pending else scores.get(key_of(state, pair.row), (None, ""))
+        )
+        rows.append(
+            {
+                "row": -1 if is_pending else pair.row,
+                "name": pair.name,
+                "rest": _place(pair.rest, decimals),
+                "at": _place(pair.deformed, decimals),
+                "distance": pair.distance,
+                "error": pair.error,
+                "score": None if score is None or np.isnan(score) else score,
+                "refused": refused,
+                "enabled": pair.is_enabled,
+            }
+        )
+    return rows
+
+
+def _place(point, decimals):
+    return "" if point is None else ", ".join(f"{x + 0.0:.{decimals}f}" for x in point)
+
+
+def _short(number):
+    return "" if number is None else f"{number:.3g}"
 
 
 def _decimals(positions):

@@ -6,12 +6,14 @@ import asyncio
 import os
 import socket
 import sys
+import traceback
+from contextlib import suppress
 from pathlib import Path
 
 from aiohttp import web
 from trame.app import get_server
 
-from vtk_mls.editor import saving
+from vtk_mls.editor import saving, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.web import access, edits, page_layout, preparation
 from vtk_mls.web.picture import Picture
@@ -23,6 +25,13 @@ _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
 MAX_DATA_BYTES = 2 << 30  # in an upload
 _PAGE = "vtk_mls_page"  # path of the page's own files
+# What the page waits for, and can stop, by the name of the request.
+_TASKS = {
+    "save": "Saving",
+    "save_session": "Saving",
+    "refine": "Refining",
+    "refine_all": "Refining",
+}
 _READY = 100  # percent of the kernels are built
 
 
@@ -43,6 +52,7 @@ class Page:
         os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
         self._results, self._loop, self._preparation = results, None, None
+        self._task, self._is_stopping = None, False
         self.session = Session(self._update)
         self._picture = Picture(self.session)
         self._transfers = Transfers(self.session, folder, max_bytes, self._note_upload)
@@ -60,6 +70,7 @@ class Page:
                 "trame__favicon": f"{_PAGE}/icon.svg",
                 "theme": "dark",
                 "is_saving": False,
+                "task": "",  # what goes on while `is_saving`
                 "progress": 0,
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
@@ -70,12 +81,14 @@ class Page:
             }
         )
 
-    def open(self, datasets, state, paths, folder):
+    def open(self, datasets, state, paths, folder, target=None, session=None):
         """Show data, and save in a folder (None: beside the data), before the page is served."""
 
         def show():
-            self.session.open(datasets, state, paths, Autosave(paths[0]))
+            self.session.open(datasets, state, paths, Autosave(paths[0]), target)
             self.session.editor.saver.folder = folder
+            if session is not None:
+                sessions.resume(self.session.editor, *session)
 
         self.session.call(show).result()
         name = Path(paths[0]).name
@@ -97,7 +110,7 @@ class Page:
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
-        page_layout.build(self._server, self._edit, self._save, self._transfers.max_bytes)
+        page_layout.build(self._server, self._edit, self._begin, self._transfers.max_bytes)
         self._server.start(
             port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
         )
@@ -108,22 +121,52 @@ class Page:
         saver = self.session.editor.saver
         saver.within, saver.copies_data = self._results, True
 
-    async def _edit(self, name, value=None):
-        await asyncio.wrap_future(self.session.call(lambda: edits.apply(self.session, name, value)))
+    def _edit(self, name, value=None):
+        """Queue an edit.
 
-    async def _save(self):
-        if self._server.state.is_saving:
-            return
-        self._show(is_saving=True, progress=0)
-        try:
-            self.session.editor.saver.progress = self._progress
-            folder = await asyncio.wrap_future(self.session.call(self.session.save))
-            files = _files(self.session.editor.saver.files)
-            self._show(files=files, files_at=str(folder.resolve()), has_files=True)
-        except OSError:
-            pass  # the editor shows the reason
-        finally:
-            self._show(is_saving=False)
+        A tab's messages are answered one after the other: nothing here waits for the editor.
+        """
+        future = self.session.call(lambda: edits.apply(self.session, name, value))
+        future.add_done_callback(_print_failure)
+
+    def _begin(self, name):
+        """Begin one of `_TASKS`, or stop the one that goes on."""
+        if name == "stop":
+            self._is_stopping = True
+        elif name in _TASKS and self._task is None:
+            self._is_stopping = False
+            self._task = self._loop.create_task(self._run(name))
+
+    async def _run(self, name):
+        self._show(is_saving=True, progress=0, task=_TASKS[name])
+        calls = {
+            "save": self._save,
+            "save_session": self._save_session,
+            "refine": lambda: self.session.editor.refine(progress=self._progress),
+            "refine_all": lambda: self.session.editor.refine_all(progress=self._progress),
+        }
+        with suppress(Exception):  # the editor shows the reason
+            await asyncio.wrap_future(self.session.call(lambda: self._reported(calls[name])))
+        self._task = None
+        self._show(is_saving=False)
+
+    def _reported(self, call):
+        """Call in the editor's thread, and show errors."""
+        editor = self.session.editor
+        editor.finish()
+        with editor.document.reporting_errors():
+            call()
+
+    def _save(self):
+        self.session.editor.saver.progress = self._progress
+        self._show_files(self.session.save())
+
+    def _save_session(self):
+        self._show_files(self.session.save_session())
+
+    def _show_files(self, folder):
+        files = _files(self.session.editor.saver.files)
+        self._update({"files": files, "files_at": str(folder.resolve()), "has_files": True})
 
     async def _prepare(self):
         """Build the kernels of the other maps, and show the progress."""
@@ -135,8 +178,9 @@ class Page:
         self._show(prepared=_READY)
 
     def _progress(self, done):
-        """Called by the editor's thread."""
+        """Called by the editor's thread; whether to stop."""
         self._update({"progress": round(100 * done)})
+        return self._is_stopping
 
     def _update(self, changed):
         """Show values; called by other threads."""
@@ -150,12 +194,21 @@ class Page:
             state.update(values)
 
 
-def serve(datasets, state, paths, temporary, folder=None, address=(LOOPBACK, None)):
+def serve(
+    datasets,
+    state,
+    paths,
+    temporary,
+    folder=None,
+    address=(LOOPBACK, None),
+    target=None,
+    session=None,
+):
     """Edit on a page until the process is ended.
 
     Parameters
     ----------
-    datasets, state, paths, folder
+    datasets, state, paths, folder, target, session
         As of `window.show`.
     temporary : path
         A folder for uploads.
@@ -171,9 +224,15 @@ def serve(datasets, state, paths, temporary, folder=None, address=(LOOPBACK, Non
     port = _free_port(host, port)
     folder = None if folder is None else Path(folder)
     page = Page(Path(temporary), folder or Path())
-    page.open(datasets, state, paths, folder)
+    page.open(datasets, state, paths, folder, target, session)
     _warn_if_remote(host)
     page.serve(host, port, _print_address)
+
+
+def _print_failure(future):
+    """Print the traceback of an error that the editor does not show."""
+    if future.exception() is not None:
+        traceback.print_exception(future.exception())
 
 
 def _print_address(address):
@@ -229,6 +288,7 @@ def _description(name):
         saving.MOVED: "handles as they are now, for 3D Slicer",
         saving.FIELD: "displacement field",
         saving.PICTURE: "picture",
+        saving.SESSION: "session, opens again with `vtk-mls view`",
         saving.SCRIPT: "the same deformation without the editor",
     }
     return contents.get(name, "cut" if name.startswith("cut-") else "deformed data")

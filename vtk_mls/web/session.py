@@ -71,8 +71,8 @@ class Session:
         self._calls.put((future, function))
         return future
 
-    def open(self, datasets, state, paths, autosave):
-        """Show other data; in the editor's thread.
+    def open(self, datasets, state, paths, autosave, target=None):
+        """Show other data, and a `Target`; in the editor's thread.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class Session:
             previous.finish()
         window, interactor = self._new_window(size)
         try:
-            editor = Editor(interactor, datasets, state, paths, autosave)
+            editor = Editor(interactor, datasets, state, paths, autosave, target)
         except BaseException:
             window.Finalize()
             raise
@@ -95,6 +95,8 @@ class Session:
         del previous
         gc.collect()
         _remove_texts(self.editor)
+        if target is not None:
+            self.editor.toggle_table()  # the page has its own
         self._saved = self.editor.state
         self._fit_narrow_pictures(size)
         self._warm_up()
@@ -130,8 +132,23 @@ class Session:
         if not self.editor.save():
             raise OSError(self.editor.message)
         self._saved = self.editor.state
-        self.editor.say("Saved.")
-        return self.editor.saver.folder
+        saver = self.editor.saver
+        if not saver.takes_session:
+            self.editor.say("Saved.")
+        return saver.files[0].parent if saver.takes_session else saver.folder
+
+    def save_session(self):
+        """Save a session file, and return its folder; in the editor's thread.
+
+        Raises
+        ------
+        OSError
+            With the editor's sentence.
+        """
+        if not self.editor.save_session():
+            raise OSError(self.editor.message)
+        self._saved = self.editor.state
+        return self.editor.saver.session.parent
 
     # The thread
 
@@ -212,9 +229,11 @@ class Session:
         """Build kernels and shaders of the first map before the first drag."""
         state = self.editor.state.changed(blend=1.0)
         if state.is_identity:
-            grips = state.grips
-            step = 1e-3 * np.ptp(self.editor.scene.bounds, axis=0).max()
-            state = state.moved([0], grips.rest[:1] + step)
+            bounds = self.editor.scene.bounds
+            step = 1e-3 * np.ptp(bounds, axis=0).max()
+            if not len(state.grips):
+                state = state.with_handle(bounds[0], bounds[0])
+            state = state.moved([0], state.grips.rest[:1] + step)
         self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
         with suppress(ValueError, RuntimeError):  # the first edit reports it
             self.editor.document.preview(state.changed(anchored=None))
@@ -240,6 +259,7 @@ def _key_name(event):
 
 def _remove_texts(editor):
     """Remove texts from the picture: the page shows them, and sharper."""
-    for prop in [*editor.scene.overlay.GetViewProps()]:
+    renderer = editor.view.overlay.renderer
+    for prop in [*renderer.GetViewProps()]:
         if isinstance(prop, vtkTextActor):
-            editor.scene.overlay.RemoveViewProp(prop)
+            renderer.RemoveViewProp(prop)

@@ -14,9 +14,10 @@ from aiohttp import web
 
 from vtk_mls import io
 from vtk_mls.base import child_process
-from vtk_mls.editor import State
+from vtk_mls.editor import State, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
+from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
@@ -74,7 +75,11 @@ class Transfers:
     async def upload(self, request):
         """Show uploaded data, or handles on the current data; the answer is a sentence."""
         kind, name = request.match_info["kind"], Path(request.match_info["name"]).name
-        limit = {"data": self.max_bytes, "handles": MAX_HANDLE_BYTES}.get(kind)
+        limit = {
+            "data": self.max_bytes,
+            "handles": MAX_HANDLE_BYTES,
+            "session": MAX_HANDLE_BYTES,
+        }.get(kind)
         if limit is None or not name.strip("."):
             raise web.HTTPNotFound()
         async with self._upload_lock:  # at most one file beside the current data
@@ -92,6 +97,9 @@ class Transfers:
     async def _receive(self, request, kind, path, limit):
         """Receive a file, and show it."""
         digest = await self._write(request, path, limit)
+        if kind == "session":
+            await asyncio.wrap_future(self._session.call(lambda: self._resume(path)))
+            return
         await asyncio.to_thread(_check, _READERS[kind], path)
         if kind == "handles":
             await asyncio.wrap_future(self._session.call(lambda: self._show_handles(path)))
@@ -118,6 +126,25 @@ class Transfers:
         editor.select([])
         if not editor.change(state):
             raise ValueError(editor.message)
+
+    def _resume(self, path):
+        """Show the edit and the views of a session of the data that are shown."""
+        editor, session = self._session.editor, session_files.read(path)
+        shown = [*editor.saver.paths]
+        if editor.target is not None:
+            shown.append(Path(editor.target.path))
+        names = [[file.name for file in files] for files in (session.paths, shown)]
+        if names[0] != names[1]:
+            raise ValueError(
+                f"`{path.name}` is a session of {_listed(names[0])}, and {_listed(names[1])} is "
+                "shown: open it with `vtk-mls view`"
+            )
+        state = sessions.state_of(session, path.name)
+        editor.finish()
+        editor.select([])
+        if not editor.change(state):
+            raise ValueError(editor.message)
+        sessions.show_views(editor, session.views)
 
     async def _show_data(self, path, digest):
         dataset = await asyncio.to_thread(io.read_dataset, path)
@@ -150,7 +177,11 @@ def _state_of(polydata, state):
     """A state with the handles of a file: its lines and surfaces are curves and regions."""
     has_shapes = polydata.GetNumberOfLines() + polydata.GetNumberOfPolys() > 0
     values = handle_values(polydata, "cells" if has_shapes else "points")
-    return state.changed(**values, anchored=None)
+    return state.changed(**values, anchored=None, enabled=None)
+
+
+def _listed(names):
+    return " and ".join(f"`{name}`" for name in names)
 
 
 def _zip(archive, files):

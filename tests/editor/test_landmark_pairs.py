@@ -1,0 +1,193 @@
+"""Pairs of landmarks as data: placed, renamed, left out, deleted, undone, restored."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+
+from vtk_mls import Ball, Deformation, Plane, RegionHandle
+from vtk_mls.editor import State
+from vtk_mls.editor.autosave import Autosave
+from vtk_mls.editor.pairs import MOVING, TARGET, Pending
+from vtk_mls.editor.target import MODES, Target
+
+
+def state_of(rng, count=8, **options):
+    rest = rng.uniform(0, 10, (count, 3))
+    return State(rest, rest + rng.normal(0, 1, (count, 3)), device="reference", **options)
+
+
+def test_a_landmark_waits_for_its_partner():
+    state = State([], [])
+    first = state.with_landmark(TARGET, (5, 0, 0))
+    assert (first.pending.side, len(first), first.is_identity) == (TARGET, 0, True)
+    moved = first.with_landmark(TARGET, (6, 0, 0))
+    pair = moved.with_landmark(MOVING, (1, 0, 0))
+    assert pair.pending is None
+    assert (pair.rest.tolist(), pair.deformed.tolist()) == ([[1, 0, 0]], [[6, 0, 0]])
+    assert pair.labels == ("1",)
+    np.testing.assert_allclose(
+        pair.changed(device="reference").deformation().backward([(9, 1, 2)]), [(4, 1, 2)]
+    )
+
+
+def test_names_stay_when_pairs_are_deleted():
+    state = State([], [])
+    for number in range(3):
+        state = state.with_landmark(MOVING, (number, 0, 0)).with_landmark(TARGET, (number, 1, 0))
+    state = state.without([0]).with_landmark(MOVING, (5, 0, 0)).with_landmark(TARGET, (5, 1, 0))
+    assert len(set(state.labels)) == 3
+    assert state.labels[:2] == ("2", "3")
+
+
+def test_pairs_that_are_off_do_not_move_anything(rng):
+    state, points = state_of(rng, weights=rng.uniform(1, 2, 8)), rng.uniform(0, 10, (20, 3))
+    off = state.with_enabled([2, 5], False)
+    np.testing.assert_array_equal(
+        off.deformation().backward(points), state.without([2, 5]).deformation().backward(points)
+    )
+    assert len(off) == 8
+    assert state.with_enabled(range(8), False).is_identity
+
+
+def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
+    state = state_of(rng).with_enabled([3], False).with_landmark(MOVING, (1, 2, 3))
+    *rows, pending = state.pairs.rows
+    used = [i for i in range(8) if i != 3]
+    for i in used:
+        others = [j for j in used if j != i]
+        options = {"alpha": state.alpha, "device": "reference"}
+        value = Deformation(state.rest[others], state.deformed[others], **options)
+        error = np.linalg.norm(value.backward(state.deformed[[i]]) - state.rest[i])
+        assert rows[i].error == pytest.approx(error)
+        assert rows[i].distance == pytest.approx(np.linalg.norm(state.deformed[i] - state.rest[i]))
+    assert (rows[3].error, rows[3].is_enabled) == (None, False)
+    assert (pending.row, pending.rest, pending.deformed) == (None, (1, 2, 3), None)
+    assert state.pairs.median_error == pytest.approx(np.median([rows[i].error for i in used]))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cuts": [Plane((0, 0, 0), (1, 0, 0))]},
+        {"handles": [RegionHandle(Ball((0, 0, 0), 1), np.eye(4))]},
+        {"deformed": np.ones((8, 3))},
+    ],
+)
+def test_there_are_no_errors_where_pairs_alone_do_not_make_the_map(rng, changes):
+    table = state_of(rng).changed(**changes).pairs
+    assert not table.has_errors
+    assert all(row.error is None for row in table.rows)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_few_pairs_start_with_a_rigid_motion(rng, count):
+    """The kind "rigid" is one rigid motion for pairs that fit it, whatever alpha."""
+    angle = np.deg2rad(40)
+    turn = np.array(
+        [(np.cos(angle), -np.sin(angle), 0), (np.sin(angle), np.cos(angle), 0), (0, 0, 1)]
+    )
+    rest = np.array([(0.0, 0, 0), (10, 0, 0), (0, 10, 0), (0, 0, 10)])[:count]
+    deformed = rest @ turn.T + (100, 0, -50)
+    state = State(rest, deformed, device="reference")
+    points = rng.uniform(0, 10, (20, 3))
+    moved = state.deformation().forward(points)
+    distances = [np.linalg.norm(x[:, None] - x, axis=2) for x in (points, moved)]
+    np.testing.assert_allclose(*distances, atol=1e-6)
+    if count > 2:
+        np.testing.assert_allclose(moved, points @ turn.T + (100, 0, -50), atol=1e-6)
+
+
+def test_off_and_pending_are_kept_in_the_autosave(tmp_path, rng):
+    state = state_of(rng).with_enabled([1], False).with_landmark(TARGET, (7, 8, 9))
+    Autosave("brain.nii", tmp_path).keep(state)
+    restored = Autosave("brain.nii", tmp_path).offered
+    assert restored.enabled.tolist() == state.enabled.tolist()
+    assert (restored.pending.side, restored.pending.label) == (TARGET, "9")
+    assert restored.pending.position.tolist() == [7, 8, 9]
+
+
+def test_wrong_values_are_reported():
+    with pytest.raises(ValueError, match="`side` must be 'moving' or 'target', got 'left'"):
+        Pending("left", (0, 0, 0))
+    hands = Hands(ball_mesh(), target=ball_image())
+    with pytest.raises(ValueError, match="`share` must be a number from 0 to 1, got 2"):
+        hands.editor.set_comparison(share=2)
+
+
+class Edits:
+    """Random edits of pairs, as a table and the mouse make them."""
+
+    def __init__(self, hands, rng):
+        self.hands, self.editor, self._rng = hands, hands.editor, rng
+        self.targets = itertools.cycle([ball_mesh(), Target(ball_image(), "b.vti"), None])
+
+    def point(self):
+        return self._rng.uniform(4, SIZE - 4, 3)
+
+    def rows(self, count=1):
+        return self._rng.choice(len(self.editor.state), count, replace=False)
+
+    def place(self):
+        self.editor.place(MOVING if self._rng.random() < 0.5 else TARGET, self.point())
+
+    def rename(self):
+        self.editor.set_name(int(self.rows()[0]), f"n{self._rng.integers(5)}")
+
+    def turn_off(self):
+        self.editor.set_enabled(self.rows(), False)
+
+    def turn_on(self):
+        self.editor.set_enabled(self.rows(), True)
+
+    def delete(self):
+        self.editor.delete_pairs(self.rows())
+
+    def jump(self):
+        self.editor.jump_by(1)
+
+    def press_keys(self):
+        self.hands.press(self._rng.choice(["z", "y", "Escape", "z", "k", "b", "0"]))
+
+    def replace_target(self):
+        self.editor.set_target(next(self.targets))
+        self.editor.set_comparison(mode=str(self._rng.choice(MODES)))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_random_edit_loses_a_pair(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    autosave = Autosave("ball.vtp", tmp_path)
+    state = State([], [], device="reference")
+    hands = Hands(ball_mesh(), state, target=ball_image(), autosave=autosave, pixels=120)
+    edits, history = Edits(hands, rng), {hands.state}
+    needs_rows = {"rename", "turn_off", "turn_on", "delete"}
+    names = ["place"] * 5 + [*needs_rows, "jump", "press_keys", "replace_target"]
+    for _ in range(50):
+        name = str(rng.choice(names))
+        before = hands.state
+        if name in needs_rows and not len(before):
+            continue
+        getattr(edits, name)()
+        after = hands.state
+        history.add(after)
+        if name in ("rename", "turn_off", "turn_on", "jump", "replace_target"):
+            np.testing.assert_array_equal(after.rest, before.rest)
+            np.testing.assert_array_equal(after.deformed, before.deformed)
+            assert after.pending is before.pending
+        if name == "delete":
+            assert len(after) == len(before) - 1
+        if name == "place":
+            placed = len(after) - len(before) + (after.pending is not None)
+            assert placed == 1
+        assert len(after.pairs.rows) == len(after) + (after.pending is not None)
+        offered = Autosave("ball.vtp", tmp_path).offered
+        if offered is not None:
+            assert offered.labels == after.labels
+            assert offered.enabled.tolist() == after.enabled.tolist()
+    while hands.message != "There is nothing to undo.":
+        hands.press("z")
+    assert len(hands.state) == 0

@@ -1,0 +1,141 @@
+"""The target beside the moving data, by mouse: landmarks, linked slices, comparisons."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hands import SIZE, Hands, ball_image, ball_mesh
+from vtkmodules.vtkCommonTransforms import vtkTransform
+from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+
+from vtk_mls.editor import State
+from vtk_mls.editor.comparing import ComparedItem, difference_colors
+from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
+
+MIDDLE = (SIZE - 1) / 2
+NONE = {"device": "reference"}
+
+
+def shifted_mesh(offset):
+    transform, shift = vtkTransform(), vtkTransformFilter()
+    transform.Translate(offset)
+    shift.SetTransform(transform)
+    shift.SetInputData(ball_mesh())
+    shift.Update()
+    return shift.GetOutput()
+
+
+def panes(slices):
+    return {pane.axis: pane for pane in slices._panes}
+
+
+def pixel_in(pane, point):
+    return pane.projection.pixels(np.asarray(point, float)[None])[0, :2]
+
+
+def test_clicks_on_both_sides_place_a_pair_on_surfaces_far_apart():
+    hands = Hands(ball_mesh(), State([], [], **NONE), target=shifted_mesh((500, 0, 40)), pixels=300)
+    left, right = np.array((75, 160)), np.array((225, 160))
+    hands.click(left)
+    assert hands.message == "Landmark 1: click its place on the target, or Esc."
+    hands.click(right)
+    assert hands.message == "Landmark 1 is placed on both sides."
+    np.testing.assert_allclose(hands.state.deformed - hands.state.rest, [(500, 0, 40)], atol=1e-4)
+    camera = hands.camera
+    hands.drag((225, 40), (30, 10))
+    assert hands.camera != camera
+    assert len(hands.state) == 1
+    hands.press("z")
+    assert hands.state.pending.side == "moving"
+    hands.press("Escape")
+    assert hands.state.pending is None
+
+
+def test_slices_of_both_sides_are_linked_and_take_landmarks():
+    hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_mesh(), pixels=300)
+    hands.press("m")
+    moving, target = hands.editor.slices, hands.editor.view.target.slices
+    point = np.array((MIDDLE + 3, MIDDLE - 2, MIDDLE))
+    hands.drag(pixel_in(panes(target)[2], point), (4, 0))
+    assert hands.state.pending is None
+    np.testing.assert_array_equal(moving.point, target.point)
+    assert target.point[2] == MIDDLE
+    hands.click(pixel_in(panes(target)[2], point))
+    hands.click(pixel_in(panes(moving)[2], point - (2, 0, 0)))
+    np.testing.assert_allclose(hands.state.deformed, [point], atol=0.2)
+    np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
+    hands.drag(pixel_in(panes(target)[2], hands.state.deformed[0]), (0, 12))
+    assert hands.state.deformed[0, 1] < point[1] - 1  # up is anterior, as y decreases
+    np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
+
+
+def test_the_right_button_changes_brightness_and_contrast_of_one_side():
+    hands = Hands(ball_image(), State([], [], **NONE), target=ball_image(), pixels=300)
+    point = np.full((1, 3), MIDDLE)
+    sides = hands.editor.scene.items[0], hands.editor.view.target.scene.items[0]
+    before = [int(item.colors_at(point)[1][0, 0]) for item in sides]
+    pixel = pixel_in(panes(hands.editor.view.target.slices)[1], point[0])
+    hands.move(pixel)
+    hands.send("RightButtonPressEvent", pixel)
+    hands.send("MouseMoveEvent", pixel - (0, 60))
+    hands.send("RightButtonReleaseEvent", pixel - (0, 60))
+    after = [int(item.colors_at(point)[1][0, 0]) for item in sides]
+    assert after[0] == before[0]
+    assert after[1] < before[1] - 40
+
+
+def test_keys_compare_the_sides_in_one_view():
+    hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_image(), pixels=300)
+    moving, target = hands.editor.slices, hands.editor.view.target.slices
+    hands.press("4")
+    assert (moving.is_visible, target.is_visible) == (True, False)
+    hands.press("5")
+    assert hands.message.startswith("Select handles first")
+    hands.press("2")
+    hands.press("Right")
+    assert hands.editor.comparison == Comparison(FADE, 0.6)
+    pixel = pixel_in(panes(moving)[2], np.full(3, MIDDLE))
+    hands.click(pixel)
+    hands.click(pixel + (9, 0))
+    assert len(hands.state) == 1
+    assert hands.state.deformed[0, 0] > hands.state.rest[0, 0]
+    hands.press("1")
+    assert (moving.is_visible, target.is_visible) == (True, True)
+    hands.editor.set_target(None)
+    assert hands.editor.scene.renderer.GetViewport() == (0, 0, 1, 1)
+
+
+class Gray:
+    """An item of one gray value."""
+
+    def __init__(self, gray):
+        self._gray = gray
+
+    def colors_at(self, points):
+        return np.ones(len(points), bool), np.full((len(points), 3), self._gray, np.uint8)
+
+
+@pytest.mark.parametrize("mode", [FADE, CHECKERBOARD, DIFFERENCE])
+def test_colors_of_compared_images(mode, rng):
+    bounds, points = np.array([(0.0, 0, 0), (8, 8, 8)]), rng.uniform(0, 8, (1000, 3))
+    item = ComparedItem([Gray(200)], [Gray(100)], Comparison(mode, 0.25), bounds)
+    has_material, colors = item.colors_at(points)
+    assert has_material.all()
+    if mode == FADE:
+        assert (colors == 175).all()
+    elif mode == CHECKERBOARD:
+        inside = (np.abs(points - np.rint(points)) < 0.4).all(axis=1)
+        is_target = np.rint(points[inside]).sum(axis=1) % 2 == 1
+        np.testing.assert_array_equal(colors[inside, 0], np.where(is_target, 100, 200))
+    else:
+        assert (colors == np.rint(difference_colors(200.0 * np.ones((1, 3)), 100))).all()
+        assert colors[0, 0] > colors[0, 2]  # orange: the moving data are brighter
+        equal = ComparedItem([Gray(7)], [Gray(7)], Comparison(mode), bounds)
+        assert (equal.colors_at(points)[1] == 0).all()
+
+
+def test_a_target_with_blocks_is_refused():
+    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
+    with pytest.raises(TypeError, match="`target` must be a single image or mesh, got a vtkMulti"):
+        Target(vtkMultiBlockDataSet())

@@ -1,0 +1,112 @@
+"""Names beside landmarks, the name of a side, and the table of pairs, as texts in the window."""
+
+from __future__ import annotations
+
+import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
+from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkTextActor
+from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
+
+from vtk_mls.editor import polydata
+
+_COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
+_MARGIN, _SIZE = 14, 13
+_MAX_ROWS, _MAX_NAME = 24, 14  # of the table, and letters of a name
+
+
+class LandmarkNames:
+    """Names beside the landmarks of a renderer."""
+
+    def __init__(self, renderer):
+        self._points, self._mapper, self._actor = (
+            vtkPolyData(),
+            vtkLabeledDataMapper(),
+            vtkActor2D(),
+        )
+        self._mapper.SetInputData(self._points)
+        self._mapper.SetLabelModeToLabelFieldData()
+        self._mapper.SetFieldDataName("name")
+        font = self._mapper.GetLabelTextProperty()
+        font.SetFontFamilyToArial()
+        font.SetFontSize(_SIZE)
+        font.SetColor(_COLOR)
+        font.ItalicOff()
+        font.ShadowOn()
+        self._actor.SetMapper(self._mapper)
+        self._actor.PickableOff()
+        renderer.AddViewProp(self._actor)
+
+    def show(self, positions, names, are_visible):
+        """Draw names, list of n str, at positions (n, 3)."""
+        array = vtkStringArray()
+        array.SetName("name")
+        for name in names:
+            array.InsertNextValue(f"  {name}")
+        self._points.Initialize()
+        self._points.SetPoints(polydata.points(positions))
+        self._points.GetPointData().AddArray(array)
+        self._actor.SetVisibility(are_visible and len(names) > 0)
+
+
+class PairText:
+    """A title and the table of pairs, drawn in the renderer of all texts."""
+
+    def __init__(self, renderer, title):
+        self._title, self._table = vtkTextActor(), vtkTextActor()
+        self._title.SetInput(title)
+        for actor, color in ((self._title, _TITLE_COLOR), (self._table, _COLOR)):
+            actor.SetTextScaleModeToNone()
+            actor.PickableOff()
+            font = actor.GetTextProperty()
+            font.SetFontSize(_SIZE)
+            font.SetColor(color)
+            font.SetVerticalJustificationToTop()
+            renderer.AddViewProp(actor)
+        font = self._table.GetTextProperty()
+        font.SetFontFamilyToCourier()
+        font.SetBackgroundColor(_PANEL)
+        font.SetBackgroundOpacity(0.7)
+        self.set_table(None, ())
+
+    def set_visible(self, is_visible):
+        """Show or hide title and table."""
+        self._title.SetVisibility(is_visible)
+        self._table.SetVisibility(is_visible and bool(self._table.GetInput()))
+
+    def set_table(self, table, selected):
+        """Show a `PairTable` with the selected rows marked, or none for None."""
+        lines = [] if table is None else lines_of(table, selected)
+        self._table.SetInput("\n".join(lines))
+        self._table.SetVisibility(bool(lines))
+
+    def lay_out(self, renderer):
+        """Place the texts at the top of another renderer, of the target."""
+        left, low = renderer.GetOrigin()
+        top = low + renderer.GetSize()[1] - _MARGIN
+        self._title.SetPosition(left + _MARGIN, top)
+        self._table.SetPosition(left + _MARGIN, top - 2 * _SIZE)
+
+
+def lines_of(table, selected):
+    """Lines of text of a `PairTable`: the part of it around the selected rows."""
+    marked = {int(row) for row in selected}
+    rows = table.rows
+    first = max(0, min(min(marked, default=0) - _MAX_ROWS // 2, len(rows) - _MAX_ROWS))
+    lines = [f"  {'name':{_MAX_NAME}} distance    error"]
+    for row in rows[first : first + _MAX_ROWS]:
+        mark = ">" if row.row is not None and row.row in marked else " "
+        if row.row is None:
+            missing = "target" if row.deformed is None else "moving data"
+            lines.append(f"  {row.name[:_MAX_NAME]:{_MAX_NAME}} click on the {missing}")
+            continue
+        error = "off" if not row.is_enabled else "-" if row.error is None else f"{row.error:.4g}"
+        name = row.name[:_MAX_NAME]
+        lines.append(f"{mark} {name:{_MAX_NAME}} {row.distance:8.4g} {error:>8}")
+    if len(rows) > _MAX_ROWS:
+        lines.append(f"  {first + 1} to {min(first + _MAX_ROWS, len(rows))} of {len(rows)}")
+    if table.has_errors:
+        lines.append(f"  median error when left out {table.median_error:.3g}")
+    else:
+        lines.append("  no errors yet: they need 4 pairs")
+    return lines

@@ -1,0 +1,191 @@
+"""The edits of an editor that concern pairs of landmarks and the target."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vtk_mls.base.progress import Aborted
+from vtk_mls.editor import grips, refining
+from vtk_mls.editor.pairs import MOVING, TARGET
+from vtk_mls.editor.target import Comparison, Target
+from vtk_mls.landmarks.text import refinement_sentence
+
+_SHARE_STEP = 0.1  # of the target, at each key
+_OTHER = {MOVING: "target", TARGET: "moving data"}
+
+
+class PairEdits:
+    """Base of `Editor` with the methods for a second side, and landmarks on both.
+
+    Attributes
+    ----------
+    target : Target or None
+    comparison : Comparison
+    scores : dict
+        Score of the match and why it is refused, by `refining.key_of`.
+    """
+
+    target = None
+    comparison = Comparison()
+
+    def set_target(self, target):
+        """Show another target, or none for None; all pairs stay.
+
+        Parameters
+        ----------
+        target : Target, vtkDataSet or None
+        """
+        is_value = target is None or isinstance(target, Target)
+        self.target = target if is_value else Target(target)
+        self.view.set_target(self.target)
+        self.set_comparison()
+
+    def place_at(self, pixel):
+        """Place a landmark where the data are at a pixel, on its side."""
+        pane = self.view.pane_at(pixel)
+        point = (
+            self.view.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
+        )
+        if point is None:
+            self.say("There is no surface under the mouse.")
+            return
+        side, pending = self.view.side_at(pixel), self.state.pending
+        if self.view.shows_both_at(pixel) and pending is not None:
+            side = TARGET if pending.side == MOVING else MOVING
+        self.place(side, point)
+
+    def place(self, side, point):
+        """Place a landmark on a side: the first of a pair, or the partner that completes it.
+
+        Parameters
+        ----------
+        side : str
+            MOVING or TARGET.
+        point : (3,) world coordinates
+            Of the deformed data as they are drawn, or of the target.
+        """
+        if side == MOVING:
+            deformation = self.view.distortion.deformation
+            point = point if deformation is None else deformation.backward([point])[0]
+            if not np.isfinite(point).all():
+                self.say("There are no data at this place, which a cut has opened.")
+                return
+        if not self.change(self.state.with_landmark(side, point)):
+            return
+        if self.state.pending is None:
+            self.document.selected = np.array([len(self.state) - 1])
+            self.say(f"Landmark {self.state.labels[-1]} is placed on both sides.")
+        else:
+            name = self.state.pending.label
+            self.say(f"Landmark {name}: click its place on the {_OTHER[side]}, or Esc.")
+
+    def cancel_landmark(self):
+        """Remove the pending landmark; whether there was one."""
+        if self.state.pending is None:
+            return False
+        return self.change(self.state.changed(pending=None))
+
+    def set_enabled(self, rows, are_enabled):
+        """Let point handles belong to the map, or leave them out of it."""
+        self.change(self.state.with_enabled(rows, are_enabled))
+
+    def toggle_enabled(self):
+        """Leave the selected point handles out of the map, or include them if all are out."""
+        rows = self.document.target_rows()
+        points = rows[rows < len(self.state)]
+        if len(points):
+            self.set_enabled(points, not self.state.enabled[points].any())
+        elif len(rows):
+            self.say("Only point handles can be left out; X deletes others.")
+
+    def delete_pairs(self, rows):
+        """Delete point handles."""
+        self.document.clear_selection()
+        self.change(self.state.without(rows))
+
+    def jump_to(self, row):
+        """Select a point handle, and move slices and cameras to it."""
+        point = self.state.deformed[row]
+        self.document.select([row])
+        self.view.center_on(point)
+        self.document.look_at(point)
+
+    def jump_by(self, step):
+        """Jump to the next pair (1) or the previous one (-1)."""
+        count = len(self.state)
+        if not count:
+            self.say("There are no pairs yet.")
+            return
+        points = self.selected[self.selected < count]
+        first = 0 if step > 0 else count - 1
+        self.jump_to(int(points[-1] + step) % count if len(points) else first)
+
+    def refine(self, rows=None, progress=None):
+        """Move landmarks to the best match of the images around them, where it is trustworthy.
+
+        Parameters
+        ----------
+        rows : (m,) ints, optional
+            The selected pairs, or that under the mouse, by default.
+        progress : callable, optional
+            As of `landmarks.refine`.
+        """
+        if self.target is None:
+            self.say("There is no target to refine landmarks on: `--target FILE` names it.")
+            return
+        rows = self.document.target_rows() if rows is None else rows
+        state, rows = self.state, [int(row) for row in rows if row < len(self.state)]
+        rows = [row for row in rows if not state.anchored[row]]
+        if not rows:
+            self.say("There are no pairs to refine, or they are fixed.")
+            return
+        datasets = self.saver.datasets[0], self.target.dataset
+        try:
+            refined, found = refining.refined(state, datasets, rows, progress)
+        except Aborted:
+            self.say("Refining was stopped; no landmark has moved.")
+            return
+        if found.moved.any() and not self.change(refined):
+            return
+        for i, row in enumerate(rows):
+            key = refining.key_of(self.state, row)
+            self.scores[key] = float(found.score[i]), found.refused[i]
+        names = [grips.names_of(state)[row] for row in rows]
+        self.say(refinement_sentence(found, names))
+
+    def refine_all(self, progress=None):
+        """Refine all pairs of the map, as of `refine`."""
+        self.refine(np.flatnonzero(self.state.enabled), progress)
+
+    def set_comparison(self, **values):
+        """Change `mode` and `share` of the comparison.
+
+        Raises
+        ------
+        ValueError
+            For other modes, and shares outside 0 to 1.
+        """
+        comparison = replace(self.comparison, **values)
+        if self.target is not None:
+            self.comparison = comparison
+            self.view.target.set_comparison(comparison)
+        elif values:
+            self.say("There is no target to compare with: `--target FILE` of the command names it.")
+        self.document.show()
+
+    def compare_by(self, mode):
+        """Draw both sides by one of `target.MODES`."""
+        self.set_comparison(mode=mode)
+
+    def toggle_table(self):
+        """Show or hide the table of pairs."""
+        if self.view.target is not None:
+            self.view.target.toggle_table()
+        self.document.draw()
+
+    def change_share(self, count):
+        """Show more of the target (1) or less of it (-1) where it fades."""
+        share = float(np.clip(self.comparison.share + count * _SHARE_STEP, 0, 1))
+        self.set_comparison(share=round(share, 6))

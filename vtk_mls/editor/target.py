@@ -1,0 +1,57 @@
+"""The target that the moving data are to match, and how both are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+MODES = BESIDE, FADE, CHECKERBOARD, DIFFERENCE = "beside", "fade", "checkerboard", "difference"
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """An image or a mesh beside the moving data, in the same world coordinates.
+
+    Attributes
+    ----------
+    dataset : vtkDataSet
+    path : path or None
+        Its file.
+    """
+
+    dataset: Any
+    path: Any = None
+
+    def __post_init__(self):
+        if not self.dataset.IsA("vtkDataSet"):
+            raise TypeError(
+                f"`target` must be a single image or mesh, got a {self.dataset.GetClassName()}"
+            )
+
+    @property
+    def name(self):
+        """The name of the file."""
+        return "target" if self.path is None else Path(self.path).name
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How the moving data and the target are drawn.
+
+    Attributes
+    ----------
+    mode : str
+        One of `MODES`. All but BESIDE draw them over each other.
+    share : float, 0 to 1
+        Of the target in FADE.
+    """
+
+    mode: str = BESIDE
+    share: float = 0.5
+
+    def __post_init__(self):
+        if self.mode not in MODES:
+            raise ValueError(f"`mode` must be one of {', '.join(MODES)}, got {self.mode!r}")
+        if not 0 <= self.share <= 1:
+            raise ValueError(f"`share` must be a number from 0 to 1, got {self.share!r}")

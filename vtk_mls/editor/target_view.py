@@ -1,0 +1,228 @@
+"""The target beside the moving data: its renderer, its slices, and landmarks on both."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkRenderingCore import vtkActor
+
+from vtk_mls import Deformation
+from vtk_mls.editor import keys
+from vtk_mls.editor.comparing import ComparedItem
+from vtk_mls.editor.distortion import Distortion
+from vtk_mls.editor.grips import names_of
+from vtk_mls.editor.handle_glyphs import PENDING
+from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
+from vtk_mls.editor.pairs import MOVING, TARGET
+from vtk_mls.editor.scene import Scene, new_layer, new_renderer
+from vtk_mls.editor.scene_mesh import SceneMesh
+from vtk_mls.editor.slices import Slices
+from vtk_mls.editor.target import BESIDE, FADE, Comparison
+
+_OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
+_LIFT = 18  # pixels of the status line above the names of slices
+_FAR = 0.5  # between the middles of both sides, relative to their size: they hardly overlap
+
+
+class TargetView:
+    """The second side of a `View`.
+
+    Parameters
+    ----------
+    view : View
+        Its scene and slices, of the moving data, share cameras and slices with the target.
+    target : Target
+
+    Attributes
+    ----------
+    scene : Scene
+    slices : Slices
+    start : (p, q) or None
+        The middles of sides that hardly overlap: the data are drawn moved by q - p as long as
+        nothing deforms them.
+    """
+
+    def __init__(self, view, target):
+        self._moving, self._moving_slices = view.scene, view.slices
+        window = view.scene.window
+        self.scene = Scene(window, [target.dataset], new_renderer(window))
+        self.slices = Slices(self.scene, Distortion(self.scene.bounds))
+        camera = view.scene.renderer.GetActiveCamera()
+        self._own_camera = self.scene.renderer.GetActiveCamera()
+        self.scene.renderer.SetActiveCamera(camera)
+        self._comparison, self._ghosts, self._has_table = Comparison(), [], True
+        self.start = self._start()
+        bounds = self._bounds()
+        for slices in (self._moving_slices, self.slices):
+            slices.set_bounds(bounds)
+        scenes = {MOVING: self._moving, TARGET: self.scene}
+        self._names = {side: LandmarkNames(scene.overlay) for side, scene in scenes.items()}
+        self._overlay, self._texts = view.overlay, new_layer(window)
+        self._overlay.move_to(self._texts, _LIFT)
+        self._overlay.set_hint(keys.TARGET_HINT)
+        self._text = PairText(self._texts, f"target: {target.name}")
+        for item in self._meshes(self.scene.items):
+            item.outline_color = _OUTLINE_COLOR
+            self._ghosts.append(_ghost_of(item))
+            self._moving.renderer.AddActor(self._ghosts[-1])
+        self._tags = [
+            (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
+            for scene in scenes.values()
+        ]
+        self._shows_slices = not isinstance(self.scene.items[0], SceneMesh)
+        self._arrange()
+        self.reset_camera()
+
+    def _arrange(self):
+        """Divide the window for the comparison."""
+        self._is_upright = self._window_is_upright()
+        left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
+        if self._is_upright:
+            left, right = (0, 0.5, 1, 1), (0, 0, 1, 0.5)
+        if self._comparison.mode == BESIDE:
+            self._moving_slices.compared = []
+            self._moving_slices.arrange(left, _grid, self._shows_slices)
+            self.slices.arrange(right, _grid, self._shows_slices)
+        else:
+            items = self._moving.items, self.scene.items
+            image = ComparedItem(*items, self._comparison, self._bounds())
+            self._moving_slices.compared = [image, *self._meshes([*items[0], *items[1]])]
+            self._moving_slices.arrange((0, 0, 1, 1), _row, True)
+            self.slices.arrange((0.5, 0.5, 1, 1), _grid, False)
+
+    def set_comparison(self, comparison):
+        """Draw both sides as a `Comparison` says, from the next `show` on."""
+        self._comparison = comparison
+        self._arrange()
+        opacity = comparison.share if comparison.mode == FADE else 0.5
+        for ghost in self._ghosts:
+            ghost.SetVisibility(comparison.mode != BESIDE)
+            ghost.GetProperty().SetOpacity(opacity)
+
+    def toggle_slices(self):
+        """Show or hide the slices of both sides."""
+        if self._comparison.mode == BESIDE:
+            self._shows_slices = not self._shows_slices
+            self._arrange()
+
+    def toggle_table(self):
+        """Show or hide the table of pairs."""
+        self._has_table = not self._has_table
+
+    def initial_map(self, device):
+        """The translation that shows undeformed data near the target; None if they are near."""
+        if self.start is None:
+            return None
+        p, q = self.start
+        return Deformation(p[None], q[None], device=device)
+
+    def show_slices(self, is_final=True):
+        """Draw the slices at the place of those of the moving data."""
+        self.slices.point = self._moving_slices.point
+        self.slices.show(is_final)
+
+    def draw(self, state, colors, hovered, selected, deformation, are_visible):
+        """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
+        positions, names = state.grips.deformed, names_of(state)
+        sides = {MOVING: (positions, colors, names), TARGET: (positions, colors, names)}
+        pending = state.pending
+        if pending is not None:
+            place = pending.position[None]
+            if pending.side == MOVING and deformation is not None:
+                place = deformation.forward(place)
+            if np.isfinite(place).all():
+                sides[pending.side] = (
+                    np.vstack([positions, place]),
+                    np.vstack([colors, PENDING]).astype(np.uint8),
+                    [*names, pending.label],
+                )
+        views = (MOVING, self._moving, self._moving_slices), (TARGET, self.scene, self.slices)
+        for side, scene, slices in views:
+            places, place_colors, place_names = sides[side]
+            scene.glyphs.draw(places, places, place_colors, hovered)
+            slices.show_handles(places, place_colors, are_visible)
+            self._names[side].show(places, place_names, are_visible)
+        self._text.set_table(state.pairs if self._has_table else None, selected)
+        self._text.set_visible(are_visible)
+
+    def hide_texts(self):
+        """Hide title and table until the next `draw`."""
+        self._text.set_visible(False)
+
+    def lay_out(self):
+        """Place sides and texts for the size of the window: above each other in upright ones."""
+        if self._is_upright != self._window_is_upright():
+            self._arrange()
+        self._text.lay_out(self.scene.renderer)
+
+    def _window_is_upright(self):
+        width, height = self.scene.window.GetSize()
+        return height > width
+
+    def reset_camera(self):
+        """Fit the shared camera to the target, and to what is drawn near it."""
+        self.scene.renderer.ResetCamera(self._bounds().T.ravel())
+
+    def detach(self):
+        """Remove the target from the window."""
+        for renderer, tag in self._tags:
+            renderer.RemoveObserver(tag)
+        self.slices.set_visible(False)
+        self._moving_slices.restore(self._moving.bounds)
+        for actor in self._ghosts:
+            self._moving.renderer.RemoveActor(actor)
+        self._names[MOVING].show(np.zeros((0, 3)), [], False)
+        self._overlay.move_to()
+        self._overlay.set_hint(keys.HINT)
+        self.scene.detach()
+        self.scene.renderer.SetActiveCamera(self._own_camera)
+        for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
+            self.scene.window.RemoveRenderer(renderer)
+        self.scene.window.SetNumberOfLayers(self.scene.overlay.GetLayer())
+        self._moving.reset_camera()
+
+    def _bounds(self):
+        """Corners (2, 3) of a box around the target, and the data unless they are far."""
+        boxes = [self.scene.bounds] + [self._moving.bounds] * (self.start is None)
+        corners = np.array(boxes)
+        return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+    def _start(self):
+        boxes = self._moving.bounds, self.scene.bounds
+        p, q = (box.mean(axis=0) for box in boxes)
+        size = max(np.ptp(box, axis=0).max() for box in boxes)
+        return (p, q) if np.linalg.norm(q - p) > _FAR * size else None
+
+    @staticmethod
+    def _meshes(items):
+        return [item for item in items if isinstance(item, SceneMesh)]
+
+
+def _ghost_of(item):
+    """An actor that draws the mesh of an item once more, in another renderer."""
+    ghost = vtkActor()
+    ghost.SetMapper(item.plain_mapper())
+    ghost.GetProperty().SetColor(_OUTLINE_COLOR)
+    ghost.PickableOff()
+    ghost.VisibilityOff()
+    return ghost
+
+
+def _fit_clipping(renderer, event):
+    """Fit the depths of the shared camera to the data of one renderer, before it draws."""
+    renderer.ResetCameraClippingRange()
+
+
+def _grid(viewport):
+    """The 3-D view at the top left, and three slices beside and below it."""
+    left, low, right, high = viewport
+    x, y = (left + right) / 2, (low + high) / 2
+    return (left, y, x, high), (x, y, right, high), (left, low, x, y), (x, low, right, y)
+
+
+def _row(viewport):
+    """The 3-D view at the top left, and three slices below; the target is at the top right."""
+    left, low, right, high = viewport
+    y = (low + high) / 2
+    edges = np.linspace(left, right, 4)
+    slices = [(edges[i], low, edges[i + 1], y) for i in range(3)]
+    return (left, y, (left + right) / 2, high), *slices

@@ -1,0 +1,118 @@
+"""Sessions of the editor, `.mls.json`: the files of the data, the edit, and what is shown."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vtk_mls.files.paths import existing_file, replacing
+
+ENDING = ".mls.json"
+_FORMAT, _VERSION = "vtk_mls session", 1
+
+
+@dataclass(frozen=True, eq=False)
+class SessionFile:
+    """The contents of a session file.
+
+    Attributes
+    ----------
+    data : tuple of Path
+        Of the moving data; the first is deformed, the others go along.
+    target : Path or None
+    edit : dict
+        Values of JSON: pairs, options, cuts, handles and mask.
+    views : dict
+        Values of JSON: camera, slices, comparison.
+    """
+
+    data: tuple[Path, ...]
+    target: Path | None
+    edit: dict[str, Any]
+    views: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def paths(self):
+        """All files of data."""
+        return self.data if self.target is None else (*self.data, self.target)
+
+
+def is_session(path):
+    """Whether a path has the ending of sessions."""
+    return os.fspath(path).lower().endswith(ENDING)
+
+
+def read(path):
+    """The `SessionFile` at a path; its files of data need not exist.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    path = existing_file(path)
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"`{path}` is no session: its JSON is broken ({error})") from error
+    if not isinstance(values, dict) or values.get("format") != _FORMAT:
+        raise ValueError(f"`{path}` is JSON, and no session of `vtk-mls view`")
+    version = values.get("version")
+    if not isinstance(version, int) or version > _VERSION:
+        raise ValueError(
+            f"`{path}` has version {version}, and this vtk_mls reads sessions up to version "
+            f"{_VERSION}: update vtk_mls"
+        )
+    data, target = values.get("data"), values.get("target")
+    edit, views = values.get("edit"), values.get("views", {})
+    names = [*data] if isinstance(data, list) else []
+    is_valid = names and all(isinstance(name, str) for name in [*names, target or ""])
+    if not (is_valid and isinstance(edit, dict) and isinstance(views, dict)):
+        raise ValueError(f"`{path}` is no session: it lacks valid `data`, `edit` or `views`")
+    folder = path.absolute().parent
+    files = tuple(Path(os.path.normpath(folder / name)) for name in data)
+    target = None if target is None else Path(os.path.normpath(folder / target))
+    return SessionFile(files, target, edit, views)
+
+
+def check_files(session, path):
+    """Raise OSError if a file of data of the session at a path does not exist."""
+    for file in session.paths:
+        if not file.is_file():
+            raise FileNotFoundError(
+                f"`{path}` is a session of `{file}`, which does not exist: move it there, or "
+                "change its name in the session"
+            )
+
+
+def write(path, session):
+    """Write a `SessionFile`; paths are relative to its folder where possible.
+
+    Raises
+    ------
+    OSError, ValueError
+        Naming the file.
+    """
+    folder = Path(path).absolute().parent
+    values = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "data": [_relative(file, folder) for file in session.data],
+        "target": None if session.target is None else _relative(session.target, folder),
+        "edit": session.edit,
+        "views": session.views,
+    }
+    text = json.dumps(values, indent=1, allow_nan=False)
+    with replacing(path) as new:
+        new.write_text(text + "\n", encoding="utf-8")
+
+
+def _relative(file, folder):
+    """A path relative to a folder, with slashes; absolute on another drive of Windows."""
+    try:
+        return Path(os.path.relpath(os.path.realpath(file), os.path.realpath(folder))).as_posix()
+    except ValueError:
+        return Path(file).absolute().as_posix()

@@ -1,0 +1,190 @@
+"""The pairs of landmarks below the two pictures: comparison, table, refinement."""
+
+from __future__ import annotations
+
+from trame.widgets import html
+from trame.widgets import vuetify3 as v
+
+from vtk_mls.editor.target import MODES
+
+_HEIGHT, _NARROW_HEIGHT = 216, 168  # of the table, pixels
+_IS_NARROW = "$vuetify.display.width < 700"
+# Title, key, whether narrow pages show it.
+_COLUMNS = (
+    ("On", "enabled", True),
+    ("Name", "name", True),
+    ("On the moving data", "rest", False),
+    ("On the target", "at", False),
+    ("Distance", "distance", False),
+    ("Error", "error", True),
+    ("Score", "score", True),
+    ("", "actions", True),
+)
+_ALIGNED_RIGHT = "distance", "error", "score"
+
+
+def build(edit, begin):
+    """Build the table, which pages with a target show.
+
+    Parameters
+    ----------
+    edit, begin
+        As of `page_layout.build`.
+    """
+    with v.VSheet(v_if="has_target", classes="mls-pairs", border="t"):
+        with html.Div(classes="mls-tools"):
+            _comparison(edit)
+            v.VSpacer()
+            _refinement(begin)
+        _table(edit)
+
+
+def _comparison(edit):
+    with v.VBtnToggle(
+        model_value=("comparison",),
+        update_modelValue=(edit, "['comparison', $event]"),
+        mandatory=True,
+        divided=True,
+        variant="outlined",
+        density="compact",
+        color="primary",
+    ):
+        for mode in MODES:
+            v.VBtn(mode.capitalize(), value=mode, size="small")
+    v.VSlider(
+        v_if="comparison === 'fade'",
+        min=0,
+        max=1,
+        step=0.05,
+        model_value=("share",),
+        end=(edit, "['share', $event]"),
+        density="compact",
+        hide_details=True,
+        color="primary",
+        raw_attrs=['aria-label="Share of the target"'],
+        style="width: 140px; flex: none;",
+    )
+    v.VBtn(
+        "Slices",
+        size="small",
+        variant=("has_slices ? 'flat' : 'tonal'",),
+        prepend_icon="mdi-view-grid-outline",
+        title="Show or hide slices (M)",
+        click=(edit, "['toggle_slices']"),
+    )
+
+
+def _refinement(begin):
+    html.Span(
+        "median error {{ median_error }}",
+        v_if="median_error",
+        classes="text-caption",
+        title="Each pair predicted from the others",
+    )
+    for text, name, condition in (
+        ("Refine", "refine", "is_saving || !selected.length"),
+        ("Refine all", "refine_all", "is_saving || !pairs.length"),
+    ):
+        v.VBtn(
+            text,
+            size="small",
+            variant="tonal",
+            prepend_icon="mdi-crosshairs-gps",
+            disabled=(condition,),
+            title="Move landmarks on the target to the best match of the images around them",
+            click=(begin, f"['{name}']"),
+        )
+
+
+def _table(edit):
+    headers = [
+        {
+            "title": title,
+            "key": key,
+            "sortable": key not in ("rest", "at", "actions"),
+            "align": "end" if key in _ALIGNED_RIGHT else "start",
+        }
+        for title, key, _ in _COLUMNS
+    ]
+    narrow = [header for header, (*_, is_shown) in zip(headers, _COLUMNS) if is_shown]
+    table = v.VDataTableVirtual(
+        headers=(f"{_IS_NARROW} ? narrow_headers : pair_headers",),
+        items=("pairs",),
+        item_value="row",
+        density="compact",
+        fixed_header=True,
+        height=(f"{_IS_NARROW} ? {_NARROW_HEIGHT} : {_HEIGHT}",),
+        row_props=(
+            "({ item }) => ({ class: { 'is-selected': selected.includes(item.row), "
+            "'is-off': !item.enabled } })",
+        ),
+        no_data_text="Click a place on one side, then the same place on the other.",
+    )
+    table.server.state.update({"pair_headers": headers, "narrow_headers": narrow})
+    with table:
+        _cells(edit)
+
+
+def _cells(edit):
+    with _cell("enabled"):
+        html.Input(
+            v_if="item.row >= 0",
+            type="checkbox",
+            checked=("item.enabled",),
+            raw_attrs=[_label("Use")],
+            change=(edit, "['enable', [item.row, $event.target.checked]]"),
+        )
+    with _cell("name"):
+        html.Input(
+            v_if="item.row >= 0",
+            classes="mls-name",
+            value=("item.name",),
+            raw_attrs=[_label("Name of")],
+            focus=(edit, "['select', [item.row]]"),
+            change=(edit, "['name', [item.row, $event.target.value]]"),
+        )
+        html.Span("{{ item.name }} ...", v_else=True, classes="text-secondary")
+    for key in _ALIGNED_RIGHT:
+        with _cell(key):
+            text = f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}"
+            html.Span(text)
+            if key == "score":
+                v.VIcon(
+                    "mdi-alert-outline",
+                    v_if="item.refused",
+                    size="x-small",
+                    color="secondary",
+                    classes="ml-1",
+                    title=("'not moved: ' + item.refused",),
+                )
+    with _cell("actions"):
+        for icon, text, name in (
+            ("mdi-target", "Jump to", "jump"),
+            ("mdi-delete-outline", "Delete", "delete_pair"),
+        ):
+            v.VBtn(
+                v_if="item.row >= 0",
+                icon=icon,
+                size="x-small",
+                variant="text",
+                title=text,
+                raw_attrs=[_label(text)],
+                click=(edit, f"['{name}', [item.row]]"),
+            )
+        v.VBtn(
+            v_if="item.row < 0",
+            icon="mdi-close",
+            size="x-small",
+            variant="text",
+            title="Remove (Esc)",
+            click=(edit, "['cancel_landmark']"),
+        )
+
+
+def _label(text):
+    """The attribute that names a control of a row; trame drops `aria_label`."""
+    return f":aria-label=\"'{text} ' + item.name\""
+
+
+def _cell(key):
+    return v.Template(raw_attrs=[f'v-slot:item.{key}="{{ item }}"'])
