@@ -13,8 +13,8 @@ from command_fixtures import PROJECT, run
 from hands import SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import Ball, BallMask, HalfPlane, Plane, RegionHandle, Surface, io
-from vtk_mls.editor import State
-from vtk_mls.files import control_point_files
+from vtk_mls.editor import State, sessions
+from vtk_mls.files import control_point_files, session_files
 from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -178,6 +178,20 @@ def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder
     other = Hands(ball_mesh())
     other.press("s")
     assert (tmp_path / "data-1-edited-2").is_dir()
+
+
+def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    io.write_dataset(ball_mesh(), "ball.vtp")
+    rng = np.random.default_rng(3)
+    hands = Hands(ball_mesh(), state(rng).with_enabled([4], False), paths=["ball.vtp"])
+    hands.press("s")
+    rest, _ = control_point_files.read(tmp_path / "ball-edited" / "handles.csv")[:2]
+    assert len(rest) == 8
+    path = tmp_path / "ball-edited" / "session.mls.json"
+    saved = sessions.state_of(session_files.read(path), path)
+    assert np.flatnonzero(~saved.enabled).tolist() == [4]
+    np.testing.assert_array_equal(saved.rest, hands.state.rest)
 
 
 def test_a_failed_save_is_reported(tmp_path, monkeypatch):

@@ -346,6 +346,7 @@ class Editor(ShapeEdits, PairEdits):
         self.view.draw_for_file(self.state)
         try:
             sentence = self.saver.save(self.state, self.scene.window)
+            sentence += self._save_other_landmarks()
         except Aborted:
             sentence, is_saved = "Saving was stopped; the folder has a part of the files.", False
         except (OSError, *FAILURES) as error:
@@ -356,6 +357,22 @@ class Editor(ShapeEdits, PairEdits):
         self.say(sentence)
         self.document.draw()
         return is_saved
+
+    def _save_other_landmarks(self):
+        """Save a session where landmarks are left out or pending, which the other files lack.
+
+        Returns
+        -------
+        str
+            A sentence, or "".
+        """
+        if self.state.enabled.all() and self.state.pending is None:
+            return ""
+        if not self.saver.paths:
+            return " The landmarks that are left out are not saved, because the data have no file."
+        path = sessions.write(self)
+        self.saver.files = [*self.saver.files, path]
+        return f" {path.name} has the landmarks that are left out or without a partner, too."
 
     def accept(self):
         """End the curve that is drawn; without one, restore the unsaved edits that are offered."""
