@@ -28,6 +28,6 @@ def run(code, *arguments):
         if not name.startswith("PYTHON") and name != "LD_LIBRARY_PATH"
     }
     command = [str(_PYTHON), "-c", code, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, env=usual, timeout=120)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", env=usual, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -118,8 +118,11 @@ class HandleSet:
 
     def means(self, values: np.ndarray) -> np.ndarray:
         """Weighted means (terms, k) of `values` (n, k) of regions, then the values of points."""
+        points = values[self.region < 0]
+        if not self.regions:
+            return points
         regions = [self._mean(values, self.region == i) for i in range(len(self.regions))]
-        return np.concatenate([np.reshape(regions, (-1, values.shape[1])), values[self.region < 0]])
+        return np.concatenate([regions, points])
 
     def centered(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Values at some `rows` less their weighted mean."""
