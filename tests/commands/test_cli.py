@@ -266,7 +266,7 @@ def test_a_field_tells_how_much_is_void(files, capsys):
 def test_a_gradient_needs_a_format_that_holds_it(files, capsys):
     arguments = ["in.vti", "handles.csv", "out.nrrd", "--gradient", "values", "--device", FAST]
     assert main(["deform", *arguments]) == 1
-    assert "`--gradient` adds an array, and only .vti, .vtk and .pvd hold" in capsys.readouterr().err
+    assert "adds an array, and only .vti, .vtk and .pvd hold" in capsys.readouterr().err
 
 
 def test_paraview_is_not_started_for_nothing(monkeypatch, capsys):
