@@ -18,7 +18,8 @@ from gui_scenes import BRAIN, vtk_mls_command, write_brain
 from paraviews import PICTURES, virtual_display
 
 FOLDER = PICTURES / "tutorial"
-PULL = 150, -50  # pixels
+PULL = 120, 40  # pixels
+PLANE = 100  # x, mm: the plane of the cut, and the handles on it, are left of it
 WIDTH = 900
 VIEW, HEIGHT = "914x792+358+196", 560  # where it is on the screen; of the picture of three
 CLICKS = {
@@ -55,8 +56,8 @@ def draw(folder, three):
             keep(name)
             gui.click(place)
         gui.run("deform = simple.GetActiveSource()")
-        _, place = max(gui.value("handles_in_sight()"), key=lambda each: each[1][0])
-        with gui.dragging(place, PULL):
+        beside = [place for _, place in gui.value("handles_in_sight()") if place[0] > PLANE]
+        with gui.dragging(min(beside), PULL):
             gui.until("dragged()")
             keep("drag")
         gui.hover("button('Apply')")
