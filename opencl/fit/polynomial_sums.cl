@@ -319,9 +319,13 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   }
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
+#if REGIONS
     const int count = is_region(map, i)
                           ? change_of(map, i, pivot, &fit->point, &jacobian, changes)
                           : changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+#else
+    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
+#endif
     for (int b = 0; b < count; ++b) {
       const vec u = changes[b].u;
       real values[FUNCTIONS];

@@ -200,7 +200,7 @@ def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypat
     write("in.ome.zarr", stored)
     shown = []
 
-    def show(datasets, state, paths, folder):
+    def show(datasets, state, paths, folder, *_):
         saver = saving.Saver(datasets, paths)
         saver.folder, saver.progress = Path(folder), shown.append
         saver.save(state, None)

@@ -237,7 +237,7 @@ def test_voxels_of_a_threshold_turn():
 
 
 def test_images_that_touch_are_warned_about(caplog):
-    parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, 0)) for i in (0, 1)]
+    parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, i)) for i in (0, 1)]
     pyvista.MultiBlock(parts).mls.deform(REST, DEFORMED)
     assert caplog.text.count("what crosses a border between them is lost") == 1
     caplog.clear()

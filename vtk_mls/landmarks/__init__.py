@@ -4,7 +4,7 @@ Errors when left out, outliers, swapped labels, settings; the best match of the 
 """
 
 from vtk_mls.landmarks.pair_report import Report, report
-from vtk_mls.landmarks.refine import Image, Refinement, refine
+from vtk_mls.landmarks.refinement import Image, Refinement, refine
 from vtk_mls.landmarks.settings import Settings
 
 __all__ = ["Image", "Refinement", "Report", "Settings", "refine", "report"]

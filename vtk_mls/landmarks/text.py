@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from vtk_mls.landmarks.pair_report import Report
-from vtk_mls.landmarks.refine import Refinement
+from vtk_mls.landmarks.refinement import Refinement
 
 _MAX_NAMES = 10  # in a sentence
 _MAX_SETTINGS = 8
