@@ -10,6 +10,7 @@ from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.visible_surface import VisibleSurface
 
+pytestmark = pytest.mark.usefixtures("opengl")
 CENTRE = np.full(3, MIDDLE)
 SHIFT = np.array((6.0, 0, 3))
 PIXELS_SEEN = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy in (-9, 0, 12)]
