@@ -47,7 +47,7 @@ def properties_of(table):
 for proxy, table, panel, others in (
     (deform, tables.DEFORM, {**FILTER_PANEL, "Live": 1}, INPUTS | FROM_BOUNDS | {"Reference"}),
     (field, tables.DISPLACEMENT_FIELD, FILTER_PANEL, INPUTS | FROM_BOUNDS),
-    (handles, tables.CONTROL_POINTS, PANEL, {"RestPoints"}),
+    (handles, tables.CONTROL_POINTS, PANEL, {"RestPoints", "TimestepValues"}),
 ):
     table = properties_of(table)
     defaults = {

@@ -32,7 +32,10 @@ PANELS = [
         id="field",
     ),
     pytest.param(
-        panels.CONTROL_POINTS, property_tables.CONTROL_POINTS, IN_EVERY_PANEL, id="points"
+        panels.CONTROL_POINTS,
+        property_tables.CONTROL_POINTS,
+        IN_EVERY_PANEL | {"TimestepValues"},
+        id="points",
     ),
 ]
 
