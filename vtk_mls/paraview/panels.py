@@ -358,6 +358,7 @@ _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
 _TIMES = xml(
     "DoubleVectorProperty",
     xml("TimeStepsInformationHelper"),
+    documentation("The times of the files."),
     name="TimestepValues",
     repeatable=1,
     information_only=1,
