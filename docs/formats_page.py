@@ -56,13 +56,13 @@ In tag points of MINC with two volumes, p is the point of the second volume and 
 for MINC's programs move the second onto the first. Points of IDAV Landmark at 9999, 9999, 9999 are
 missing.
 
-Nothing is guessed. Numbers that fit none of these rules are an error that asks which column is
-what; so are seven numbers of which the first or the last can be an index. A file of control points
-with `x,y,z` and other columns that may be a position (`u,v,w` or `x_sym,y_sym,z_sym`) is an error
-that says how to rename them. The header `0,1,2,..` that pandas writes for columns without names is
-taken for one if there is an index column, if a column has texts in all other lines, or if no number
-in the other lines is an integer (`40`, not `40.0`). Otherwise it may be a point, which is an error,
-too.
+Nothing is guessed. Columns of numbers that fit none of these rules are an error, which asks for
+column names. Rows of seven numbers are such an error if the first or last column can be an index. A
+file of control points with `x,y,z` and other columns that may be a position (`u,v,w` or
+`x_sym,y_sym,z_sym`) is an error that says how to rename them. The header `0,1,2,..` that pandas
+writes for columns without names is taken for one if there is an index column, if a column has texts
+in all other lines, or if no number in the other lines is an integer (`40`, not `40.0`). Otherwise
+it may be a point, which is an error, too.
 """
 TRANSFORMS = """`vtk_mls.io.read_transform` and `write_transform`; also `vtk-mls field`, but `.mat`.
 Transforms of ITK may be linear, displacement fields, or composites of them; B-splines are not read.

@@ -23,7 +23,7 @@ from vtk_mls.rendering.map_layers import layers
 from vtk_mls.rendering.pace import MapPace
 
 TOLERANCE = 0.02  # voxels
-TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by what is told of them
+TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by the ending of a row's name
 KINDS = {
     "affine": {"kind": "affine"},
     "rigid": {"kind": "rigid"},
@@ -268,7 +268,7 @@ def _kinds(n):
 
 
 def _features(n):
-    """Options of maps with more than control points and cuts, by what is told of them."""
+    """Options of maps with more than control points and cuts, by the name in a row."""
     along = np.linspace(0.2 * n, 0.8 * n, 17)
     line = np.stack([along, 0.3 * n + 0.1 * n * np.sin(along), along], axis=1)
     turn = np.eye(4)

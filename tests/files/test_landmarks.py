@@ -98,8 +98,8 @@ def test_how_points_make_pairs(pair_by, rest, deformed, expected, caplog):
     [
         ("order", "abc", "ab", r"`q` must hold one position for each of the 3 .* of `p`, got 2$"),
         ("labels", "abc", "ab", r"do not fit: only `p` has `c`$"),
-        ("labels", "ab", ["", "a"], r"one of its own; `q` has 1 points without a label$"),
-        ("common", "aab", "ab", r"of which each point must have one .*; `p` has `a` 2 times$"),
+        ("labels", "ab", ["", "a"], r"must have its own label; `q` has 1 points without a label$"),
+        ("common", "aab", "ab", r"each point must have its own label; `p` has `a` 2 times$"),
         (
             "common",
             "ab",

@@ -32,7 +32,7 @@ TRANSFORMIX = (  # as elastix 5 writes it
     "\t; Deformation = [ 4.000000 5.000000 6.000000 ]\t; OutputIndexMoving = [ 4 5 6 ]\n"
 )
 IDAV = "Version 1.0\n3\nS000 1.5 2 3\nS001 9999 9999 9999\nleft eye -4 5e1 6.25\n"
-MINC = (  # as register writes pairs; volume 2 is that which moves
+MINC = (  # as the program register writes pairs; volume 2 is the moving one
     "MNI Tag Point File\nVolumes = 2;\n% register a.mnc b.mnc\n\nPoints =\n"
     ' 4 5 6 1 2 3 0 -1 -1 "nose; \\"tip\\""\n -4 5.5 6 -1 2 3 1 2 -1 "ear";\n'
 )

@@ -14,7 +14,7 @@ FAULTY, SWAPPED = 3, (5, 11)
 
 
 def _pairs(rng):
-    """40 pairs of a smooth warp, of which one is off and two are swapped."""
+    """40 pairs of a smooth warp; one is off and two are swapped."""
     p = np.round(rng.uniform(-50, 50, (40, 3)))  # so that p + (q - p) is q
     q = p + np.round(64 * np.sin(p[:, ::-1] / 40)) / 16 + [3, 0, 0]
     q[FAULTY] += (25, -10, 5)

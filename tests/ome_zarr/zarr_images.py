@@ -41,7 +41,7 @@ def halves(array, count=3, is_label=False):
 
 
 def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", **metadata):
-    """Write an image with these resolutions, of which each is half of the one before."""
+    """Write an image with these resolutions; each has half the size of the previous one."""
     file = zarr.open_group(path, mode="w", zarr_format=2 if version == "0.4" else 3)
     lead = len(axes) - 3
     datasets = []

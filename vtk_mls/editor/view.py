@@ -168,8 +168,10 @@ class View:
 
     def pane_at(self, pixel):
         """The `SlicePane` of any side at a pixel; None in a 3-D view."""
-        slices = [self.slices] if self.target is None else [self.slices, self.target.slices]
-        return next(filter(None, (each.pane_at(pixel) for each in slices)), None)
+        pane = self.slices.pane_at(pixel)
+        if pane is None and self.target is not None:
+            pane = self.target.slices.pane_at(pixel)
+        return pane
 
     def shows_both_at(self, pixel):
         """Whether both sides are drawn over each other at a pixel."""

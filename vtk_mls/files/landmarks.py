@@ -229,8 +229,8 @@ def _unpairable(rest, deformed):
     else:
         reason = f"has {sum(not label for label in points.labels)} points without a label"
     return ValueError(
-        f"points are paired by labels, of which each point must have one of its own; "
-        f"`{points.path}` {reason}"
+        f"points are paired by labels, so each point must have its own label; `{points.path}` "
+        f"{reason}"
     )
 
 

@@ -263,7 +263,7 @@ def _axes(entries):
     is_ordered = names == [name for name in _AXES if name in names]
     if not is_ordered or names[-2:] != ["y", "x"]:
         raise ValueError(
-            "its axes must be t, c, z, y, x in this order, of which t, c and z may be missing, "
+            "its axes must be t, c, z, y, x in this order, where t, c and z are optional, "
             f"got {', '.join(map(str, names))[:80]}"
         )
     units = {entry.get("unit") for entry in entries if entry["name"] in "zyx"}
