@@ -151,7 +151,7 @@ class Document:
         if self.view.shows_undeformed:
             self.toggle_deformed()
 
-    def look_at(self, point, is_moving=False):
+    def move_slices(self, point, is_moving=False):
         """Move the slices to a point (3,)."""
         with self.reporting_errors():
             self.view.slices.move_to(point)

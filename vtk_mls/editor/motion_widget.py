@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkInteractionWidgets import vtkBoxRepresentation, vtkBoxWidget2
 
-from vtk_mls.editor.held_widget import HeldWidget
+from vtk_mls.editor.drag_widget import DragWidget
 
 _COLOR, _GRABBED_COLOR = (1.0, 0.78, 0.35), (1.0, 0.35, 0.45)
 _WIDTH, _GRABBED_OPACITY = 2.5, 0.12  # of edges, and of the face that the mouse drags
@@ -15,7 +15,7 @@ _MARGIN = 0.08  # of the box around the region, relative to its longest side
 _MIN_SIZE = 0.12  # of the box, relative to the data
 
 
-class MotionWidget(HeldWidget):
+class MotionWidget(DragWidget):
     """Lets the mouse turn a region about its center by the faces of a box; Shift moves it.
 
     Parameters
@@ -32,7 +32,7 @@ class MotionWidget(HeldWidget):
         super().__init__(interactor, scene.overlay, widget, self._box)
 
     @property
-    def _is_shown(self):
+    def _has_value(self):
         return self._shape is not None
 
     def show(self, region):
@@ -42,7 +42,7 @@ class MotionWidget(HeldWidget):
             self._box.PlaceWidget(self._bounds_of(shape))
         self._shape = shape
         self._update()
-        if region is not None and not self._is_held:
+        if region is not None and not self._is_dragged:
             matrix, transform = vtkMatrix4x4(), vtkTransform()
             matrix.DeepCopy(region.motion.ravel())
             transform.SetMatrix(matrix)
