@@ -9,6 +9,7 @@ import numpy as np
 from vtk_mls import BallMask, CurveHandle, RegionHandle
 
 POINT, MASK = -1, -2  # owners that are not among the handles
+NO_ROWS = np.zeros(0, int)
 PLACE, RADIUS, FALLOFF = range(3)  # grips of the mask: its lowest and highest points
 _UP = np.array((0.0, 0.0, 1.0))
 _MIN_LENGTH = 1e-3  # of the radius and the fall-off, relative to their sum

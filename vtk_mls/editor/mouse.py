@@ -78,7 +78,7 @@ class Mouse(Observer):
         self._drag = self._picker = self._normal = self._pane = self._band_corner = None
         self._is_placing, self._adjusted_pixel = False, None
         if is_dragging:
-            self._document.let_go()
+            self._document.end_drag()
         if has_band:
             self._show_band(None)
 
@@ -125,7 +125,7 @@ class Mouse(Observer):
         self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
         scene = self._view.scene_at(self.pixel)
         self._picker = scene.picker() if self._pane is None else None
-        document.take(rows, row)
+        document.start_drag(rows, row)
 
     def _move(self, interactor, event):
         document = self._document
