@@ -254,7 +254,7 @@ def test_undo_and_redo_are_unlimited(mesh_hands):
 def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch):
     # on a busy machine, too
     monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)
-    monkeypatch.setattr(Pace, "pixels_at_rest", lambda pace: 1.0)
+    monkeypatch.setattr(Pace, "pixels", lambda pace, limits: 1.0)
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     after = hands.picture()
     state = hands.state

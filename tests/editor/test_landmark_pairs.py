@@ -103,7 +103,7 @@ def test_few_pairs_start_with_a_rigid_motion(rng, count):
 
 def test_off_and_pending_are_kept_in_the_autosave(tmp_path, rng):
     state = state_of(rng).with_enabled([1], False).with_landmark(TARGET, (7, 8, 9))
-    Autosave("brain.nii", tmp_path).keep(state)
+    Autosave("brain.nii", tmp_path).store(state)
     restored = Autosave("brain.nii", tmp_path).offered
     assert restored.enabled.tolist() == state.enabled.tolist()
     assert (restored.pending.side, restored.pending.label) == (TARGET, "9")

@@ -123,7 +123,7 @@ def test_a_large_image_is_edited():
 def test_removed_handles_are_neither_hovered_nor_selected(tmp_path):
     """The mouse stays over a handle while fewer handles replace it."""
     fewer = State([(3, 3, 3), (20, 20, 20)], [(4, 3, 3), (20, 20, 20)])
-    Autosave("ball.vtp", tmp_path).keep(fewer)
+    Autosave("ball.vtp", tmp_path).store(fewer)
     hands = Hands(ball_mesh(), autosave=Autosave("ball.vtp", tmp_path))
     pixels = hands.pixels(hands.state.deformed)
     row = int(pixels[:, 2].argmin())  # no other handle is in front of it

@@ -297,7 +297,7 @@ def shapes():
 
 def test_unsaved_shapes_are_restored(tmp_path):
     state = shapes()
-    Autosave("ball.vtp", tmp_path).keep(state)
+    Autosave("ball.vtp", tmp_path).store(state)
     restored = Autosave("ball.vtp", tmp_path).offered
     assert restored.labels == state.labels
     for name in ("center", "radius", "falloff"):
@@ -312,7 +312,7 @@ def test_unsaved_shapes_are_restored(tmp_path):
 
 
 def test_a_broken_autosave_file_offers_nothing(tmp_path):
-    Autosave("ball.vtp", tmp_path).keep(shapes())
+    Autosave("ball.vtp", tmp_path).store(shapes())
     (path,) = tmp_path.iterdir()
     text = path.read_text()
     start = text.index('"labels", ["') + len('"labels", ["')

@@ -90,7 +90,7 @@ def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
         moved = hands.state.deformed[CENTER]
         assert moved[pane.axis] == pytest.approx(position[pane.axis], abs=1e-9)
         np.testing.assert_allclose(pixels_in(hands, pane, moved)[0], start + (9, 6), atol=0.5)
-        hands.editor.look_at(moved)  # or the handle is not in the next slice
+        hands.editor.move_slices(moved)  # or the handle is not in the next slice
         assert np.abs(hands.picture() - before).mean() > 0.05, number
     assert hands.camera == camera
     assert np.flatnonzero(~hands.state.is_resting).tolist() == [CENTER]
@@ -134,7 +134,7 @@ def test_mouse_and_wheel_move_the_slices(hands):
 def test_handles_far_from_a_slice_are_not_in_it(hands):
     pane = panes(hands)[2]
     start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
-    hands.editor.look_at(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
+    hands.editor.move_slices(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
     hands.drag(start, (9, 6), steps=1)
     assert hands.state.is_resting.all()
 
@@ -224,13 +224,13 @@ def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirro
     rest = middle + np.array([(0, 0, 0), (6, 5, 4), (-6, 5, -4), (6, -5, 4), (-6, -5, -4)])
     hands = Hands(image, State(rest, rest), pixels=720)
     hands.press("m")
-    hands.editor.look_at(middle)
+    hands.editor.move_slices(middle)
     all_panes = [hands.editor.slices.pane_at((700, y)) for y in (60, 360, 660)]
     for pane in all_panes:
         assert_gray(hands, grid, pane, rng)
     for pane in all_panes:
         before = hands.state.deformed[0]
-        hands.editor.look_at(before)
+        hands.editor.move_slices(before)
         start = pixels_in(hands, pane, before)[0]
         hands.drag(start, (14, 9))
         after = hands.state.deformed[0]
@@ -238,6 +238,6 @@ def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirro
         assert after[pane.axis] == pytest.approx(before[pane.axis], abs=1e-9)
         assert (np.delete(after - before, pane.axis) != 0).all()
         np.testing.assert_array_equal(hands.state.deformed[1:], rest[1:])
-    hands.editor.look_at(middle + (1, -1, 0.5))
+    hands.editor.move_slices(middle + (1, -1, 0.5))
     for pane in all_panes:
         assert_gray(hands, grid, pane, rng)

@@ -26,9 +26,9 @@ page = await asyncio.to_thread(lambda: urllib.request.urlopen(viewer.src, timeou
 assert b"<html" in page, page[:200]
 """,
     """
-edit.editor.document.take([13], 13)
+edit.editor.document.start_drag([13], 13)
 edit.editor.document.drag_to([edit.state.rest[13] + 0.2])
-edit.editor.document.let_go()
+edit.editor.document.end_drag()
 assert (~edit.state.is_resting).sum() == 1
 assert edit.deformed == mesh.mls.deform(edit.handles)
 edit.editor.undo()

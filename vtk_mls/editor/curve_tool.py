@@ -63,7 +63,3 @@ class CurveTool:
         if self._line is not None:
             self._line.remove()
             self._line = None
-
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()

@@ -27,7 +27,7 @@ class CutTool:
     def __init__(self, document):
         self._document, self._line = document, None
         self._scene, self._widget = document.view.scene, document.view.cut_widget
-        self._widget.set_callbacks(self._preview, self._commit)
+        self._widget.set_callbacks(self._preview, document.commit)
 
     def change_shape(self):
         """Cut by a plane, by a half-plane, or not at all, in this order."""
@@ -104,10 +104,6 @@ class CutTool:
             self._line.remove()
             self._line = None
 
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()
-
     def _depth_directions(self, line):
         """Unit vectors, (3,) or (n, 3), from a line into the depth.
 
@@ -130,10 +126,6 @@ class CutTool:
 
     def _preview(self, cut):
         self._document.preview(self._document.committed.with_flat_cut(cut))
-
-    def _commit(self, cut):
-        self._preview(cut)
-        self._document.commit()
 
 
 class CutLine:

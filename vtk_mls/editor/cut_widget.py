@@ -13,7 +13,7 @@ from vtkmodules.vtkInteractionWidgets import (
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
-from vtk_mls.editor.held_widget import HeldWidget
+from vtk_mls.editor.drag_widget import DragWidget
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
 _OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane
@@ -26,7 +26,7 @@ _MARGIN = 0.1  # of the plane around the data, relative to their size
 _OFFSET = 0.01  # of the initial plane from the middle, where handles may be, likewise
 
 
-class CutWidget(HeldWidget):
+class CutWidget(DragWidget):
     """Lets the mouse move and tilt a flat cut.
 
     Parameters
@@ -43,7 +43,7 @@ class CutWidget(HeldWidget):
         super().__init__(interactor, scene.renderer, vtkImplicitPlaneWidget2(), self._plane)
 
     @property
-    def _is_shown(self):
+    def _has_value(self):
         return self._cut is not None
 
     def show(self, cut):

@@ -6,9 +6,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from vtk_mls.editor.grips import only_region
+from vtk_mls.editor.grips import NO_ROWS, only_region
 
-NO_ROWS = np.zeros(0, int)
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
 
@@ -121,7 +120,7 @@ class Document:
         """Neither select nor hover a handle, before rows change; draws nothing."""
         self.selected, self.hovered = NO_ROWS, None
 
-    def take(self, rows, grabbed):
+    def start_drag(self, rows, grabbed):
         """Start to drag grips `rows` by the grip `grabbed`."""
         self.show_deformed()
         self._dragged, self.grabbed = np.asarray(rows, int), grabbed
@@ -133,7 +132,7 @@ class Document:
         """Preview new positions (m, 3) of the dragged grips."""
         self.preview(self.committed.moved(self._dragged, positions))
 
-    def let_go(self):
+    def end_drag(self):
         """End the drag and commit it."""
         self._dragged, self.grabbed = NO_ROWS, None
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
@@ -151,7 +150,7 @@ class Document:
         if self.view.shows_undeformed:
             self.toggle_deformed()
 
-    def look_at(self, point, is_moving=False):
+    def move_slices(self, point, is_moving=False):
         """Move the slices to a point (3,)."""
         with self.reporting_errors():
             self.view.slices.move_to(point)
@@ -202,7 +201,7 @@ class Document:
             return
         self.clear_selection()
         if self.change(self._autosave.offered):
-            self._autosave.take()
+            self._autosave.end_offer()
             self.say("The unsaved edits are restored; Z returns to the other handles.")
 
     def delete_unsaved(self):
@@ -210,7 +209,7 @@ class Document:
         if not self.offer:
             self.say("There are no unsaved edits to delete.")
             return
-        self._autosave.drop()
+        self._autosave.delete_offer()
         self.say("The unsaved edits are deleted.")
 
     def note_save(self):
@@ -223,7 +222,7 @@ class Document:
         if self._autosave is None:
             return
         try:
-            self._autosave.keep(None if self.state is self._saved else self.state)
+            self._autosave.store(None if self.state is self._saved else self.state)
         except OSError as error:
             self.say(sentence_of(error))
             self.draw()

@@ -110,7 +110,7 @@ class PairEdits:
         point = self.state.deformed[row]
         self.document.select([row])
         self.view.center_on(point)
-        self.document.look_at(point)
+        self.document.move_slices(point)
 
     def jump_by(self, step):
         """Jump to the next pair (1) or the previous one (-1)."""

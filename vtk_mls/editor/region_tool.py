@@ -22,7 +22,7 @@ class RegionTool:
     def __init__(self, document):
         self._document, self.is_waiting = document, False
         self._scene, self._widget = document.view.scene, document.view.motion_widget
-        self._widget.set_callbacks(self._preview, self._commit)
+        self._widget.set_callbacks(self._preview, document.commit)
 
     def wait(self):
         """Make what the next click is on rigid."""
@@ -76,10 +76,6 @@ class RegionTool:
         if document.change(state.without([row]).with_shape(region)):
             self._select(len(document.state.handles) - 1, "The handle can be turned. " + _HINT)
 
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()
-
     def _select(self, index, message):
         self._document.say(message)
         self._document.select(self._document.state.grips.rows_of(index))
@@ -90,10 +86,6 @@ class RegionTool:
         if index is not None:
             region = RegionHandle(state.handles[index].shape, motion)
             document.preview(state.with_shape(region, index))
-
-    def _commit(self, motion):
-        self._preview(motion)
-        self._document.commit()
 
 
 def _index_of(shape, handles):

@@ -7,13 +7,12 @@ import os
 import shutil
 from pathlib import Path
 
-from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
-from vtk_mls.editor import polydata, script
+from vtk_mls.editor import script
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files, session_files
 from vtk_mls.files.ome_zarr import is_ome_zarr
@@ -21,6 +20,7 @@ from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.ome_zarr import job
+from vtk_mls.vtk.shape_surfaces import polydata_of
 
 SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
@@ -242,11 +242,8 @@ def _write_surfaces(state, folder):
     names = []
     for cut in state.cuts:
         if isinstance(cut, Surface):
-            surface = vtkPolyData()
-            surface.SetPoints(polydata.points(cut.points))
-            surface.SetPolys(polydata.cells(cut.triangles))
             names.append(f"cut-{len(names) + 1}.vtp")
-            io.write_dataset(surface, folder / names[-1])
+            io.write_dataset(polydata_of(cut.points, cut.triangles), folder / names[-1])
     return names
 
 

@@ -17,6 +17,7 @@ from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import label_picking, transfer_functions
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.volume_ray import light_along
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -121,9 +122,8 @@ class SceneVolume:
         self._deformed.paint(lines, distortion.has_colors)
         if deformation is not None:
             self._deformed.update(deformation, nodes)
-        elif (
-            self._deformed.uploads > 0 or lines is not None
-        ):  # keeps the shader: to build another takes a second
+        elif self._deformed.uploads > 0 or lines is not None:
+            # keeps the shader: to build another takes a second
             corner = self._grid.corners()[:1]
             self._deformed.update(Deformation(corner, corner), 2)
 
@@ -235,14 +235,11 @@ class VolumeSurface:
 
     def values_at(self, points):
         """Which points (n, 3) of the deformed space have material, and their values (n,)."""
-        origins, is_void = points, False
-        if self._deformation is not None:
-            origins = self._deformation.backward(points)
-            is_void = self._deformation.void(points) if self._deformation.cuts else False
+        origins, has_material = material_at(self._deformation, points)
         index = self._grid.index_of(origins)
         method = "nearest" if self._preset.is_nearest else "linear"
         values = sample(self._values, index, method, 0, self._grid)
-        return self._grid.covers(index) & ~np.asarray(is_void), values
+        return self._grid.covers(index) & has_material, values
 
     def _opacity_at(self, points):
         has_material, values = self.values_at(points)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import BallMask, Deformation, HalfPlane, Plane, RegionHandle, kinds
+from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle, kinds
 from vtk_mls.editor import grips, pairs
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
@@ -173,7 +173,17 @@ class State(_Options):
 
     def moved(self, rows, positions):
         """A copy with grips `rows` at other positions (m, 3); anchored ones stay."""
-        return grips.moved(self, rows, positions)
+        table, rows = self.grips, np.asarray(rows, int)
+        is_free = ~table.anchored[rows]
+        rows, deformed = rows[is_free], table.deformed.copy()
+        deformed[rows] = np.asarray(positions, float)[is_free]
+        owners, handles, mask = table.owner[rows], list(self.handles), self.mask
+        for index in np.unique(owners[owners >= 0]).tolist():
+            handles[index] = grips.moved_handle(handles[index], deformed[table.rows_of(index)])
+        if grips.MASK in owners:
+            row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
+            mask = grips.moved_mask(mask, table.number[row], deformed[row])
+        return replace(self, deformed=deformed[: len(self)], handles=handles, mask=mask)
 
     def at_rest(self):
         """A copy with all handles at rest."""
@@ -195,11 +205,35 @@ class State(_Options):
 
     def with_shape(self, handle, index=None):
         """A copy with another region or curve at an index, or with one more."""
-        return grips.with_handle(self, index, handle)
+        handles = list(self.handles)
+        if index is None:
+            handles.append(handle)
+        else:
+            handles[index] = handle
+        return replace(self, handles=handles)
 
     def without(self, rows):
         """A copy without grips `rows`; a curve loses nodes, or goes with its last but one."""
-        return grips.without(self, rows)
+        table, rows = self.grips, np.asarray(rows, int)
+        owners, remaining = table.owner[rows], np.setdiff1d(np.arange(len(self)), rows)
+        handles = []
+        for index, handle in enumerate(self.handles):
+            nodes = np.setdiff1d(table.rows_of(index), rows)
+            if index not in owners:
+                handles.append(handle)
+            elif len(nodes) > 1:
+                handles.append(CurveHandle(table.rest[nodes], table.deformed[nodes]))
+        return replace(
+            self,
+            rest=self.rest[remaining],
+            deformed=self.deformed[remaining],
+            weights=None if self.weights is None else self.weights[remaining],
+            labels=tuple(self.labels[i] for i in remaining),
+            anchored=self.anchored[remaining],
+            enabled=self.enabled[remaining],
+            handles=handles,
+            mask=None if grips.MASK in owners else self.mask,
+        )
 
     def with_name(self, row, name):
         """A copy with another name of the point handle `row`."""
@@ -208,8 +242,24 @@ class State(_Options):
         return replace(self, labels=tuple(labels))
 
     def with_rest(self, row, position):
-        """A copy with the rest position (3,) of the grip `row` changed."""
-        return grips.with_rest(self, row, position)
+        """A copy with the rest position (3,) of the grip `row` changed.
+
+        Raises
+        ------
+        ValueError
+            For regions and the mask.
+        """
+        owner, rest = self.grips.owner[row], self.grips.rest.copy()
+        rest[row] = position
+        if owner == grips.POINT:
+            return replace(self, rest=rest[: len(self)])
+        handle = self.handles[owner] if owner >= 0 else None
+        if not isinstance(handle, CurveHandle):
+            raise ValueError(
+                "only points and nodes of curves have a rest position that can be changed"
+            )
+        nodes = rest[self.grips.rows_of(owner)]
+        return self.with_shape(CurveHandle(nodes, handle.deformed), owner)
 
     def with_anchors(self, rows):
         """A copy with point handles `rows` anchored; free if all of them were anchored."""
@@ -218,8 +268,17 @@ class State(_Options):
         return replace(self, anchored=anchored)
 
     def with_landmark(self, side, position):
-        """A copy with a landmark on a side: pending, or with the pending one a pair."""
-        return pairs.with_landmark(self, side, position)
+        """A copy with a landmark at a position (3,) on a side.
+
+        The landmark is pending until its partner is placed; another one on the same side moves it.
+        """
+        pending = self.pending
+        if pending is None or pending.side == side:
+            label = pairs.free_name(self) if pending is None else pending.label
+            return replace(self, pending=pairs.Pending(side, position, label))
+        places = {side: position, pending.side: pending.position}
+        pair = self.with_handle(places[pairs.MOVING], places[pairs.TARGET])
+        return replace(pair.with_name(len(self), pending.label), pending=None)
 
     def with_enabled(self, rows, are_enabled):
         """A copy with point handles `rows` in the map, or left out of it."""

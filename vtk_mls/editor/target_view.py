@@ -138,7 +138,7 @@ class TargetView:
         views = (MOVING, self._moving, self._moving_slices), (TARGET, self.scene, self.slices)
         for side, scene, slices in views:
             places, place_colors, place_names = sides[side]
-            scene.glyphs.draw(places, places, place_colors, hovered)
+            scene.glyphs.show(places, places, place_colors, hovered)
             slices.show_handles(places, place_colors, are_visible)
             self._names[side].show(places, place_names, are_visible)
         self._text.set_table(state.pairs if self._has_table else None, selected)

@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
-from vtk_mls.editor.grips import only_region
+from vtk_mls.editor.grips import NO_ROWS, only_region
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
@@ -23,10 +23,8 @@ from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side
-# Seconds that a picture may take during movement, at rest, and for a file.
-_MOVING_SECONDS, _RESTING_SECONDS, _FILE_SECONDS = 0.06, 2.0, 20.0
-_MAX_MOVING_SPACING, _MAX_RESTING_SPACING = 8.0, 3.0  # pixels between rays along both axes
-_NO_ROWS = np.zeros(0, int)
+# Limits of a picture: its seconds, and the pixels between rays along both axes.
+_MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class Pace(MapPace):
@@ -46,17 +44,9 @@ class Pace(MapPace):
         """Record the time of a picture with one ray for `pixels` pixels along both axes."""
         self.picture_seconds, self._full_seconds = seconds, seconds * pixels**2
 
-    def pixels_while_moving(self):
-        """Pixels between rays along both axes during movement."""
-        return pixels_per_ray(self._full_seconds, _MOVING_SECONDS, _MAX_MOVING_SPACING)
-
-    def pixels_at_rest(self):
-        """Pixels between rays of a picture that stays: above 1 for slow graphics only."""
-        return pixels_per_ray(self._full_seconds, _RESTING_SECONDS, _MAX_RESTING_SPACING)
-
-    def pixels_for_file(self):
-        """Pixels between rays of a picture that is saved."""
-        return pixels_per_ray(self._full_seconds, _FILE_SECONDS, _MAX_RESTING_SPACING)
+    def pixels(self, limits):
+        """Pixels between rays along both axes; at rest, above 1 for slow graphics only."""
+        return pixels_per_ray(self._full_seconds, *limits)
 
 
 class View:
@@ -210,7 +200,7 @@ class View:
     def draw(self, state, selected, hovered, dragged, is_moving=False):
         """Render; coarsely while something moves, if a timer refines the picture later."""
         is_moving, pace = is_moving and self.has_timer, self._pace
-        pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
+        pixels = pace.pixels(_MOVING if is_moving else _RESTING)
         self.cut_widget.show(state.flat_cut)
         region = only_region(state, selected)
         self.motion_widget.show(None if region is None else state.handles[region])
@@ -231,8 +221,8 @@ class View:
         self.overlay.set_message_visible(False)
         for widget in self._widgets:
             widget.set_visible(False)
-        self._set_coarseness(self._pace.pixels_for_file())
-        self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
+        self._set_coarseness(self._pace.pixels(_FILE))
+        self._draw_handles(state, NO_ROWS, None, NO_ROWS)
         if self.target is not None:
             self.target.hide_texts()
         self.scene.window.Render()
@@ -298,8 +288,9 @@ class View:
         colors, are_visible = handle_colors(state, selected, dragged), not self.hides_handles
         self._shapes.show(state, selected)
         if self.target is None:
-            self.scene.glyphs.show(state, colors, hovered)
-            self.slices.show_handles(state.grips.deformed, colors, are_visible)
+            rest, deformed = state.grips.rest, state.grips.deformed
+            self.scene.glyphs.show(rest, deformed, colors, hovered)
+            self.slices.show_handles(deformed, colors, are_visible)
         else:
             shown = self.distortion.deformation
             self.target.draw(state, colors, hovered, selected, shown, are_visible)
@@ -316,14 +307,14 @@ class View:
                 part.scene.set_coarseness(pixels)
 
     def _start_camera(self, style, event):
-        self._set_coarseness(self._pace.pixels_while_moving())
+        self._set_coarseness(self._pace.pixels(_MOVING))
         self._moved_at = None
 
     def _stop_camera(self, style, event):
         """Refine the picture; later if there is a timer."""
         self._moved_at = time.monotonic()
         if not self.has_timer:
-            self._set_coarseness(self._pace.pixels_at_rest())
+            self._set_coarseness(self._pace.pixels(_RESTING))
             self.scene.window.Render()
             self._moved_at = None
 

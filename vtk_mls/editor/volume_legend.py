@@ -76,7 +76,6 @@ def _text(text):
     mapper, actor = vtkTextMapper(), vtkActor2D()
     mapper.SetInput(text)
     font = mapper.GetTextProperty()
-    font.SetFontFamilyToArial()
     font.SetFontSize(_FONT_SIZE)
     font.SetColor(_TEXT_COLOR)
     font.SetJustificationToRight()

@@ -14,7 +14,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
 from vtk_mls.editor.first_handles import handles_on
-from vtk_mls.editor.scene_mesh import MeshSurface
+from vtk_mls.editor.scene_mesh import SurfaceLocator
 from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
 from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.paraview import undo
@@ -94,7 +94,7 @@ def _material_of(data):
         return surface, surface.bounds
     if not isinstance(data, vtkDataSet) or not 0 < data.GetNumberOfCells() <= _MAX_CELLS:
         return None
-    return MeshSurface(data), np.reshape(data.GetBounds(), (3, 2)).T
+    return SurfaceLocator(data), np.reshape(data.GetBounds(), (3, 2)).T
 
 
 def _has_empty_faces(values):

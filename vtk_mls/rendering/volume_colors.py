@@ -66,8 +66,8 @@ def lookup_table():
     table = vtkLookupTable()
     table.SetTableRange(-_TABLE_MARGIN, 2**MAX_DOUBLINGS + _TABLE_MARGIN)
     table.SetNumberOfTableValues(TABLE_SIZE)
-    for number, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), TABLE_SIZE))):
-        table.SetTableValue(number, *color)
+    for index, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), TABLE_SIZE))):
+        table.SetTableValue(index, *color)
     return table
 
 

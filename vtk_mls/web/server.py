@@ -13,7 +13,7 @@ from pathlib import Path
 from aiohttp import web
 from trame.app import get_server
 
-from vtk_mls.editor import saving, sessions
+from vtk_mls.editor import saving
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.web import access, edits, page_layout, preparation
 from vtk_mls.web.picture import Picture
@@ -88,7 +88,7 @@ class Page:
             self.session.open(datasets, state, paths, Autosave(paths[0]), target)
             self.session.editor.saver.folder = folder
             if session is not None:
-                sessions.resume(self.session.editor, *session)
+                self.session.editor.resume_session(*session)
 
         self.session.call(show).result()
         name = Path(paths[0]).name

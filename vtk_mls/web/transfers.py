@@ -144,7 +144,7 @@ class Transfers:
         editor.select([])
         if not editor.change(state):
             raise ValueError(editor.message)
-        sessions.show_views(editor, session.views)
+        editor.show_views(session.views)
 
     async def _show_data(self, path, digest):
         dataset = await asyncio.to_thread(io.read_dataset, path)
