@@ -33,16 +33,19 @@ STATES = {
         ],
         "mask": BallMask((MIDDLE,) * 3, 7, 3),
         "blend": 0.8,
+        "places": 2,
     },
     "cuts": {"cuts": [HalfPlane((MIDDLE,) * 3, (0.3, 1, 0.1), (0, 0, 1)), POLYGON], "nu": 3.3},
 }
 _REST = sorted(STATES.keys() - {"map", "cuts", "shapes"})
 
 
-def state(rng, **options):
+def state(rng, places=0, **options):
+    """A State of 9 handles with some intermediate places."""
     rest = rng.uniform(2, SIZE - 3, (9, 3))
     weights = rng.uniform(0.5, 2, 9)
-    return State(rest, rest + rng.normal(size=rest.shape), weights, **options)
+    path = rest + rng.normal(size=(places, *rest.shape))
+    return State(rest, rest + rng.normal(size=rest.shape), weights, path=path, **options)
 
 
 def commands_of(script):

@@ -85,21 +85,21 @@ def blended_path(rest, deformed, path, blend):
     """
     places = [rest, *path, deformed]
     legs = len(places) - 1
-    ends = [_along(places, blend * (k / legs)) for k in range(1, legs + 1)]
+    ends = [along(places, blend * (k / legs)) for k in range(1, legs + 1)]
     return ends[-1], np.reshape(ends[:-1], (legs - 1, *rest.shape))
 
 
 def _positions(handles, share, motions):
     """Places (n, 3) of the points and proxies at a `share` of the path."""
-    result = _along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
+    result = along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
     for row, motion in enumerate(motions):
         proxies = handles.region == row
         result[proxies] = _moved(motion, handles.rest[proxies])
     return result
 
 
-def _along(places, share):
-    """The place (n, 3) at a `share` of the way through `places`."""
+def along(places, share):
+    """The place (n, 3) at a `share` of the way through `places`, with equal times between them."""
     time = share * (len(places) - 1)
     leg = min(max(int(time), 0), len(places) - 2)
     return _lerp(places[leg], places[leg + 1], time - leg)

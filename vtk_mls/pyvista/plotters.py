@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtk_mls.filters import cut_inputs, property_tables
 from vtk_mls.pyvista import options as arguments
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
 
 # Properties of filters that are options of the editor.
 _OPTIONS = (
@@ -169,7 +169,6 @@ class Edit:
 def _state(control_points, cuts, options):
     """A State of arguments and options."""
     from vtk_mls.editor import State
-    from vtk_mls.editor.handle_polydata import check_no_path
 
     names = [row.option for row in _OPTIONS]
     unknown = options.keys() - set(names)
@@ -184,10 +183,10 @@ def _state(control_points, cuts, options):
         state.deformation()  # raises errors now instead of at the first drag
         return state.with_handles_at(np.zeros((0, 3)))
     polydata = arguments.control_points(*control_points)
-    check_no_path(polydata)
     weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
     rest, deformed, weights = arrays.control_points(polydata, DISPLACEMENT, weight)
-    return State(rest, deformed, weights, cuts=shapes, **options)
+    path = path_of(polydata)
+    return State(rest, deformed, weights, cuts=shapes, path=path, **options)
 
 
 pyvista.register_plotter_component("mls")(Editing)
