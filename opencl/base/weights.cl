@@ -23,38 +23,33 @@ typedef struct {
   cuts_t cuts;
 #endif
 #if CUTS && STEPS
-  __global const float *obstacles;
   __global const control_point_t *rest_control_points;  // of the first step, which begins at rest
   __global const segment_t *rest_segments;
 #endif
 } map_t;
 
-// The map of a launch, from the first eleven arguments of each kernel of the map. Pointers to what a map
-// does not have are null. Of several steps it is the first, from which `step_of` finds the others.
-inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
-                    __global const float *kind_table, __global const region_t *regions,
-                    __global const segment_t *segments, __global const limit_t *limits,
-                    __global const float *images, __global const step_t *steps,
-                    const cut_params_t cut_params, __global const plane_t *planes,
-                    __global const float *obstacles) {
+// The map of a launch, from the first four arguments of each kernel of the map; `cut_tables` is null
+// without cuts. Of several steps it is the first, from which `step_of` finds the others.
+inline map_t map_of(const map_params_t params, __global const float *map_tables,
+                    const cut_params_t cut_params, __global const float *cut_tables) {
   map_t map;
   map.params = params;
-  map.control_points = control_points;
-  map.kind_table = kind_table;
-  map.regions = regions;
-  map.segments = segments;
-  map.limits = limits;
-  map.images = images;
+  map.control_points = (__global const control_point_t *)map_tables;
+  map.kind_table = map_tables + params.kind_start;
+  map.regions = (__global const region_t *)(map_tables + params.region_start);
+  map.segments = (__global const segment_t *)(map_tables + params.segment_start);
+  map.limits = (__global const limit_t *)(map_tables + params.limit_start);
+  map.images = map_tables + params.image_start;
 #if STEPS
-  map.steps = steps;
+  map.steps = (__global const step_t *)(map_tables + params.step_start);
 #endif
 #if CUTS
-  map.cuts = cuts_of(cut_params, planes, obstacles);
+  map.cuts = cuts_of(cut_params, (__global const plane_t *)cut_tables,
+                     cut_tables + cut_params.obstacle_start);
 #endif
 #if CUTS && STEPS
-  map.obstacles = obstacles;
-  map.rest_control_points = control_points;
-  map.rest_segments = segments;
+  map.rest_control_points = map.control_points;
+  map.rest_segments = map.segments;
 #endif
   return map;
 }
@@ -77,7 +72,7 @@ inline map_t step_of(const map_t *map, int k) {
 #endif
 #if CUTS
   step.cuts = cuts_of(map->cuts.params, map->cuts.planes,
-                      map->obstacles + k * map->cuts.params.obstacle_stride);
+                      map->cuts.obstacles + k * map->cuts.params.obstacle_stride);
 #endif
   return step;
 }

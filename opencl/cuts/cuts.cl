@@ -8,16 +8,17 @@
 typedef struct {
   cut_params_t params;
   __global const plane_t *planes;
+  __global const float *obstacles;  // start of the table of each shape, then the tables
   SHAPES(SHAPE_TABLE)
 } cuts_t;
 
-// The cuts of a launch. `obstacles` holds the start of the table of each shape, then the tables.
 inline cuts_t cuts_of(const cut_params_t params, __global const plane_t *planes,
                       __global const float *obstacles) {
   cuts_t cuts;
   int shape_index = 0;
   cuts.params = params;
   cuts.planes = planes;
+  cuts.obstacles = obstacles;
 #define SET_TABLE(shape) cuts.shape = obstacles + as_int(obstacles[shape_index++]);
   SHAPES(SET_TABLE)
   return cuts;

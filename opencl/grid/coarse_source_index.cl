@@ -4,17 +4,12 @@
 // As grid_source_index, or `with_jacobian` as grid_source_frame, interpolated between the nodes of
 // `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_source_index(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
     const float scale, const int with_jacobian) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   strip_t strip;
   if (!find_strip(&coarse, &strip)) return;
 #if CUTS

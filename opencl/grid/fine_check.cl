@@ -5,17 +5,12 @@
 
 // Compares the map in the middles of listed fine cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void fine_check(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t fine, __global const int *restrict cells,
     __global const float *restrict fine_planes, const check_t check,
     __global uchar *restrict flags) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   const long first = (long)get_global_id(0) * LANES;
   if (first >= fine.listed) return;
   const long along = fine.nodes[0], deep = along * fine.nodes[1];

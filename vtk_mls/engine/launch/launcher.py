@@ -10,9 +10,10 @@ import numpy as np
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import array_types, kernel_arguments
 from vtk_mls.engine.launch.memory import Memory
+from vtk_mls.engine.launch.structs import filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
-from vtk_mls.engine.map.handle_tables import handle_tables
+from vtk_mls.engine.map.handle_tables import map_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
@@ -22,10 +23,7 @@ _POINTS_OF_SEGMENT = 4  # that take as long
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _CACHED = 1 << 19
 # Structs of kernels that do not use them.
-_NO_CUTS, _NO_NODES, _NO_CELLS = map(
-    kernel_arguments.filled,
-    (kernel_arguments.CUT_PARAMS, kernel_arguments.NODES, kernel_arguments.COARSE),
-)
+_NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
 # Points whose forward images are searched for at a time.
 _SEARCHED = 1 << 18
 
@@ -45,7 +43,7 @@ class Launcher:
         self.device, self.memory = device, Memory(device)
         self.constant = self.memory.constant
         self._kernels = {}
-        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffer, starts
         self.lattices = weakref.WeakKeyDictionary()
 
     # Slices of the work
@@ -98,9 +96,10 @@ class Launcher:
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind, steps = control_points.kind, control_points.steps(deformation.steps_used)
-        handles, tables = control_points.handles, self._handle_tables(deformation, control_points)
-        params = kernel_arguments.filled(
-            kernel_arguments.MAP_PARAMS,
+        handles = control_points.handles
+        tables, starts = self._map_tables(deformation, control_points)
+        params = filled(
+            "map_params_t",
             count=handles.term_count,
             region_count=len(handles.regions),
             segment_count=len(handles.segments),
@@ -108,6 +107,7 @@ class Launcher:
             step_count=len(steps),
             alpha=alpha,
             smoothing2=(deformation.smoothing / control_points.scale) ** 2,
+            **starts,
             **kind.params(steps[0]),
         )
         constants = [
@@ -120,23 +120,18 @@ class Launcher:
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
-        arguments = [params, *tables]
+        cut_params, cut_table = _NO_CUTS, None
         if deformation.cuts:
-            extra, cut_params, tables = cut_tables(deformation, region, grid, second_pass)
+            extra, cut_params, table = cut_tables(deformation, region, grid, second_pass)
             constants += extra
-            arguments += [cut_params, *map(self.constant, tables)]
-        else:
-            arguments += [_NO_CUTS, None, None]
-        return tuple(constants), arguments
+            cut_table = self.constant(table)
+        return tuple(constants), [params, tables, cut_params, cut_table]
 
-    def _handle_tables(self, deformation, control_points):
-        """Buffers of the tables that maps share, uploaded once: control points to steps."""
+    def _map_tables(self, deformation, control_points):
+        """A buffer of the `map_tables`, uploaded once, and where each begins."""
         if control_points not in self._uploaded:
-            always, others = handle_tables(deformation, control_points)
-            self._uploaded[control_points] = [
-                *(self.constant(kernel_arguments.not_empty(table)) for table in always),
-                *(self.constant(table) if table.size else None for table in others),
-            ]
+            table, starts = map_tables(deformation, control_points)
+            self._uploaded[control_points] = self.constant(table), starts
         return self._uploaded[control_points]
 
 

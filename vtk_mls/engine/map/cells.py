@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.structs import filled
 
 
 class Box:
@@ -43,10 +43,8 @@ class Box:
         return tuple(slice(a, b) for a, b in zip(begin[::-1], end[::-1]))
 
     def record(self, **members):
-        """A COARSE with this box as its cells."""
-        return kernel_arguments.filled(
-            kernel_arguments.COARSE, first_cell=self.first, cells=self.cells, **members
-        )
+        """A coarse_t with this box as its cells."""
+        return filled("coarse_t", first_cell=self.first, cells=self.cells, **members)
 
 
 class ListedCells:
@@ -56,29 +54,29 @@ class ListedCells:
     ----------
     memory : Memory
     box : Box
-    chosen : array (nz, ny, nx) of bool
+    mask : array (nz, ny, nx) of bool
     members : dict
         Of the records beside the list.
 
     Attributes
     ----------
-    numbers : (n,) int32
+    indices : (n,) int32
     buffer : Buffer
     """
 
-    def __init__(self, memory, box, chosen, **members):
+    def __init__(self, memory, box, mask, **members):
         self.box, self._members = box, members
-        self.numbers = np.flatnonzero(chosen).astype(np.int32)
-        self.buffer = memory.constant(kernel_arguments.not_empty(self.numbers))
+        self.indices = np.flatnonzero(mask).astype(np.int32)
+        self.buffer = memory.constant(np.append(self.indices, np.int32(0)))  # never empty
 
     def records(self, layers):
-        """A COARSE with the cells in a slice of layers along z; none without cells."""
+        """A coarse_t with the cells in a slice of layers along z; none without cells."""
         layer = self.box.cells[0] * self.box.cells[1]
-        a, b = np.searchsorted(self.numbers, [layers.start * layer, layers.stop * layer])
+        a, b = np.searchsorted(self.indices, [layers.start * layer, layers.stop * layer])
         return [self.record(slice(a, b))] if a < b else []
 
     def record(self, part):
-        """A COARSE with a slice of the list."""
+        """A coarse_t with a slice of the list."""
         count = part.stop - part.start
         return self.box.record(first_listed=part.start, listed=count, **self._members)
 

@@ -7,11 +7,12 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.structs import CONSTANTS, filled
 from vtk_mls.engine.map import fine_map
 from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
 
-STEP = kernel_arguments.COARSE_STEP
+STEP = CONSTANTS["COARSE_STEP"]
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
 # Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
 # most so many times: 6.5 times in the worst of 2,100 random sets.
@@ -80,9 +81,7 @@ class CoarseMap:
         block = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
         to_local = grid.index_to_world / self.map.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
-        record = kernel_arguments.filled(
-            kernel_arguments.COARSE, **block, **self._around, to_slopes=to_slopes
-        )
+        record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
         kernel, additional = _COARSE[name]
         self._launch_blocks(
             kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
@@ -114,19 +113,15 @@ class CoarseMap:
         self._nodes = self._at_nodes(grid, box.first, self._around["nodes"], _AROUND[0] * STEP)
         middles = self._at_nodes(grid, box.first, box.cells, STEP / 2)
         to_index = grid.world_to_index * self.map.control_points.scale
-        check = kernel_arguments.filled(
-            kernel_arguments.CHECK,
+        check = filled(
+            "check_t",
             to_index=kernel_arguments.transform(to_index, np.zeros(3)),
             limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
         )
         flags = self._check(grid, box, check, middles)
         is_off, is_separated, is_elsewhere = (
-            (flags & bit).astype(bool)
-            for bit in (
-                kernel_arguments.INACCURATE,
-                kernel_arguments.SEPARATED,
-                kernel_arguments.OTHER_REGION,
-            )
+            (flags & CONSTANTS[name]).astype(bool)
+            for name in ("INACCURATE", "SEPARATED", "OTHER_REGION")
         )
         far = beside(is_off) | near_handles(self.map, grid.whole, box, STEP)
         rows = box.rows(own)

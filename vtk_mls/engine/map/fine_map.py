@@ -10,10 +10,11 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import COARSE_STEP, FINE_STEP
+from vtk_mls.engine.launch.structs import CONSTANTS
 from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles, spread
 
-_RATIO = COARSE_STEP // FINE_STEP
+FINE_STEP = CONSTANTS["FINE_STEP"]
+_RATIO = CONSTANTS["COARSE_STEP"] // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
 _MIN_STEPS = 4  # of a deformation, from which on maps are so dear that the finer one pays off
 _SPARE = 64  # numbers after the last node, that kernels may read and do not use
@@ -30,10 +31,10 @@ class Checked(NamedTuple):
     box, grid_box, every : Box
         Those checked, those of the grid, and those of the whole grid.
     nodes : dict
-        Members of a COARSE: `first_node`, `nodes`.
+        Members of a coarse_t: `first_node`, `nodes`.
     node_planes, middles : Buffer
         The map at nodes, and in the middles of the cells checked.
-    check : CHECK
+    check : check_t
     """
 
     box: Box
@@ -133,7 +134,7 @@ class FineMap:
         has_nodes = np.zeros(coarse.box.shape, bool)
         has_nodes[checked] = np.logical_or.reduce(list(used.values()))[rows]
         listed = ListedCells(map_.memory, coarse.box, has_nodes, **coarse.nodes)
-        count = len(listed.numbers)
+        count = len(listed.indices)
         if count == 0:
             return
         map_.launch(
@@ -143,14 +144,14 @@ class FineMap:
         )
         self._evaluate(grid.whole, box, np.flatnonzero(is_evaluated))
 
-    def _evaluate(self, whole, box, numbers):
-        """Evaluate the map at nodes of a box, by their `numbers` (n,) in it."""
+    def _evaluate(self, whole, box, indices):
+        """Evaluate the map at nodes of a box, by their `indices` (n,) in it."""
         map_, start = self.map, -_RATIO * FINE_STEP  # one coarse cell before the first point
         first = box.first + _RATIO
         origin, spacing = whole.at([[start] * 3])[0], FINE_STEP * whole.spacing
         nodes = Grid(first + box.cells, origin, spacing, whole.direction).part(first, box.cells)
-        for part in map_.launcher.slabs(len(numbers), map_.deformation, 8):
-            listed = numbers[part]
+        for part in map_.launcher.slabs(len(indices), map_.deformation, 8):
+            listed = indices[part]
             points = kernel_arguments.grid_points(nodes, slice(0, len(listed)), map_.control_points)
             with map_.memory.input_buffer(listed) as buffer:
                 map_.launch(
@@ -160,7 +161,7 @@ class FineMap:
 
     def _check(self, grid, coarse, listed):
         """Which of listed fine cells are inaccurate in the middle: (n,) bool."""
-        count = len(listed.numbers)
+        count = len(listed.indices)
         flags = np.empty(count, np.uint8)
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
         for part in self.map.launcher.slabs(count, self.map.deformation, 1):
@@ -170,7 +171,7 @@ class FineMap:
                     *("fine_check", (grid.whole, False), part.stop - part.start, points, record),
                     *(listed.buffer, self._planes, coarse.check, out),
                 )
-        return (flags & kernel_arguments.INACCURATE).astype(bool)
+        return (flags & CONSTANTS["INACCURATE"]).astype(bool)
 
 
 def _used_nodes(refined):

@@ -7,8 +7,9 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import NODE, NODE_STEP
+from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS, filled
 
+NODE_STEP, NODE_SIZE = CONSTANTS["NODE_STEP"], STRUCTS["node_t"].itemsize
 # Nodes that are found at once, in whole layers: what follows needs the last layer again.
 _NODES = 1 << 18
 
@@ -43,18 +44,18 @@ class OriginNodes:
         first[2], end = low // NODE_STEP, last[2]
         nx, ny, _ = last - first + 1
         launcher, deformation = self.map.launcher, self.map.deformation
-        at_once = launcher.slabs(_NODES, deformation, NODE.itemsize)[0].stop
+        at_once = launcher.slabs(_NODES, deformation, NODE_SIZE)[0].stop
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
-        record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
+        record = filled("nodes_t", first=first, nx=nx, ny=ny)
         self._arguments = [record, self._table(_every(grid.whole, first, last))]
 
     def _table(self, nodes):
         """A buffer with the origins at the `nodes`, a grid."""
         launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
-        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE.itemsize * nodes.size)
+        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_SIZE * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
-            for part in launcher.slabs(nodes.size, deformation, NODE.itemsize):
+            for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
                 points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)
