@@ -25,7 +25,7 @@ inline void fit_map(const map_t *map, fit_t *fit) {
     if (!map->cuts.params.regions_compete) {  // cuts that stay may be crossed in any step
       const real distance =
           void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
-      done.void_distance = least(done.void_distance, distance);
+      done.void_distance = fast_min(done.void_distance, distance);
     }
 #endif
   }
@@ -77,7 +77,7 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
     fit_step(&step, &at);
     v = vec_add(v, step_displacement(&step, &at));
     const weight_jacobian_t jacobian = step_jacobian(&step, &at);
-    *least_determinant = least(*least_determinant, determinant_of(&jacobian.by_v));
+    *least_determinant = fast_min(*least_determinant, determinant_of(&jacobian.by_v));
     total.by_v = mat_composed(&jacobian.by_v, &total.by_v);
 #if AT_REST
     // (I + A) B + C = (I + A) (I + B) - I - A + C

@@ -66,7 +66,7 @@ inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
     combine(map->kind_table, functions, m, psi);
     UNROLL for (int j = 0; j < functions; ++j)
       UNROLL for (int l = 0; l < j; ++l) psi[j] = fma(-fit->lower[AT(j, l)], psi[l], psi[j]);
-    loss = most(loss, value_loss(map, fit, psi));
+    loss = fast_max(loss, value_loss(map, fit, psi));
   }
   return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
 }

@@ -54,20 +54,16 @@ __kernel EXPLICIT_VECTORS void coarse_check(
   const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
   const long at = x + coarse.cells[0] * (strip.y - coarse.first_cell[1] +
                                         (long)coarse.cells[1] * (strip.z - coarse.first_cell[2]));
-  real exact[PLANES], error[PLANES];
+  real interpolated[PLANES], exact[PLANES];
   for (int p = 0; p < PLANES; ++p) {
     exact[p] = LOAD(middles + p * plane + at);
-    error[p] = interpolate_points(&layer, p, middle, middle, 0) - exact[p];
+    interpolated[p] = interpolate_points(&layer, p, middle, middle, 0);
   }
-  vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
-  integer bits = select((integer)(INACCURATE), (integer)(0), dot3(off, off) <= check.limit2);
+  integer bits = accuracy_flags(&check, interpolated, exact);
 #if CUTS
-  const vec index = first_corners(&strip);
-  const vec d = {exact[0], exact[1], exact[2]};
-  const real distance = exact[3];
+  const vec index = first_corners(&strip), d = {exact[0], exact[1], exact[2]};
   const integer separated = is_separated(&map, &grid, &coarse, node_planes,
-                                         node_of(&coarse, &strip), index, d, distance);
-  bits = select(bits, (integer)(INACCURATE), void_is_inaccurate(error[3], distance));
+                                         node_of(&coarse, &strip), index, d, exact[3]);
   bits = select(bits, (integer)(INACCURATE | SEPARATED), separated);
   bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif

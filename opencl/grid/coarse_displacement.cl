@@ -28,9 +28,8 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
       real values[PLANES][COARSE_STEP];
       for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        integer mask = are_in_launch(&row, n);
+        const integer mask = launch_mask(&map, &row, n);
 #if CUTS
-        mask &= in_region(&map.cuts, indices_in(&row, n));
         store_in_row(void_distance, scale * values[3][n], &row, n, mask);
 #endif
         const vec between = {values[0][n], values[1][n], values[2][n]};

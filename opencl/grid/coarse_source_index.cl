@@ -35,16 +35,13 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
       for (int n = 0; n < COARSE_STEP; ++n) {
         const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
         vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
-        integer mask = are_in_launch(&row, n);
+        const integer mask = launch_mask(&map, &row, n);
 #if CUTS
         const real distance = values[3][n];
         if (!source.continued) from = outside_if(from, distance < 0);
-        mask &= in_region(&map.cuts, at);
         if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
 #endif
-        store_in_row(index, from.x, &row, n, mask);
-        store_in_row(index + count, from.y, &row, n, mask);
-        store_in_row(index + 2 * count, from.z, &row, n, mask);
+        store_vec_in_row(index, count, from, &row, n, mask);
       }
       if (!with_jacobian) continue;
       for (int p = 0; p < 3; ++p) {
@@ -53,19 +50,13 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
         interpolate_row(slope[1], &layer, p, j, 1);
         interpolate_row(slope[2], &along_z, p, j, 0);
         for (int n = 0; n < COARSE_STEP; ++n) {
-          integer mask = are_in_launch(&row, n);
-#if CUTS
-          mask &= in_region(&map.cuts, indices_in(&row, n));
-#endif
           vec by_v =
               transformed(coarse.to_slopes, (vec){slope[0][n], slope[1][n], slope[2][n]});
           by_v.x += p == 0;
           by_v.y += p == 1;
           by_v.z += p == 2;
-          __global float *plane = index + (3 + 3 * p) * count;
-          store_in_row(plane, by_v.x, &row, n, mask);
-          store_in_row(plane + count, by_v.y, &row, n, mask);
-          store_in_row(plane + 2 * count, by_v.z, &row, n, mask);
+          store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, &row, n,
+                           launch_mask(&map, &row, n));
         }
       }
     }

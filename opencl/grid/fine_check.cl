@@ -14,7 +14,7 @@ __kernel EXPLICIT_VECTORS void fine_check(
   const long first = (long)get_global_id(0) * LANES;
   if (first >= fine.listed) return;
   const long along = fine.nodes[0], deep = along * fine.nodes[1];
-  real between[PLANES], exact[PLANES], error[PLANES];
+  real interpolated[PLANES], exact[PLANES];
   integer x, y, z;  // of the middles, points of the grid
   for (int l = 0; l < LANES; ++l) {
     const int3 corner = cell_corner(&fine, listed_cell(&fine, cells, first + l));
@@ -23,17 +23,12 @@ __kernel EXPLICIT_VECTORS void fine_check(
     LANE_INT(z, l) = (corner.z + fine.first_node[2]) * FINE_STEP + FINE_STEP / 2;
     __global const float *from = fine_planes + node_at(&fine, corner) - BEFORE * (1 + along + deep);
     for (int p = 0; p < PLANES; ++p)
-      LANE(between[p], l) = value_in(row_of(from + p * node_count(&fine), along, deep, 1, 1), 1);
+      LANE(interpolated[p], l) = value_in(row_of(from + p * node_count(&fine), along, deep, 1, 1), 1);
   }
   const vec index = {TO_REAL(x), TO_REAL(y), TO_REAL(z)};
   const fit_t fit = fit_at(&map, transformed(grid.frame, index));
   set_node(exact, &map, &fit);
-  for (int p = 0; p < PLANES; ++p) error[p] = between[p] - exact[p];
-  const vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
-  integer bits = select((integer)(INACCURATE), (integer)(0), dot3(off, off) <= check.limit2);
-#if CUTS
-  bits = select(bits, (integer)(INACCURATE), void_is_inaccurate(error[3], exact[3]));
-#endif
+  const integer bits = accuracy_flags(&check, interpolated, exact);
   for (int l = 0; l < LANES && first + l < fine.listed; ++l)
     flags[first + l] = (uchar)LANE_INT(bits, l);
 }

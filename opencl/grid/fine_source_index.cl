@@ -16,12 +16,10 @@ __kernel EXPLICIT_VECTORS void fine_source_index(
   interpolate_places(values, &fine, fine_planes, cells, item.first);
   const vec d =
       limited_on_grid(&map, &grid, item.index, (vec){values[0], values[1], values[2]});
-  vec from = source_index_of(&source, item.index, d);
+  integer is_void = 0;
 #if CUTS
-  if (!source.continued) from = outside_if(from, values[3] < 0);
+  if (!source.continued) is_void = values[3] < 0;
   if (void_distance) store_masked(void_distance, scale * values[3], &item);
 #endif
-  store_masked(index, from.x, &item);
-  store_masked(index + item.count, from.y, &item);
-  store_masked(index + 2 * item.count, from.z, &item);
+  store_source_index(&item, &source, d, is_void, index);
 }

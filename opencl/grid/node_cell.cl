@@ -41,7 +41,7 @@ __kernel EXPLICIT_VECTORS void node_cell(
     vec miss = vec_sub(corner_x, guess);
     usable &= (slope >= 0) & (dot3(miss, miss) < MAX_GUESS_ERROR * MAX_GUESS_ERROR);
     usable &= !blocked(&map.cuts, x, corner_x);
-    largest = most(largest, slope);
+    largest = fast_max(largest, slope);
   }
   slope = select((real)(-1), largest, usable);
   for (int l = 0; l < LANES && first + l < grid.stop; ++l)

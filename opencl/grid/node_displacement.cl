@@ -3,7 +3,7 @@
 #include "coarse_map.cl"
 
 // Nodes: G(v) - v less its mean, before limits, local units, in three planes of `count` points; with cuts
-// the void distance in a fourth. Those of a launch, or with the numbers `listed`, if that is not null.
+// the void distance in a fourth. Those of a launch, or with the indices `listed`, if that is not null.
 __kernel EXPLICIT_VECTORS void node_displacement(
     const map_params_t map_params, __global const float *restrict map_tables,
     const cut_params_t cut_params, __global const float *restrict cut_tables,
