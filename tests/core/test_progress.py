@@ -53,7 +53,7 @@ QUESTIONS = {
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
-    monkeypatch.setattr("vtk_mls.reference.engine._MAX_NUMBERS", 1 << 15)
+    monkeypatch.setattr("vtk_mls.reference.engine._MAX_VALUES", 1 << 15)
     monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 900)
     monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 14)
     if request.param != "reference":

@@ -348,7 +348,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     part = d.displacement_field(grid.part(first, dimensions))
     here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
     monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
-    monkeypatch.setattr("vtk_mls.engine.launch.launcher._WORK_PER_LAUNCH", 5e5)
+    monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 5e5)
     slabs = d.displacement_field(grid)
     for name in ("displacement", "void_distance"):
         whole = getattr(field, name)

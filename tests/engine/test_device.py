@@ -169,7 +169,7 @@ def test_a_device_of_all_types_is_a_cpu():
 
     def kind(type_):
         handle = types.SimpleNamespace(type=type_, name="D", version="V", driver_version="1")
-        return device._described("0:0", platform, handle).kind
+        return device._device("0:0", platform, handle).kind
 
     assert kind(types_.CPU | types_.GPU | types_.ACCELERATOR | types_.DEFAULT) == "cpu"
     assert kind(types_.GPU | types_.DEFAULT) == "gpu"

@@ -18,14 +18,14 @@ from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
 # cores, so that progress shows and abort is heard.
-_WORK_PER_LAUNCH = 3e8
+_MAX_WORK = 3e8
 _POINTS_OF_SEGMENT = 4  # that take as long
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
-_CACHED = 1 << 19
+_MAX_CACHED_POINTS = 1 << 19
 # Structs of kernels that do not use them.
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
 # Points whose forward images are searched for at a time.
-_SEARCHED = 1 << 18
+_MAX_SEARCHED_POINTS = 1 << 18
 
 
 class Launcher:
@@ -41,14 +41,13 @@ class Launcher:
 
     def __init__(self, device):
         self.device, self.memory = device, Memory(device)
-        self.constant = self.memory.constant
         self._kernels = {}
         self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffer, starts
         self.lattices = weakref.WeakKeyDictionary()
 
     # Slices of the work
 
-    def slabs(self, count, deformation, bytes_per_item, most=None):
+    def slabs(self, count, deformation, bytes_per_item, max_count=None):
         """Slices of `count` items that fit the memory and take a moment each."""
         cost = max(
             (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * (1 + c.kind.functions(c))
@@ -56,22 +55,22 @@ class Launcher:
         )
         cost *= deformation.steps_used
         limit = min(
-            _WORK_PER_LAUNCH / cost,
+            _MAX_WORK / cost,
             self.memory.limit / 4 / bytes_per_item,
             self.device.handle.max_mem_alloc_size / bytes_per_item,
-            most or count,
+            max_count or count,
         )
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
     def sampled_slabs(self, count, deformation, bytes_per_item):
         """Slabs of `count` points of a grid at which arrays are sampled."""
-        most = _CACHED if self.memory.in_place else None
-        return self.slabs(count, deformation, bytes_per_item, most)
+        max_count = _MAX_CACHED_POINTS if self.memory.in_place else None
+        return self.slabs(count, deformation, bytes_per_item, max_count)
 
     def search_slabs(self, count, deformation):
         """Slabs of `count` points whose forward images are searched for."""
-        return self.slabs(count, deformation, 64, _SEARCHED)
+        return self.slabs(count, deformation, 64, _MAX_SEARCHED_POINTS)
 
     # Kernels
 
@@ -124,14 +123,14 @@ class Launcher:
         if deformation.cuts:
             extra, cut_params, table = cut_tables(deformation, region, grid, second_pass)
             constants += extra
-            cut_table = self.constant(table)
+            cut_table = self.memory.constant(table)
         return tuple(constants), [params, tables, cut_params, cut_table]
 
     def _map_tables(self, deformation, control_points):
         """A buffer of the `map_tables`, uploaded once, and where each begins."""
         if control_points not in self._uploaded:
             table, starts = map_tables(deformation, control_points)
-            self._uploaded[control_points] = self.constant(table), starts
+            self._uploaded[control_points] = self.memory.constant(table), starts
         return self._uploaded[control_points]
 
 
@@ -170,13 +169,13 @@ class RegionMap:
         if count == 0:
             return
         with ExitStack() as buffers:
-            read = buffers.enter_context(self.memory.input_buffer(points))
+            buffer = buffers.enter_context(self.memory.input_buffer(points))
             arrays = [
                 *map(self.memory.inout_buffer, changed),
                 *map(self.memory.output_buffer, outputs),
             ]
             outputs = [buffers.enter_context(array) for array in arrays]
-            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *outputs)
+            self.launch(name, (None, False), count, np.int64(count), buffer, *arguments, *outputs)
 
     def at_points(self, name, planes, points):
         """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
@@ -258,15 +257,15 @@ class RegionMap:
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
         device = self.launcher.device
-        centre = self.control_points.center + offset
+        center = self.control_points.center + offset
         if not device.has_float64:
-            points, centre = (points - centre).astype(np.float32), np.zeros(3)
+            points, center = (points - center).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)
         if len(points) == 0:
             return local
-        real = np.float64 if device.has_float64 else np.float32
-        frame = kernel_arguments.local_frame(centre)
-        density = real(1 / self.control_points.scale)
+        float_type = np.float64 if device.has_float64 else np.float32
+        frame = kernel_arguments.local_frame(center)
+        density = float_type(1 / self.control_points.scale)
         constants = [("LANES", device.lanes), ("VALUE", array_types.c_type(points))]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
@@ -285,12 +284,9 @@ class RegionMap:
         return local
 
     def launch(self, name, grid_and_pass, count, *arguments, constants=()):
-        map_constants, shared = self.shared_arguments(*grid_and_pass)
-        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
-
-    def shared_arguments(self, *grid_and_pass):
-        """Build constants and shared kernel arguments of the map, as `Launcher.map` has them."""
+        """Launch a kernel of the map, for a whole grid or None and the first or second pass."""
         if grid_and_pass not in self._shared_arguments:
             shared = self.launcher.map(self.deformation, self.region, *grid_and_pass)
             self._shared_arguments[grid_and_pass] = shared
-        return self._shared_arguments[grid_and_pass]
+        map_constants, shared = self._shared_arguments[grid_and_pass]
+        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)

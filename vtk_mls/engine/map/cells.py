@@ -81,13 +81,13 @@ class ListedCells:
         return self.box.record(first_listed=part.start, listed=count, **self._members)
 
 
-def beside(cells):
-    """Which cells are set or beside one that is."""
-    return spread(cells, [(-1, 2)] * 3)
+def dilated(cells):
+    """Which cells are set or have a neighbor that is."""
+    return dilated_by(cells, [(-1, 2)] * 3)
 
 
-def spread(cells, offsets):
-    """Which cells have a set one a number of cells before; a range (start, stop) along z, y, x."""
+def dilated_by(cells, offsets):
+    """Which cells are some cells after a set one: ranges (start, stop) of offsets along z, y, x."""
     for axis, (start, stop) in enumerate(offsets):
         cells = np.moveaxis(cells, axis, 0)
         result = np.zeros_like(cells)
@@ -111,4 +111,4 @@ def near_handles(map_, whole, box, step):
     at = whole.index_of(np.concatenate(places)) // step - box.first
     at = at[np.all((at >= 0) & (at < box.cells), axis=1)].astype(int)
     near[tuple(at.T[::-1])] = True
-    return beside(near)[1:-1, 1:-1, 1:-1]
+    return dilated(near)[1:-1, 1:-1, 1:-1]

@@ -9,7 +9,7 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, filled
 from vtk_mls.engine.map import fine_map
-from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles
+from vtk_mls.engine.map.cells import Box, ListedCells, dilated, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
 
 STEP = CONSTANTS["COARSE_STEP"]
@@ -19,7 +19,7 @@ _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are inter
 _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
-_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one, and its additional arguments.
 _COARSE = {
     "grid_displacement": ("coarse_displacement", []),
@@ -90,7 +90,7 @@ class CoarseMap:
         is_fine = self._fine_map and name in fine_map.KERNELS
         if is_fine:
             self._fine_map.launch(name, grid, part, layers, points, *arguments)
-        listed = self._separated if is_fine else self._far
+        listed = self._separated if is_fine else self._inaccurate
         for record in listed.records(layers):
             items = self.map.grid_items(grid, part, record, listed.buffer)
             count, constants = int(record["listed"]) * STEP**3, (("POINTS", "CELLS"),)
@@ -105,7 +105,7 @@ class CoarseMap:
         self.map.launch(name, grid_and_pass, -(-nx // lanes) * lanes * ny * nz, *arguments)
 
     def _find(self, grid):
-        """Find the nodes around a grid, and its cells that are far from the map."""
+        """Find the nodes around a grid, and its inaccurate cells."""
         own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
         margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are looked at, too
         box = own.widened(margin, margin).within(every)
@@ -119,19 +119,21 @@ class CoarseMap:
             limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
         )
         flags = self._check(grid, box, check, middles)
-        is_off, is_separated, is_elsewhere = (
+        is_inaccurate, is_separated, is_other_region = (
             (flags & CONSTANTS[name]).astype(bool)
             for name in ("INACCURATE", "SEPARATED", "OTHER_REGION")
         )
-        far = beside(is_off) | near_handles(self.map, grid.whole, box, STEP)
+        inaccurate = dilated(is_inaccurate) | near_handles(self.map, grid.whole, box, STEP)
         rows = box.rows(own)
-        self._far = ListedCells(memory, own, (far & ~is_elsewhere)[rows])
+        self._inaccurate = ListedCells(memory, own, (inaccurate & ~is_other_region)[rows])
         if self._fine_map:
-            separated = far & beside(is_separated)
-            self._separated = ListedCells(memory, own, (separated & ~is_elsewhere)[rows])
+            separated = inaccurate & dilated(is_separated)
+            self._separated = ListedCells(memory, own, (separated & ~is_other_region)[rows])
             around = {**self._around, "first_node": box.first + _AROUND[0]}
             checked = Checked(box, own, every, around, self._nodes, middles, check)
-            self._fine_map.find(grid, checked, far, far & ~separated & ~is_elsewhere)
+            self._fine_map.find(
+                grid, checked, inaccurate, inaccurate & ~separated & ~is_other_region
+            )
 
     def _check(self, grid, box, check, middles):
         """What coarse_check.cl says of the cells of a box (nz, ny, nx)."""

@@ -11,13 +11,13 @@ import pyopencl as cl
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS
-from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles, spread
+from vtk_mls.engine.map.cells import Box, ListedCells, dilated, dilated_by, near_handles
 
 FINE_STEP = CONSTANTS["FINE_STEP"]
 _RATIO = CONSTANTS["COARSE_STEP"] // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
-_MIN_STEPS = 4  # of a deformation, from which on maps are so dear that the finer one pays off
-_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_MIN_STEPS = 4  # of a deformation, from which on maps are so slow that the finer one pays off
+_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one.
 KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
 _CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
@@ -69,29 +69,29 @@ class FineMap:
         """Whether points of the map take much longer than interpolation."""
         return deformation.steps_used >= _MIN_STEPS
 
-    def find(self, grid, coarse, far, chosen):
+    def find(self, grid, coarse, inaccurate, refinable):
         """Find the nodes and cells of a grid.
 
         Parameters
         ----------
         grid : Grid
         coarse : Checked
-        far, chosen : arrays (nz, ny, nx) of bool
+        inaccurate, refinable : arrays (nz, ny, nx) of bool
             Which of the checked cells are inaccurate, and which of these the finer map is for.
         """
         box, every = coarse.grid_box, coarse.every
         refined_box = box.widened(1, 1).within(every)
-        refined = chosen[coarse.box.rows(refined_box)]
-        self._find_nodes(grid, coarse, far, refined_box, refined)
+        refined = refinable[coarse.box.rows(refined_box)]
+        self._find_nodes(grid, coarse, inaccurate, refined_box, refined)
         checked, cells = refined_box.scaled(_RATIO), _doubled(refined)
         listed = ListedCells(self.map.memory, checked, cells, **self._nodes)
-        off = np.zeros(checked.shape, bool)
-        off[cells] = self._check(grid, coarse, listed)
+        inaccurate = np.zeros(checked.shape, bool)
+        inaccurate[cells] = self._check(grid, coarse, listed)
         box = box.scaled(_RATIO)
         rows = checked.rows(box)
-        off = beside(off)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
-        self._between = ListedCells(self.map.memory, box, cells[rows] & ~off, **self._nodes)
-        self._exact = ListedCells(self.map.memory, box, cells[rows] & off)
+        is_exact = dilated(inaccurate)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
+        self._between = ListedCells(self.map.memory, box, cells[rows] & ~is_exact, **self._nodes)
+        self._exact = ListedCells(self.map.memory, box, cells[rows] & is_exact)
 
     def launch(self, name, grid, part, layers, points, *arguments):
         """Launch a kernel for the points `part` of a grid, in the `layers` of coarse cells.
@@ -112,21 +112,21 @@ class FineMap:
         count = int(record["listed"]) * _PLACES
         self.map.launch(name, (grid.whole, False), count, *arguments, constants=_CONSTANTS)
 
-    def _find_nodes(self, grid, coarse, far, refined_box, refined):
+    def _find_nodes(self, grid, coarse, inaccurate, refined_box, refined):
         """Find the nodes that interpolate in `refined` cells of a box."""
         map_ = self.map
         cells = refined_box.widened(1, 2)  # that have such nodes
         inside = cells.within(coarse.every)
         rows, checked = cells.rows(inside), coarse.box.rows(inside)
-        is_far, is_checked = np.ones(cells.shape, bool), np.zeros(cells.shape, bool)
-        is_far[rows], is_checked[rows] = far[checked], True
+        is_inaccurate, is_checked = np.ones(cells.shape, bool), np.zeros(cells.shape, bool)
+        is_inaccurate[rows], is_checked[rows] = inaccurate[checked], True
         used = _used_nodes(np.pad(refined, [(1, 2)] * 3))
         box = cells.scaled(_RATIO)
         is_evaluated = np.zeros(box.shape, bool)
         for place, has_node in used.items():
-            is_known = is_checked & (sum(place) in (0, 3))  # a coarse node, or a middle
+            is_exact = is_checked & (sum(place) in (0, 3))  # a coarse node, or a middle
             every = tuple(slice(k, None, _RATIO) for k in place)
-            is_evaluated[every] = has_node & is_far & ~is_known
+            is_evaluated[every] = has_node & is_inaccurate & ~is_exact
         self._nodes = {"first_node": box.first, "nodes": box.cells}
         planes = 4 if map_.deformation.cuts else 3
         size = 4 * (planes * int(np.prod(box.cells)) + _SPARE)
@@ -178,7 +178,7 @@ def _used_nodes(refined):
     """Which fine nodes interpolate in `refined` cells, by their place (z, y, x) in a cell."""
     ranges = (-1, 3), (-1, 2)  # a cell uses fine nodes from two before its first to four after it
     return {
-        place: spread(refined, [ranges[k] for k in place])
+        place: dilated_by(refined, [ranges[k] for k in place])
         for place in itertools.product((0, 1), repeat=3)
     }
 

@@ -119,8 +119,8 @@ def map_tables(deformation, control_points):
     tables = [x.view("f4") for x in (points, kinds, regions, segments, limits)]
     tables += [images.table(), table.view("f4")]
     names = [f"{name}_start" for name in ("kind", "region", "segment", "limit", "image", "step")]
-    starts = np.cumsum([len(part) for part in tables])
-    return np.concatenate(tables), dict(zip(names, starts))
+    offsets = np.cumsum([len(part) for part in tables])
+    return np.concatenate(tables), dict(zip(names, offsets))
 
 
 def step_table(steps, sizes):
