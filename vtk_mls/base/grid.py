@@ -1,4 +1,4 @@
-"""A regular grid in the world: what `vtkImageData` describes, without VTK."""
+"""A regular grid in the world, as `vtkImageData` has it, without VTK."""
 
 from __future__ import annotations
 

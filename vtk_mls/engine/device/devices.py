@@ -36,7 +36,7 @@ _loaded_in = None
 
 
 class DeviceError(RuntimeError):
-    """The device does not exist or its driver failed; says what was found and what to install."""
+    """The device does not exist or its driver failed; lists what was found and what to install."""
 
 
 class OutOfDeviceMemory(DeviceError):

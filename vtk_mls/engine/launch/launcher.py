@@ -1,4 +1,4 @@
-"""Kernels of an OpenCL device: built when first asked for, launched in slabs."""
+"""Kernels of an OpenCL device: built at their first use, launched in slabs."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vtk_mls.engine.map.handle_tables import map_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
-# cores, so that progress shows and abort is heard.
+# cores, so that progress is reported and an abort takes effect.
 _MAX_WORK = 3e8
-_POINTS_OF_SEGMENT = 4  # that take as long
+_POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _MAX_CACHED_POINTS = 1 << 19
 # Structs of kernels that do not use them.
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
-# Points whose forward images are searched for at a time.
+# Points of one search for forward images.
 _MAX_SEARCHED_POINTS = 1 << 18
 
 
@@ -48,7 +48,7 @@ class Launcher:
     # Slices of the work
 
     def slabs(self, count, deformation, bytes_per_item, max_count=None):
-        """Slices of `count` items that fit the memory and take a moment each."""
+        """Slices of `count` items, each within the limits of memory and of work."""
         cost = max(
             (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * (1 + c.kind.functions(c))
             for c in (region.control_points for region in deformation.regions)
@@ -163,7 +163,7 @@ class RegionMap:
     def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
         """Launch a kernel at `points` (3, m) of the local frame.
 
-        After the points it takes `arguments`, arrays that it changes, and arrays that it writes.
+        It takes the points, `arguments`, arrays that it changes, and arrays that it writes.
         """
         count = points.shape[1]
         if count == 0:
@@ -178,7 +178,7 @@ class RegionMap:
             self.launch(name, (None, False), count, np.int64(count), buffer, *arguments, *outputs)
 
     def at_points(self, name, planes, points):
-        """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
+        """The output of a kernel at `points` (m, 3) of the world: (planes, m) float32."""
         return self.at_local_points(name, planes, self.local_points(points))
 
     def at_local_points(self, name, planes, points):
@@ -210,7 +210,7 @@ class RegionMap:
         return self._at_pairs("origin_jacobian", 9, points, origins)
 
     def _at_pairs(self, name, planes, points, others):
-        """What a kernel writes at `points` and `others` (m, 3) of the world: (planes, m)."""
+        """The output of a kernel at `points` and `others` (m, 3) of the world: (planes, m)."""
         result = np.empty((planes, len(points)), np.float32)
         if len(points) > 0:
             at, other = self.local_points(points), self.local_points(others)

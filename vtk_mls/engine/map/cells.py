@@ -38,7 +38,7 @@ class Box:
         return Box(factor * self.first, factor * self.stop)
 
     def rows(self, inner):
-        """Where another box lies in arrays of this one."""
+        """The slices of another box in arrays of this one."""
         begin, end = inner.first - self.first, inner.stop - self.first
         return tuple(slice(a, b) for a, b in zip(begin[::-1], end[::-1]))
 
@@ -100,9 +100,9 @@ def dilated_by(cells, offsets):
 
 
 def near_handles(map_, whole, box, step):
-    """Which cells of `step` points have a handle, or are beside one that has.
+    """Which cells of `step` points have a handle, or a neighbor that has one.
 
-    Narrow peaks and kinks there may be between all nodes.
+    Peaks and kinks there may be narrower than the distance of nodes.
     """
     box = box.widened(1, 1)
     near = np.zeros(box.shape, bool)

@@ -1,4 +1,4 @@
-"""The map of a grid, interpolated between nodes wherever that is close to it: coarse_map.cl."""
+"""The map of a grid, interpolated between nodes where that is accurate: coarse_map.cl."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vtk_mls.engine.map.fine_map import Checked, FineMap
 
 STEP = CONSTANTS["COARSE_STEP"]
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
-# Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
-# most so many times: 6.5 times in the worst of 2,100 random sets.
+# Largest ratio of an error in a cell to those in its middle and in the middles of its neighbors:
+# 6.5 in the worst of 2,100 random sets.
 _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
@@ -29,10 +29,9 @@ _COARSE = {
 
 
 class CoarseMap:
-    """The map of a region at nodes over a grid, and the cells between that keep to a tolerance.
+    """The map of a region at nodes over a grid, and the cells that are interpolated accurately.
 
-    Nodes are points of the whole grid, and some beyond its end, cells between them likewise: parts
-    find the same ones.
+    Nodes and cells are those of the whole grid, and some beyond its end, so parts find the same.
 
     Parameters
     ----------
@@ -107,7 +106,7 @@ class CoarseMap:
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
         own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
-        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are looked at, too
+        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
         box = own.widened(margin, margin).within(every)
         self._around = {"first_node": box.first, "nodes": box.cells + len(_AROUND) - 1}
         self._nodes = self._at_nodes(grid, box.first, self._around["nodes"], _AROUND[0] * STEP)
@@ -136,7 +135,7 @@ class CoarseMap:
             )
 
     def _check(self, grid, box, check, middles):
-        """What coarse_check.cl says of the cells of a box (nz, ny, nx)."""
+        """Flags of coarse_check.cl for the cells of a box (nz, ny, nx)."""
         record = box.record(**self._around)
         block = {"first_cell": box.first, "cells": box.cells}
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)

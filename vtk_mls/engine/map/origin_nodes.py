@@ -10,15 +10,15 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS, filled
 
 NODE_STEP, NODE_SIZE = CONSTANTS["NODE_STEP"], STRUCTS["node_t"].itemsize
-# Nodes that are found at once, in whole layers: what follows needs the last layer again.
+# Nodes computed at once, in whole layers; the next launch computes the last layer again.
 _NODES = 1 << 18
 
 
 class OriginNodes:
-    """Where the material at the nodes around points comes from, in one region.
+    """Origins at the nodes around points, in one region.
 
-    Nodes are points of the whole grid, some beyond its end: parts find the same ones. They are kept
-    for the launches that follow.
+    Nodes are points of the whole grid, some beyond its end, so parts find the same ones. They are
+    cached for the next launches.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class OriginNodes:
         return self._arguments
 
     def _find(self, grid, low, high):
-        """Find the nodes around the layers `low` to `high` of a grid, and some that follow."""
+        """Find the nodes around the layers `low` to `high` of a grid, and some later ones."""
         first = np.array(grid.first) // NODE_STEP
         last = (np.array(grid.first) + grid.dimensions - 1) // NODE_STEP + 1
         first[2], end = low // NODE_STEP, last[2]
