@@ -294,8 +294,8 @@ def pressed(device, cut_frame="deformed"):
 def test_material_pushed_through_a_cut_has_no_image(device):
     """Both halves of a block are pressed into each other: the middle has no image."""
     x = np.array([[0, 3, z] for z in (-6.0, -2, 2, 6)])
-    lost = np.isnan(pressed(device).forward(x)).all(axis=1)
-    np.testing.assert_array_equal(lost, [False, True, True, False])
+    is_nan = np.isnan(pressed(device).forward(x)).all(axis=1)
+    np.testing.assert_array_equal(is_nan, [False, True, True, False])
 
 
 def test_nothing_is_lost_where_cuts_move_with_the_material(device):
@@ -312,9 +312,9 @@ def test_a_fold_is_said_to_have_no_place(device):
     d = Deformation(rest, deformed, "affine", alpha=2, device=device)
     x = np.random.default_rng(0).uniform(0, 50, (500, 3)) * [1, 0.2, 0.2]
     v = d.forward(x)
-    known = ~np.isnan(v[:, 0])
-    assert np.linalg.norm(d.backward(v[known]) - x[known], axis=1).max() <= 1e-5 * 100
-    assert known.any()
+    found = ~np.isnan(v[:, 0])
+    assert np.linalg.norm(d.backward(v[found]) - x[found], axis=1).max() <= 1e-5 * 100
+    assert found.any()
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -322,7 +322,7 @@ def test_a_fold_is_said_to_have_no_place(device):
     ("cuts", "cut_frame"), [("none", "rest"), ("half-plane", "rest"), ("half-plane", "deformed")]
 )
 @pytest.mark.parametrize("kind_and_degree", CUBIC_IS_LONG)
-def test_what_folds_lose_is_counted_as_in_the_specification(
+def test_points_lost_in_folds_are_those_of_the_specification(
     cuts, cut_frame, kind_and_degree, key, rng
 ):
     """Control points moved past each other; right at a fold or a cut rounding decides."""
