@@ -121,7 +121,7 @@ class Engine:
             for map_ in maps:
                 rows = _rows_in(map_.region, deformation.moved_planes, points, part)
                 local, found = map_.local_points(points[rows]), np.empty(len(points[rows]), "f4")
-                map_.launch_at("step_determinant", local, [index], outputs=[found])
+                map_.launch_at("step_determinant", [local], [index], outputs=[found])
                 result[rows] = found
         return result
 

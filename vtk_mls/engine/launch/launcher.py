@@ -160,30 +160,29 @@ class RegionMap:
         has_nodes = deformation.map_tolerance > 0 and not is_fast
         self._coarse_map = CoarseMap(self) if has_nodes else None
 
-    def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
-        """Launch a kernel at `points` (3, m) of the local frame.
+    def launch_at(self, name, inputs, arguments=(), changed=(), outputs=()):
+        """Launch a kernel at points of the local frame, the first of `inputs` (3, m) each.
 
-        It takes the points, `arguments`, arrays that it changes, and arrays that it writes.
+        It takes the inputs, `arguments`, arrays that it changes, and arrays that it writes.
         """
-        count = points.shape[1]
+        count = inputs[0].shape[1]
         if count == 0:
             return
-        with ExitStack() as buffers:
-            buffer = buffers.enter_context(self.memory.input_buffer(points))
-            arrays = [
-                *map(self.memory.inout_buffer, changed),
-                *map(self.memory.output_buffer, outputs),
-            ]
-            outputs = [buffers.enter_context(array) for array in arrays]
-            self.launch(name, (None, False), count, np.int64(count), buffer, *arguments, *outputs)
+        memory = self.memory
+        with ExitStack() as stack:
+            input_buffers = [stack.enter_context(memory.input_buffer(array)) for array in inputs]
+            buffers = *map(memory.inout_buffer, changed), *map(memory.output_buffer, outputs)
+            output_buffers = [stack.enter_context(buffer) for buffer in buffers]
+            arguments = *input_buffers, *arguments, *output_buffers
+            self.launch(name, (None, False), count, np.int64(count), *arguments)
 
-    def at_points(self, name, planes, points):
-        """The output of a kernel at `points` (m, 3) of the world: (planes, m) float32."""
-        return self.at_local_points(name, planes, self.local_points(points))
+    def at_points(self, name, planes, *points):
+        """The output of a kernel at `points` (m, 3) each of the world: (planes, m) float32."""
+        return self.at_local_points(name, planes, *map(self.local_points, points))
 
-    def at_local_points(self, name, planes, points):
-        """The same at `points` (3, m) of the local frame."""
-        result = np.empty((planes, points.shape[1]), np.float32)
+    def at_local_points(self, name, planes, *points):
+        """The same at `points` (3, m) each of the local frame."""
+        result = np.empty((planes, points[0].shape[1]), np.float32)
         self.launch_at(name, points, outputs=[result])
         return result
 
@@ -196,7 +195,7 @@ class RegionMap:
         if starts is None or not self.deformation.obstacles:
             planes = self.at_points("point_displacement", self.displacements, points)
         else:
-            planes = self._at_pairs("point_search", self.displacements, points, starts)
+            planes = self.at_points("point_search", self.displacements, points, starts)
         displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
         distance = None
         if self.displacements == 4:
@@ -207,16 +206,7 @@ class RegionMap:
         """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
         if origins is None or not self.deformation.obstacles:
             return self.at_points("point_jacobian", 9, points)
-        return self._at_pairs("origin_jacobian", 9, points, origins)
-
-    def _at_pairs(self, name, planes, points, others):
-        """The output of a kernel at `points` and `others` (m, 3) of the world: (planes, m)."""
-        result = np.empty((planes, len(points)), np.float32)
-        if len(points) > 0:
-            at, other = self.local_points(points), self.local_points(others)
-            with self.memory.input_buffer(other) as buffer:
-                self.launch_at(name, at, [buffer], outputs=[result])
-        return result
+        return self.at_points("origin_jacobian", 9, points, origins)
 
     def void_outputs(self, buffer):
         """Kernel arguments for void distances: a buffer or None, and the scale."""
