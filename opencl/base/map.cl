@@ -1,5 +1,5 @@
-// The backward map at a point. It is a single step as a rule. Of several, the last one comes first: it
-// leads from the deformed space to the stage before.
+// The backward map at a point: one step, or several. The last step comes first: it leads from the
+// deformed space to the previous stage.
 
 #include "types.cl"
 #include "powers.cl"

@@ -1,7 +1,7 @@
 // A map of several steps: G = G_1 o ... o G_N. Step k leads from stage k to stage k - 1. All steps have
 // the local frame of the whole, without a mean displacement.
 
-// The point of step `map` that the steps after it have led to.
+// Sets the point v at which step `map` is evaluated.
 inline void set_step_point(const map_t *map, evaluation_point_t *point, vec v) {
 #if AT_REST
   point->v = v;  // cuts see from the origin in all steps
@@ -58,8 +58,8 @@ inline real determinant_of(const mat *a) {
   return dot3(x, cross3(y, z));
 }
 
-// The Jacobians of all steps by the chain rule. The steps are fitted again, for a work item cannot keep
-// their fits. `least_determinant` becomes the smallest determinant of a step.
+// The Jacobians of all steps by the chain rule. The steps are fitted again, because a work item cannot
+// store their fits. `least_determinant` becomes the smallest determinant of a step.
 inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
                                            real *least_determinant) {
   fit_t at;

@@ -7,7 +7,7 @@
 enum {
   NODE_STEP = 4,       // grid points between nodes of first guesses (origin_nodes.cl)
   COARSE_STEP = 4,     // grid points between nodes of displacements (coarse_map.cl)
-  FINE_STEP = 2,       // the same in cells where these are too far apart (fine_map.cl)
+  FINE_STEP = 2,       // the same where the coarse map is inaccurate (fine_map.cl)
   LATTICE_CELLS = 20,  // cells along each axis of a level of the lattice (lattice.cl)
   LATTICE_LEVELS = 8,
   CELL_ROWS = 4,       // rows and layers of cells of a work item (void_by_corners.cl)
@@ -36,7 +36,7 @@ typedef struct {
   float u[3];
 } control_point_t;
 
-// A rigid region where it was moved to, local units: the points within `radius` of the segment from
+// A rigid region after its motion, local units: the points within `radius` of the segment from
 // `end` along `along`, or those with a distance below 0 in an image. Cuts see it at `anchor`. Of its
 // proxies about their mean, `moments` are the weighted means of p q^T, and `spread` that of |q|^2.
 typedef struct {

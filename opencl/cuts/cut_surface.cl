@@ -18,11 +18,11 @@ inline __global const float *edge_of(__global const float *cut, int i) {
   return triangle_of(cut, as_int(cut[0])) + (long)i * EDGE_SIZE;
 }
 
-// Times the length of a segment: below it float32 does not tell on which side of an edge it passes.
+// Rounding of the side of an edge on which a segment passes, relative to the length of the segment.
 #define BLUR 1e-6f
 
-// On which side of the edge a - b the line along `segment` passes: the sign of `side`, or where that
-// is in the blur, of the line moved aside: a line through a corner then passes one of its triangles.
+// On which side of the edge a - b the line along `segment` passes: the sign of `side`, or within
+// rounding, that of the line shifted along ASIDE. So a line through a corner passes one of its triangles.
 inline integer right_of(real side, vec segment, real blur, __global const float *a,
                         __global const float *b) {
   float3 moment = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);

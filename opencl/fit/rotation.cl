@@ -1,6 +1,6 @@
 // The rotation R (p = R q, columns) that maximizes tr(R^T C), Eq. 9 to 22.
 //
-// R - I is kept rather than R: it is exact where nothing moves.
+// R - I is stored rather than R: it is exact where nothing moves.
 
 typedef struct { real w, x, y, z; } quaternion_t;
 
@@ -132,8 +132,8 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   return unit4(q);
 }
 
-// Best twist about the longest axis of C. Near a line what else finds the rotation hardly see
-// the twist, up to turning it by 180 degrees; about a given axis the optimum is explicit.
+// Best twist about the longest axis of C. Near a line the other methods hardly determine the twist, and
+// may turn it by 180 degrees; about a given axis the optimum is explicit.
 inline quaternion_t twisted(quaternion_t q, const mat *c) {
   mat change = rotation_change(q);
   mat s = rotated_back(&change, c);
@@ -173,7 +173,7 @@ inline quaternion_t polished(quaternion_t q, const mat *c) {
   return unit4(product(q, (quaternion_t){1, halved.x, halved.y, halved.z}));
 }
 
-// Below this distance to other roots (near a line, or a reflection), the eigenvector needs help.
+// Below this distance to other roots (near a line, or a reflection), the eigenvector is refined.
 #define CLOSE_ROOTS 0.5f
 
 inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {

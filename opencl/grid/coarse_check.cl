@@ -2,7 +2,7 @@
 #include "coarse_map.cl"
 
 #if CUTS
-// The point from which cuts see the material at `index`, for its displacement d before limits.
+// The point from which cuts see the material at `index` with the displacement d before limits.
 inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) {
   const vec v = transformed(grid->frame, index);
 #if AT_REST
@@ -12,8 +12,8 @@ inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) 
 #endif
 }
 
-// Whether a cut may be in the cells: between the middle and a corner, or no farther from the middle,
-// or the void covers a part of them only. `index` is that of the first corners.
+// Whether a cut may be in a cell: it separates the middle from a corner, or is no farther from the
+// middle than a corner, or only a part of the cell is void. `index` is that of the first corners.
 inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t *coarse,
                             __global const float *node_planes, long node, vec index, vec d,
                             real distance) {

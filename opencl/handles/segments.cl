@@ -1,4 +1,4 @@
-// Segments of curves: integrals of weights along a segment, and the few points that have the same.
+// Segments of curves: moments of weights along a segment, and the few points that have the same.
 //
 // Along the segment q(t) = q + t along, t from 0 to 1, the weight of a point is
 // (e2 / (|q(t) - v|^2 + s^2))^n = (e2 / length^2)^n / ((t - f)^2 + a^2)^n, where v projects to q(f) on

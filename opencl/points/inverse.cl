@@ -28,8 +28,8 @@ inline vec residual(const map_t *map, vec x, vec rest, vec displacement, fit_t *
   return vec_scale((real)(-1), vec_add(displacement, map_displacement(map, fit)));
 }
 
-// Whether the displacement leads through an obstacle, so that the material is elsewhere. Only for cuts
-// that stay: in the rest frame the origin x is on its side of the cuts.
+// Whether an obstacle separates x from its image. Only for cuts that stay: in the rest frame the origin
+// x is on its side of the cuts.
 inline integer is_blocked(const map_t *map, vec x, vec displacement) {
 #if CUTS && !AT_REST
   if (!map->cuts.params.regions_compete)
@@ -50,8 +50,8 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 
 // Newton's method from a first guess in `displacement`; returns the residual relative to the size of x.
 // A step that reduces the residual too little is halved, and the next one is at most twice as long, so
-// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. A lane
-// that has ended keeps its result while others go on.
+// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. Lanes
+// that have ended do not change.
 inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
   real smallest = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;

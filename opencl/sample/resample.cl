@@ -72,7 +72,7 @@ inline void store_values(__global VALUE *to, VALUES sampled, int lanes, int comp
   for (int l = 0; l < lanes; ++l) to[l * components] = LANE_VALUE(sampled, l);
 }
 
-// COVARIANT is a constant: with three components known, vectors take 2 % less time.
+// COVARIANT is a constant: with three components at compile time, vectors take 2 % less time.
 #if COVARIANT
 // J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalize`. After the three planes of indices
 // `grid_source_frame` stores nine of J = dG/dv.

@@ -1,5 +1,5 @@
-// Points of an array around a continuous index along one axis: what interpolation takes the values
-// of, its taps, and their weights. The rules are those of vtk_mls/base/interpolation.py.
+// The taps of interpolation along one axis: points of an array around a continuous index, and their
+// weights. The rules are those of vtk_mls/base/interpolation.py.
 
 #if !defined(TAPS) || !defined(OFFSET)
 #error "TAPS or OFFSET is missing"
@@ -70,8 +70,8 @@ HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
   return whole;
 }
 
-// Where taps are in memory. One without weight is the nearest point instead: it must not bring in a
-// NaN or an infinity.
+// Where taps are in memory. A tap without weight is replaced by the nearest point, so that it adds no
+// NaN or infinity.
 inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
   for (int tap = 0; tap < TAPS; ++tap) {
     const integer point = clamp(taps->first + tap, 0, axis->stored - 1);
@@ -82,7 +82,7 @@ inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axi
 // A box of taps around each point, and how far apart in memory they are.
 typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 
-// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z. And the point of
-// the grid that is nearest.
+// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z; and the nearest
+// point of the grid.
 typedef struct { offset_t corner, nearest, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
 #endif
