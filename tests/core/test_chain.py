@@ -303,11 +303,11 @@ def test_the_fitted_grid_follows_far_moves(rng):
 
 
 def test_long_questions_can_be_stopped(rng):
-    seen = []
+    fractions = []
     chain = mixed(rng, "reference")
-    chain.displacement_field(TARGET, progress=seen.append)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1
+    chain.displacement_field(TARGET, progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
     with pytest.raises(Aborted):
         chain.displacement_field(TARGET, progress=lambda done: done > 0.3)
 

@@ -80,7 +80,7 @@ def _increasing(callback):
 
     def report(fraction):
         nonlocal last
-        last = max(last, fraction)  # a question starts again when it runs out of memory
+        last = max(last, fraction)  # a computation restarts when it runs out of memory
         if callback(last):
             raise Aborted(f"stopped at {last:.0%} as `progress` asked")
 

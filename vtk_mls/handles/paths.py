@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base.validation import freeze
 from vtk_mls.handles.curve import Segments
 from vtk_mls.handles.handle_set import HandleSet
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.handles.region import RegionHandle, moved
 from vtk_mls.handles.rigid_motion import screw
 
 
@@ -35,7 +35,7 @@ class RegionStep(RegionHandle):
     @property
     def center(self):
         middle = self.shape.bounds.mean(axis=0)
-        return tuple(_moved(motion, middle[None])[0] for motion in (self.before, self.after))
+        return tuple(moved(motion, middle[None])[0] for motion in (self.before, self.after))
 
 
 def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
@@ -94,7 +94,7 @@ def _positions(handles, share, motions):
     result = along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
     for row, motion in enumerate(motions):
         proxies = handles.region == row
-        result[proxies] = _moved(motion, handles.rest[proxies])
+        result[proxies] = moved(motion, handles.rest[proxies])
     return result
 
 
@@ -107,7 +107,3 @@ def along(places, share):
 
 def _lerp(a, b, share):
     return b.copy() if share == 1 else a + share * (b - a)
-
-
-def _moved(motion, x):
-    return np.einsum("ij,mj->mi", motion[:3, :3], x) + motion[:3, 3]

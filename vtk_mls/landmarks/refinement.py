@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.linear_interpolation import linear
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import ProgressLike, whole
 from vtk_mls.base.validation import freeze, short_repr
 from vtk_mls.queries.transform import Transform
@@ -189,8 +189,8 @@ class _Matcher:
         step, best = _peak(score, at)
         place = grid.at((center + (at + step)[::-1] - self._margin)[None])[0]
         before = grid.index_of(q[None]) - center + self._margin
-        known = np.where(np.isnan(score), -1.0, score)
-        return place, (float(linear(known, before)[0][0]), best), _refusal(score, at, best)
+        values, _ = linear_with_slopes(np.where(np.isnan(score), -1.0, score), before)
+        return place, (float(values[0]), best), _refusal(score, at, best)
 
     def _window(self, places):
         """Values of the moving image at places, NaN for none, and weights, as the window is."""

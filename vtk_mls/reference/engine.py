@@ -34,7 +34,7 @@ _CONVERGED, _FOUND = 1e-12, 1e-5  # residuals that end the iteration, and of an 
 _SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
 _MAX_RESTARTS = 4  # in the samples of a level
 _EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
-_MAX_NUMBERS = 1 << 21  # in a temporary array
+_MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
 
 
@@ -98,10 +98,10 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        rows, known = known_inverses(
+        rows, inverses = known_inverses(
             functools.partial(backward, deformation), deformation, points[part]
         )
-        displacement[part.start + rows], found[part.start + rows] = known, True
+        displacement[part.start + rows], found[part.start + rows] = inverses, True
     return displacement, found
 
 
@@ -396,22 +396,22 @@ def _fit_in_region(deformation, region, v, start=None):
         fit, void_distance = fit_at(slice(None), None), np.full(len(v), np.inf)
     displacement = fit.displacement()
     if deformation.in_rest_frame:
-        ways = [(v, v + displacement)]
+        legs = [(v, v + displacement)]
     else:
-        ways = fit.ways
-        for cut, (after, before) in itertools.product(cuts, ways):
+        legs = fit.legs
+        for cut, (after, before) in itertools.product(cuts, legs):
             void_distance = np.minimum(void_distance, cut.void_distance(after, before))
     for plane, side in zip(deformation.planes, region.sides):
-        for _, before in ways:
+        for _, before in legs:
             void_distance = np.minimum(void_distance, side * plane.height(before))
     return displacement, void_distance, fit
 
 
 def _parts(count, deformation):
-    """Slices of points whose temporary arrays have at most `_MAX_NUMBERS` numbers."""
-    numbers_per_point = max(
+    """Slices of points whose temporary arrays have at most `_MAX_VALUES` values."""
+    values_per_point = max(
         (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * max(c.kind.functions(c) + 3, 6)
         for c in (region.control_points for region in deformation.regions)
     )
-    step = max(1, _MAX_NUMBERS // numbers_per_point)
+    step = max(1, _MAX_VALUES // values_per_point)
     return [slice(start, min(count, start + step)) for start in range(0, count, step)]
