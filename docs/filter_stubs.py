@@ -65,18 +65,20 @@ def _class(kind):
     return "\n".join(lines) + "\n"
 
 
-def _property_method(each, method):
+def _property_method(prop, method):
     """A method of a property, with its help if it has all of it."""
     name = method.__name__
-    gives = "int" if "NumberOf" in name else _type_of(each)
+    gives = "int" if "NumberOf" in name else _type_of(prop)
     result = gives if name.startswith("Get") else "None"
-    taken = {"self": "", **_types_taken(each)}
+    taken = {"self": "", **_types_taken(prop)}
     parameters = [
         f"{parameter}: {taken[parameter.name]}".removesuffix(": ")
         for parameter in inspect.signature(method).parameters.values()
     ]
+    if parameters[-1] == "*row: float" and len(prop.columns) <= 3:
+        parameters[-1:] = [f"{column}: float" for column in prop.columns]
     head = f"    def {name}({', '.join(parameters)}) -> {result}:"
-    if " ".join(each.help.split()) not in " ".join(method.__doc__.split()):
+    if " ".join(prop.help.split()) not in " ".join(method.__doc__.split()):
         return f"{head} ..."
     text = method.__doc__.replace("\n", "\n        ").replace("        \n", "\n")
     end = "\n        " if "\n" in text else ""
@@ -88,26 +90,25 @@ def _method(method):
     return f"    def {method.__name__}({names}) -> Any: ..."
 
 
-def _types_taken(each):
+def _types_taken(prop):
     """Types of what setters are given, by the names of their parameters."""
+    value = _VALUES.get(prop.name) or _type_of(prop)
+    if isinstance(prop, properties.Choice):
+        value = f"Literal[{', '.join(repr(choice) for choice in prop.choices)}]".replace("'", '"')
+    elif isinstance(prop, properties.ArrayNames):
+        value = "str"
+    elif isinstance(prop, properties.Text) and prop.name not in _VALUES:
+        value = "str | None"
     return {
-        "value": _VALUES.get(each.name) or _type_of(each),
-        "values": "ArrayLike" if isinstance(each, properties.Rows) else "float | Sequence[float]",
-        "choice": f"Literal[{', '.join(_quoted(each))}]",
-        "wanted": "bool",
-        "text": _VALUES.get(each.name) or "str | None",
-        "name": "str",
+        "value": value,
+        "values": "ArrayLike" if isinstance(prop, properties.Rows) else "float | Sequence[float]",
         "index": "int",
         "count": "int",
-        **dict.fromkeys(("x", "y", "z", "weight", "row"), "float"),
+        "row": "float",
     }
 
 
-def _quoted(each):
-    return [f'"{choice}"' for choice in getattr(each, "choices", ())]
-
-
-def _type_of(each):
+def _type_of(prop):
     """The type of the value of a property."""
     types = {
         properties.TransformFile: "Transform | str | PathLike[str]",
@@ -115,13 +116,13 @@ def _type_of(each):
         properties.Choice: "str",
         properties.Text: "str",
         properties.ArrayNames: "tuple[str, ...]",
-        properties.Values: f"tuple[{_VALUES.get(each.name)}, ...]",
-        properties.Value: _VALUES.get(each.name),
+        properties.Values: f"tuple[{_VALUES.get(prop.name)}, ...]",
+        properties.Value: _VALUES.get(prop.name),
         properties.Positions: "tuple[tuple[float, float, float], ...]",
         properties.Planes: "tuple[tuple[float, ...], ...]",
         properties.Factors: "tuple[float, ...]",
-        properties.Number: type(each.default).__name__,
+        properties.Number: type(prop.default).__name__,
     }
-    if isinstance(each, properties.Vector):
-        return f"tuple[{type(each.default[0]).__name__}, ...]"
-    return next(name for kind, name in types.items() if isinstance(each, kind))
+    if isinstance(prop, properties.Vector):
+        return f"tuple[{type(prop.default[0]).__name__}, ...]"
+    return next(name for kind, name in types.items() if isinstance(prop, kind))

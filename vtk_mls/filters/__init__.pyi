@@ -16,7 +16,7 @@ from vtk_mls.queries.transform import Transform
 
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetMode(self, choice: Literal["points", "lattice", "file"]) -> None:
+    def SetMode(self, value: Literal["points", "lattice", "file"]) -> None:
         """points: the rest positions are listed; lattice: they fill a box regularly; file: they
         are read from one.
 
@@ -24,7 +24,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetMode(self) -> str: ...
-    def SetFileName(self, text: str | None) -> None:
+    def SetFileName(self, value: str | None) -> None:
         """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
         which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
         list of deformed positions goes first, if it is not empty.
@@ -33,7 +33,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetFileName(self) -> str: ...
-    def SetDeformedFileName(self, text: str | None) -> None:
+    def SetDeformedFileName(self, value: str | None) -> None:
         """File with the positions q that control points were moved to, such as markups; or none.
         They are matched with their p by labels, or else by order.
 
@@ -41,7 +41,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetDeformedFileName(self) -> str: ...
-    def SetSpace(self, choice: Literal["lps", "ras"]) -> None:
+    def SetSpace(self, value: Literal["lps", "ras"]) -> None:
         """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
         patient's left, y to the back, z to the head), as from MLS Image Reader.
 
@@ -105,7 +105,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
 
 class MLSDeform(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+    def SetKind(self, value: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
         """How the space between the control points follows them: rigid keeps sizes and angles as
         well as it can, similarity allows a change of size, affine allows shear, polynomial
         bends most freely.
@@ -158,7 +158,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
+    def SetCutType(self, value: Literal["none", "plane", "half-plane"]) -> None:
         """A cut through the volume beside those of the input Cuts: a plane divides everything; a
         half-plane has an edge through its origin, and begins there.
 
@@ -202,7 +202,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+    def SetCutFrame(self, value: Literal["rest", "deformed"]) -> None:
         """Where cuts are: rest, in the undeformed volume, and the material takes them along;
         deformed, in the deformed space, where they stay, and material that is moved through
         them is lost.
@@ -261,7 +261,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
     def SetNumberOfWeights(self, count: int) -> None: ...
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
+    def SetHandleShapes(self, value: Literal["points", "cells"]) -> None:
         """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
         without a cell, are points, lines are curves, and closed surfaces are rigid regions.
 
@@ -330,7 +330,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
         """Transform that moves the material first, so that the handles correct it: a file of ITK,
         ANTs or 3D Slicer with an affine transform or a displacement field that resamples
         images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
@@ -342,14 +342,14 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
-    def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
+    def SetInterpolation(self, value: Literal["nearest", "linear", "cubic"]) -> None:
         """How values between the points of the input are interpolated.
 
         One of "nearest", "linear", "cubic"; default: "linear".
         """
 
     def GetInterpolation(self) -> str: ...
-    def AddLabelArray(self, name: str) -> None:
+    def AddLabelArray(self, value: str) -> None:
         """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
         the interpolation is.
 
@@ -372,7 +372,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetBackground(self) -> float: ...
-    def SetOutputGrid(self, choice: Literal["input", "fitted", "given"]) -> None:
+    def SetOutputGrid(self, value: Literal["input", "fitted", "given"]) -> None:
         """Grid of the output: that of the input; fitted, with the input's spacing but large enough
         for the deformed volume; or given by dimensions, spacing and origin.
 
@@ -431,7 +431,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetSplitCells(self) -> bool: ...
-    def SetVoidValues(self, choice: Literal["background", "continued"]) -> None:
+    def SetVoidValues(self, value: Literal["background", "continued"]) -> None:
         """What arrays hold in the void: the background; or continued, as if the material of each
         side went on behind the face of the cut. Turn HideVoid off, contour or slice that and
         clip the result by VoidDistance at 0: it ends at the face without steps.
@@ -452,7 +452,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateOverlap(self) -> bool: ...
-    def SetGradientArray(self, text: str | None) -> None:
+    def SetGradientArray(self, value: str | None) -> None:
         """Point scalars whose gradient in the deformed volume is wanted, as the point array
         Gradient, for shading: it follows the deformation exactly.
 
@@ -463,7 +463,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGradientArray(self) -> str: ...
-    def AddGradientVectorArray(self, name: str) -> None:
+    def AddGradientVectorArray(self, value: str) -> None:
         """Arrays of the input that are gradients, and are transformed as such (covariantly). So
         are the active normals, without being named.
 
@@ -479,7 +479,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetNormalizeGradient(self) -> bool: ...
-    def AddPushForwardArray(self, name: str) -> None:
+    def AddPushForwardArray(self, value: str) -> None:
         """Arrays of vectors that move with the material, as velocities do, and are transformed as
         such (contravariantly).
 
@@ -546,7 +546,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
+    def SetDevice(self, value: str | None) -> None:
         """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
         platform:device as in 0:1; reference for the slow float64 specification in numpy.
 
@@ -567,7 +567,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
 class MLSDisplacementField(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+    def SetKind(self, value: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
         """How the space between the control points follows them: rigid keeps sizes and angles as
         well as it can, similarity allows a change of size, affine allows shear, polynomial
         bends most freely.
@@ -620,7 +620,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
+    def SetCutType(self, value: Literal["none", "plane", "half-plane"]) -> None:
         """A cut through the volume beside those of the input Cuts: a plane divides everything; a
         half-plane has an edge through its origin, and begins there.
 
@@ -664,7 +664,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
+    def SetCutFrame(self, value: Literal["rest", "deformed"]) -> None:
         """Where cuts are: rest, in the undeformed volume, and the material takes them along;
         deformed, in the deformed space, where they stay, and material that is moved through
         them is lost.
@@ -723,7 +723,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
     def SetNumberOfWeights(self, count: int) -> None: ...
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
+    def SetHandleShapes(self, value: Literal["points", "cells"]) -> None:
         """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
         without a cell, are points, lines are curves, and closed surfaces are rigid regions.
 
@@ -792,7 +792,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
         """Transform that moves the material first, so that the handles correct it: a file of ITK,
         ANTs or 3D Slicer with an affine transform or a displacement field that resamples
         images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
@@ -865,7 +865,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
+    def SetDevice(self, value: str | None) -> None:
         """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
         platform:device as in 0:1; reference for the slow float64 specification in numpy.
 
@@ -883,7 +883,7 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
 
 class MLSLandmarkReport(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetDevice(self, text: str | None) -> None:
+    def SetDevice(self, value: str | None) -> None:
         """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
         platform:device as in 0:1; reference for the slow float64 specification in numpy.
 
