@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkFiltersCore import (
-    vtkCleanPolyData,
-    vtkPolyDataConnectivityFilter,
-    vtkTriangleFilter,
-)
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import without_empty
+from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
 
 
 def own_cuts(kind, origin, normal, inward):
@@ -51,16 +46,11 @@ def surfaces(polydata):
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    bare = vtkPolyData()
-    bare.SetPoints(points)
-    bare.SetPolys(polydata.GetPolys())
-    bare.SetStrips(polydata.GetStrips())
     triangles, clean, parts = (
-        vtkTriangleFilter(),
+        triangulated(polydata),
         vtkCleanPolyData(),
         vtkPolyDataConnectivityFilter(),
     )
-    triangles.SetInputData(without_empty(bare))
     clean.SetInputConnection(triangles.GetOutputPort())
     clean.SetConvertPolysToLines(False)
     parts.SetInputConnection(clean.GetOutputPort())
@@ -74,14 +64,13 @@ def surfaces(polydata):
         )
     parts.Update()
     result = parts.GetOutput()
-    positions = arrays.to_numpy(result.GetPoints().GetData())
-    corners = arrays.to_numpy(result.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[corners[:, 0]]
-    found = []
-    for number in range(part.max() + 1):
-        used, rows = np.unique(corners[part == number], return_inverse=True)
+    triangles = connectivity_of(result.GetPolys())[0].reshape(-1, 3)
+    part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[triangles[:, 0]]
+    cuts = []
+    for index in range(part.max() + 1):
+        used, rows = np.unique(triangles[part == index], return_inverse=True)
         try:
-            found.append(Surface(positions[used], rows.reshape(-1, 3)))
+            cuts.append(Surface(positions_of(result)[used], rows.reshape(-1, 3)))
         except ValueError as error:
             raise ValueError(f"`Cuts` has no usable surface: {error}") from error
-    return found
+    return cuts

@@ -126,9 +126,7 @@ class MLSDisplacementField(DeformingFilter):
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
-        starts = range(0, grid.size, _CHUNK)
-        for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-            part = slice(start, min(start + _CHUNK, grid.size))
+        for part, chunk in progress.chunks(grid.size, _CHUNK):
             x = grid.points(part.start, part.stop)
             searching, mapping = chunk.divided(2, 1)
             field = deformation.forward_field(x, searching)

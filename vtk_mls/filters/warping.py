@@ -26,9 +26,10 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cell_quality import scaled_jacobians
 from vtk_mls.vtk.cells import (
     FACES,
+    convert_integer_points,
     is_empty,
     make_boxes_free,
-    make_points_real,
+    positions_of,
     set_positions,
     without_empty,
 )
@@ -151,7 +152,7 @@ class Warp:
         cuts = self.deformation.cuts
         make = partial(split, self.mesh, cuts, progress)
         divided, to_cut, side = self.splits.of(self.mesh, cuts, make)
-        x = arrays.to_numpy(divided.GetPoints().GetData())
+        x = positions_of(divided)
         self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
@@ -159,11 +160,11 @@ class Warp:
     def _warp(self, progress):
         """Move the points of the output and add its arrays; the cells are there."""
         arrays.name_normals(self.output)
-        make_points_real(self.output)
+        convert_integer_points(self.output)
         if isinstance(self.output, vtkUnstructuredGrid):
             make_boxes_free(self.output)
         self.ghosts = self.output.GetCellData().GetArray(arrays.GHOSTS)  # without torn cells
-        self.before = arrays.to_numpy(self.output.GetPoints().GetData())
+        self.before = positions_of(self.output)
         tasks = [self._move]
         if self.options.has_jacobian or self.options.has_determinant:
             tasks.append(self._add_jacobian)
@@ -270,7 +271,7 @@ class Warp:
 
     def _points(self):
         """The points of the output (n, 3)."""
-        return arrays.to_numpy(self.output.GetPoints().GetData())
+        return positions_of(self.output)
 
     def _of_points(self):
         """The output's points (n, 3), and where their material is from if that counts, or None."""
@@ -386,9 +387,7 @@ def jacobians(deformation, points, origins, progress):
 
     For the material of `origins` (n, 3), if they are given.
     """
-    starts = range(0, len(points), _CHUNK)
-    for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-        part = slice(start, min(start + _CHUNK, len(points)))
+    for part, chunk in progress.chunks(len(points), _CHUNK):
         finite = np.isfinite(points[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
         finite_origins = None if origins is None else origins[part][finite]

@@ -50,13 +50,10 @@ def classify_cells(deformation, engine, grid, void_distance, progress):
     classifying, mapping = progress.divided(1, 3)
     flags = engine.void_by_corners(void_distance, _min_distance(deformation, grid), classifying)
     cells, layer_size = flags.reshape(-1), flags[0].size
-    slabs = range(0, flags.size, max(1, MAX_SLAB_CELLS // layer_size) * layer_size)
-    for first, part in zip(slabs, mapping.divided(*[1] * len(slabs))):
-        slab = cells[first : first + slabs.step]
-        rows = np.flatnonzero(slab >= UNKNOWN)
+    for slab, part in mapping.chunks(flags.size, max(1, MAX_SLAB_CELLS // layer_size) * layer_size):
+        rows = slab.start + np.flatnonzero(cells[slab] >= UNKNOWN)
         if len(rows):
-            distance = engine.void_distance_listed(deformation, grid.cells, first + rows, part)
-            slab[rows] |= distance < 0
+            cells[rows] |= engine.void_distance_listed(deformation, grid.cells, rows, part) < 0
     touched = (flags & TOUCHED).astype(bool)
     flags &= VOID
     return VoidCells(flags.view(bool), touched)

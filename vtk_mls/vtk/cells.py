@@ -20,7 +20,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
-from vtkmodules.vtkFiltersCore import vtkAppendFilter
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkTriangleFilter
 
 from vtk_mls.vtk import arrays
 
@@ -89,7 +89,25 @@ def set_positions(mesh, positions, vtk_type):
     mesh.SetPoints(points)
 
 
-def make_points_real(mesh):
+def triangle_polydata(points, triangles):
+    """vtkPolyData of points (n, 3) and triangles (m, 3)."""
+    polydata = vtkPolyData()
+    set_positions(polydata, np.asarray(points), VTK_DOUBLE)
+    polydata.SetPolys(cell_array(np.ravel(triangles), 3 * np.arange(len(triangles) + 1)))
+    return polydata
+
+
+def triangulated(polydata):
+    """A vtkTriangleFilter of the polygons and strips of a vtkPolyData."""
+    bare, triangles = vtkPolyData(), vtkTriangleFilter()
+    bare.SetPoints(polydata.GetPoints())
+    bare.SetPolys(polydata.GetPolys())
+    bare.SetStrips(polydata.GetStrips())
+    triangles.SetInputData(without_empty(bare))
+    return triangles
+
+
+def convert_integer_points(mesh):
     """Convert the points of a vtkPointSet to float64 if they are integers."""
     if mesh.GetPoints().GetDataType() not in (VTK_FLOAT, VTK_DOUBLE):
         set_positions(mesh, positions_of(mesh), VTK_DOUBLE)

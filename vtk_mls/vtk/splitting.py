@@ -16,7 +16,7 @@ as they are.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLY_LINE,
@@ -49,6 +49,7 @@ from vtk_mls.vtk.cells import (
     is_empty,
     positions_of,
     set_positions,
+    triangle_polydata,
     without_empty,
 )
 from vtk_mls.vtk.clipping import HEIGHT, clip_cells
@@ -93,7 +94,7 @@ def split(mesh, cuts, progress=SILENT):
     dividing, joining = progress.divided(4, 1)
     if grid.GetNumberOfCells() == 0:
         cuts = ()
-    for cut, part in zip(cuts, dividing.divided(*[1] * len(cuts))):
+    for cut, part in dividing.parts(cuts):
         grid = _divided(grid, cut, extent, part)
     joining.report(0)
     if grid is not whole:  # dividing drops points without cells
@@ -270,7 +271,7 @@ def height_function(cut):
     if plane is not None:
         return plane.height
     oriented, distance = vtkPolyDataNormals(), vtkImplicitPolyDataDistance()
-    oriented.SetInputData(_surface(cut))
+    oriented.SetInputData(triangle_polydata(cut.points, cut.triangles))
     oriented.SplittingOff()
     oriented.Update()
     distance.SetInput(oriented.GetOutput())
@@ -324,16 +325,6 @@ def _values(grid, name):
 
 def _set_array(grid, name, values):
     arrays.add(grid.GetPointData(), name, values.astype(np.float64, copy=False))
-
-
-def _surface(cut):
-    """The triangles of a cut as vtkPolyData."""
-    polydata, points = vtkPolyData(), vtkPoints()
-    points.SetData(arrays.from_numpy(cut.points, VTK_DOUBLE))
-    polydata.SetPoints(points)
-    offsets = 3 * np.arange(len(cut.triangles) + 1)
-    polydata.SetPolys(cell_array(cut.triangles.flatten(), offsets))
-    return polydata
 
 
 def _polydata(grid):
