@@ -59,7 +59,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     the cells of port 1 are handles, and the points of these count only there: curves and regions
     have no path.
 
-    A vtkPointSet on input port 4 is that of port 1, moved: its points, by number, are q then, and
+    A vtkPointSet on input port 4 is that of port 1, moved: its points, by index, are q then, and
     there is no displacement array. So a surface and the output of its vtkTransformFilter are a
     rigid region.
 
@@ -142,8 +142,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         if parallel.is_parallel():
             self._collect(outInfo.GetInformationObject(0))
         for information in inInfo[1:]:
-            for number in range(information.GetNumberOfInformationObjects()):
-                pipeline.request_all(information.GetInformationObject(number))
+            for index in range(information.GetNumberOfInformationObjects()):
+                pipeline.request_all(information.GetInformationObject(index))
         return 1
 
     def _requested_part(self, target, info):
@@ -168,16 +168,16 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         def updated(port):
             count = self.GetNumberOfInputConnections(port)
             time = pipeline.requested_time(info)
-            return [self._update_input(port, number, time) for number in range(count)]
+            return [self._update_input(port, index, time) for index in range(count)]
 
-        return self._after_initial(self._deformation(*self._control_data(updated)))
+        return self._with_initial(self._deformation(*self._control_data(updated)))
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
         data = self._control_data(lambda port: inputs(in_info, port))
-        return self._after_initial(self._warned_of(self._deformation(*data)))
+        return self._with_initial(self._with_warnings(self._deformation(*data)))
 
-    def _after_initial(self, deformation):
+    def _with_initial(self, deformation):
         """The deformation, or a chain of the InitialTransform and the deformation."""
         initial = initial_transforms.read(self.GetInitialTransform(), self._initial_cache)
         if initial is None:
@@ -189,9 +189,9 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         """`Blends` of the deformation by the inputs of RequestData."""
         data = self._control_data(lambda port: inputs(in_info, port))
         _, make = self._recipe(*data)
-        return Blends(self.GetBlend(), self._warned_of(self._deformation(*data)), make)
+        return Blends(self.GetBlend(), self._with_warnings(self._deformation(*data)), make)
 
-    def _warned_of(self, deformation):
+    def _with_warnings(self, deformation):
         """The deformation, after a warning once about its handles."""
 
         def warn():
@@ -314,7 +314,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
         The data are in the box round `corners` (n, 3).
         """
-        initial, deformation = initial_transforms.divided(deformation)
+        initial, deformation = initial_transforms.split_chain(deformation)
         if initial is not None:
             corners = initial.forward(corners)
             corners = corners[np.isfinite(corners).all(axis=1)]
@@ -342,13 +342,13 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     def _step_tasks(self, deformation, output):
         """Functions of a Progress that add the number of steps that prevent folds."""
 
-        _, deformation = initial_transforms.divided(deformation)
+        _, deformation = initial_transforms.split_chain(deformation)
 
         def add(progress):
             progress.report(0)
             data = output.GetFieldData()
-            arrays.add(data, "StepsUsed", np.array([deformation.steps_used], np.int64))
-            arrays.add(data, "SmallestDeterminant", np.array([deformation.smallest_determinant]))
+            arrays.add(data, "StepsUsed", deformation.steps_used)
+            arrays.add(data, "SmallestDeterminant", deformation.smallest_determinant)
 
         return [add] if deformation.steps == 0 else []
 

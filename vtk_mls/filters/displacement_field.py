@@ -135,8 +135,7 @@ class MLSDisplacementField(DeformingFilter):
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, metadata.FORWARD_DISPLACEMENT, displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
-        failures = np.array([np.count_nonzero(~found)], np.int64)
-        arrays.add(output.GetFieldData(), "FailedInverses", failures)
+        arrays.add(output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
         if with_jacobian:
             gradients.add_jacobian(
                 output,
@@ -156,7 +155,7 @@ class MLSDisplacementField(DeformingFilter):
             return _box(self._update_input(0, time=state[-1], request=parallel.request_share))
 
         try:
-            boxes = parallel.made_on_all(box)
+            boxes = parallel.gather_results(box)
         except ValueError as error:
             boxes = error
         self._shared_boxes = state, boxes

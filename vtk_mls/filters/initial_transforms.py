@@ -51,7 +51,7 @@ def read(value, cache):
         raise ValueError(f"`InitialTransform`: {error}") from error
 
 
-def divided(transform):
+def split_chain(transform):
     """The initial transform or None, and the deformation, of `updated_deformation`."""
     return transform.transforms if isinstance(transform, Chain) else (None, transform)
 

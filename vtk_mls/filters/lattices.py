@@ -104,9 +104,9 @@ def _lattices(blocks):
         if signature is None:
             continue
         grid = ImageGeometry.of_image(block).grid
-        for reference, known, places in lattices:
+        for reference, other_signature, places in lattices:
             extent = _extent_on(reference, grid)
-            if known == signature and extent is not None:
+            if other_signature == signature and extent is not None:
                 places.append(_Place(block, extent))
                 break
         else:
@@ -208,12 +208,12 @@ def _values(data, extents, is_cells):
         ]
         if results is None:
             results = [np.zeros(shape + part.shape[3:], part.dtype) for part in parts]
-        known = filled[region]
+        overlap = filled[region]
         for result, part in zip(results, parts):
-            if not np.array_equal(result[region][known], part[known], equal_nan=True):
+            if not np.array_equal(result[region][overlap], part[overlap], equal_nan=True):
                 return None
             result[region] = part
-        known[...] = True
+        filled[region] = True
     if not filled.all():
         return None
     return [result.reshape(-1, *result.shape[3:]) for result in results]

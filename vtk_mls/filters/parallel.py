@@ -20,7 +20,7 @@ def is_parallel():
     return controller is not None and controller.GetNumberOfProcesses() > 1
 
 
-def on_all(value):
+def all_gather(value):
     """What each process gives, in the order of ranks: every process must call this.
 
     Parameters
@@ -33,14 +33,14 @@ def on_all(value):
     """
     controller = vtkMultiProcessController.GetGlobalController()
     own = pickle.dumps(value)
-    lengths = _gathered(controller, np.array([len(own)], np.int64).tobytes())
+    lengths = _gather(controller, np.array([len(own)], np.int64).tobytes())
     ends = np.cumsum(np.frombuffer(lengths, np.int64)).tolist()
-    everything = _gathered(controller, own)
+    everything = _gather(controller, own)
     return [pickle.loads(everything[start:end]) for start, end in zip([0, *ends], ends)]
 
 
-def made_on_all(make):
-    """What `make` returns on each process, as `on_all` has it; if it fails on one, then on all.
+def gather_results(make):
+    """What `make` returns on each process, as `all_gather` has it; if it fails on one, then on all.
 
     Parameters
     ----------
@@ -59,21 +59,21 @@ def made_on_all(make):
         share, problem = make(), None
     except Exception as error:  # whatever it is, the others must not wait for this process
         share, problem = None, str(error) or type(error).__name__
-    answers = on_all((share, problem))
+    answers = all_gather((share, problem))
     for rank, (_, problem) in enumerate(answers):
         if problem is not None:
             raise ValueError(f"{problem} (on process {rank} of {len(answers)})")
     return [share for share, _ in answers]
 
 
-def polydata_on_all(make):
+def gather_polydata(make):
     """Polydata that some processes have, on all of them: every process must call this.
 
     Parameters
     ----------
     make : callable
         Returns this process's share, a list of vtkPolyData, equally many on every process; may
-        fail as that of `made_on_all`.
+        fail as that of `gather_results`.
 
     Returns
     -------
@@ -81,8 +81,8 @@ def polydata_on_all(make):
         Each with the points and cells of all processes, in the order of ranks; where all that have
         any have exactly the same, with these once.
     """
-    shares = made_on_all(lambda: [_packed(polydata) for polydata in make()])
-    return [_joined(parts) for parts in zip(*shares)]
+    shares = gather_results(lambda: [_pack(polydata) for polydata in make()])
+    return [_merge(parts) for parts in zip(*shares)]
 
 
 def request_share(info):
@@ -94,7 +94,7 @@ def request_share(info):
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses())
 
 
-def _gathered(controller, own):
+def _gather(controller, own):
     """The bytes of all processes, one after the other."""
     given, got = vtkCharArray(), vtkCharArray()
     given.SetNumberOfValues(len(own))
@@ -103,7 +103,7 @@ def _gathered(controller, own):
     return np.frombuffer(got, np.uint8).tobytes()
 
 
-def _packed(polydata):
+def _pack(polydata):
     """Bytes, or None without points."""
     if polydata.GetNumberOfPoints() == 0:
         return None
@@ -112,15 +112,15 @@ def _packed(polydata):
     return np.frombuffer(packed, np.uint8).tobytes()
 
 
-def _joined(parts):
+def _merge(parts):
     different = list(dict.fromkeys(part for part in parts if part is not None))
     if len(different) > 1:  # each process has its own
         different = [part for part in parts if part is not None]
     if len(different) == 1:
-        return _unpacked(different[0])
+        return _unpack(different[0])
     join = vtkAppendPolyData()
     for part in different:
-        join.AddInputData(_unpacked(part))
+        join.AddInputData(_unpack(part))
     joined = vtkPolyData()
     if different:
         join.Update()
@@ -128,7 +128,7 @@ def _joined(parts):
     return joined
 
 
-def _unpacked(part):
+def _unpack(part):
     packed, polydata = vtkCharArray(), vtkPolyData()
     packed.SetNumberOfValues(len(part))
     np.frombuffer(packed, np.uint8)[:] = np.frombuffer(part, np.uint8)

@@ -32,8 +32,7 @@ def add_void(attributes, void_distance):
 def add_overlap(output, overlaps):
     """Add "Overlap", (nz, ny, nx) bool, to the points of an image, and "OverlappingPoints"."""
     arrays.add(output.GetPointData(), "Overlap", overlaps.ravel())
-    count = np.array([np.count_nonzero(overlaps)], np.int64)
-    arrays.add(output.GetFieldData(), "OverlappingPoints", count)
+    arrays.add(output.GetFieldData(), "OverlappingPoints", np.count_nonzero(overlaps))
 
 
 def hide(attributes, hidden):

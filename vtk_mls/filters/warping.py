@@ -173,8 +173,8 @@ class Warp:
         if self.options.has_largest_blend:
             tasks.append(self._add_largest_blend)
         for attributes, positions in (
-            (self.output.GetPointData(), self._of_points),
-            (self.output.GetCellData(), self._of_centres),
+            (self.output.GetPointData(), self._point_positions),
+            (self.output.GetCellData(), self._center_positions),
         ):
             directions = self.options.directions.of(attributes)
             if directions:
@@ -195,7 +195,7 @@ class Warp:
         displacement, found = self._from_rest(field)
         arrays.add(points, "ForwardDisplacement", displacement)
         arrays.add(points, "NoInverse", ~found)
-        self._count("FailedInverses", np.count_nonzero(~found))
+        arrays.add(self.output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
 
     def _from_rest(self, field):
         """Displacements of the points from the input, and whether they were found."""
@@ -212,8 +212,8 @@ class Warp:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self.inverted, unchecked = self._count_inverted(self._points(), jacobian)
-            self._count("InvertedCells", self.inverted)
-            self._count("UncheckedCells", unchecked)
+            arrays.add(self.output.GetFieldData(), "InvertedCells", self.inverted)
+            arrays.add(self.output.GetFieldData(), "UncheckedCells", unchecked)
 
     def _jacobians(self, deformation, moved, progress):
         """Slices of the points, and Jacobians where a deformation has `moved` them."""
@@ -247,7 +247,7 @@ class Warp:
             self.inverted, _ = self._count_inverted(self._points(), jacobian)
         if self.inverted > 0:
             blend = largest_blend(blend, self._inverts, searching)
-        arrays.add(self.output.GetFieldData(), "LargestBlend", np.array([blend], np.float64))
+        arrays.add(self.output.GetFieldData(), "LargestBlend", float(blend))
 
     def _inverts(self, blend, progress):
         """Whether some cell is inside out at a blend."""
@@ -273,7 +273,7 @@ class Warp:
         """The points of the output (n, 3)."""
         return positions_of(self.output)
 
-    def _of_points(self):
+    def _point_positions(self):
         """The output's points (n, 3), and where their material is from if that counts, or None."""
         return self._positions(self.deformation, self._points())
 
@@ -283,17 +283,14 @@ class Warp:
             return moved, self._off_cuts(self.before)
         return self._off_cuts(moved), None
 
-    def _of_centres(self):
-        """The same for the centres of its cells."""
+    def _center_positions(self):
+        """The same for the centers of its cells."""
         if not self.deformation.in_rest_frame:
-            return centres(self.output), None
+            return cell_centers(self.output), None
         before = self.output.NewInstance()
         before.ShallowCopy(self.output)
         set_positions(before, self.before, VTK_DOUBLE)
-        return centres(self.output), centres(before)
-
-    def _count(self, name, number):
-        arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
+        return cell_centers(self.output), cell_centers(before)
 
 
 def offset_from_cuts(deformation, positions, to_cut, side):
@@ -359,7 +356,7 @@ def _stamp(thing):
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def centres(mesh):
+def cell_centers(mesh):
     """Centres of the cells (n, 3); NaN for cells without points."""
     filled = without_empty(mesh)
     centers = vtkCellCenters()

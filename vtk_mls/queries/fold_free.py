@@ -19,7 +19,7 @@ _MAX_POINTS = 1 << 18
 # Next to handles, as fractions of the way to each of the nearest others: on the way and on the
 # other side, and beside the way.
 _FRACTIONS = -0.25, 0.1, 0.25, 0.5
-_BESIDE = 0.15, 0.35, 0.6
+_LATERAL = 0.15, 0.35, 0.6
 _NEIGHBORS = 4
 _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
 
@@ -117,5 +117,5 @@ def _near_handles(handles):
     on_way = [start + share * away for share in _FRACTIONS]
     length = np.linalg.norm(away, axis=2, keepdims=True)
     sides = np.concatenate([np.eye(3), -np.eye(3)])
-    beside = [start + away / 2 + share * length * side for share in _BESIDE for side in sides]
-    return np.concatenate(on_way + beside).reshape(-1, 3)
+    lateral = [start + away / 2 + share * length * side for share in _LATERAL for side in sides]
+    return np.concatenate(on_way + lateral).reshape(-1, 3)

@@ -468,6 +468,6 @@ class Transform:
         """`face_gradients.nearest_face` at `points`."""
         return face_gradients.nearest_face(self, points, origins)
 
-    def _known_positions(self, grid):
+    def _material_samples(self, grid):
         """Positions (n, 3) of some material before and after the transform, near a grid."""
         raise NotImplementedError

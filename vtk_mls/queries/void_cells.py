@@ -72,14 +72,14 @@ def _min_distance(deformation, grid):
     return max(np.linalg.norm(diagonals @ matrix.T, axis=1).max() for matrix in matrices)
 
 
-def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]:
+def by_corners(void_distance: NDArray[np.float32], min_distance: float) -> NDArray[Any]:
     """Classify cells by the void distances at their corners.
 
     Parameters
     ----------
     void_distance : (nz, ny, nx) float32, world units
         At the points of a grid.
-    least : float, world units
+    min_distance : float, world units
         Smallest distance of the corners of a cell that is far from every face.
 
     Returns
@@ -89,7 +89,7 @@ def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]
     """
     low, high = (_over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
     with np.errstate(invalid="ignore"):  # infinite distances have no difference, and stay unknown
-        far = np.maximum(FAR * _largest_of_neighbors(high - low), least)
+        far = np.maximum(FAR * _largest_of_neighbors(high - low), min_distance)
     is_void, is_full = high < -far, low > far
     flags = np.where(is_void, VOID, np.where(is_full, 0, UNKNOWN)).astype(np.uint8)
     is_touched = _over_corners(np.maximum, void_distance < 0)

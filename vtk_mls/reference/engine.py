@@ -18,7 +18,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
-from vtk_mls.queries.known_inverses import known_inverses
+from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
 from vtk_mls.queries.vector_fields import sampled_parts
 from vtk_mls.reference import rest_frame
@@ -96,10 +96,10 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        rows, known = known_inverses(
+        rows, direct = direct_inverses(
             functools.partial(backward, deformation), deformation, points[part]
         )
-        displacement[part.start + rows], found[part.start + rows] = known, True
+        displacement[part.start + rows], found[part.start + rows] = direct, True
     return displacement, found
 
 

@@ -78,7 +78,7 @@ class RestSurface:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], point_arrays, parts, unit=True)
         if cell_arrays:
-            moved, rest = (warping.centres(surface) for surface in (output, self.surface))
+            moved, rest = (warping.cell_centers(surface) for surface in (output, self.surface))
             parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
             warping.transform(data[1], cell_arrays, parts, unit=True)

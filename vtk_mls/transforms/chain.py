@@ -85,8 +85,8 @@ class Chain(PointwiseTransform):
         found = np.ones(len(x), bool)
         for member, part in progress.parts(self.transforms):
             displacement, is_found = member._engine.forward(member, v, part)
-            is_lost = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
-            displacement = np.where(is_lost[:, None] & np.isfinite(v), 0, displacement)
+            is_too_far = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
+            displacement = np.where(is_too_far[:, None] & np.isfinite(v), 0, displacement)
             v, found = v + displacement, found & is_found
         return v - x, found
 

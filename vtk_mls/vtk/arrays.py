@@ -197,13 +197,14 @@ def ids(values):
 
 
 def add(attributes, name, values):
-    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType.
+    """Add (n,) or (n, components) values, or one number: float32, float64, uint8, bool or integers.
 
-    The array may share their memory, as `from_numpy` says.
+    Integers become vtkIdType. The array may share the memory of `values`, as `from_numpy` says.
     """
+    values = np.atleast_1d(values)
     if values.dtype == bool:
         values = values.view(np.uint8)
-    if values.dtype == np.int64:
+    if values.dtype.kind == "i":
         array = ids(values)
     else:
         vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR}
@@ -326,7 +327,7 @@ def set_values(attributes, values, source):
             array = from_numpy(new, old.GetDataType())
             array.SetLookupTable(old.GetLookupTable())
         else:
-            array = _picked(old, new)
+            array = _pick_tuples(old, new)
         array.SetName(old.GetName())
         array.CopyComponentNames(old)
         attributes.AddArray(array)
@@ -448,7 +449,7 @@ def _dtype(array):
 _ID = _dtype(vtkIdTypeArray())
 
 
-def _picked(array, index):
+def _pick_tuples(array, index):
     """The tuples `index` of a vtkAbstractArray; none where negative."""
     result = array.NewInstance()
     result.SetNumberOfComponents(array.GetNumberOfComponents())

@@ -199,7 +199,7 @@ def append_empty(grid, mesh):
     arrays_and_roles = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in indices]
     data.Initialize()
     for array, role in arrays_and_roles:
-        longer = _with_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
+        longer = _append_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
         position = data.AddArray(longer)
         if role >= 0:
             data.SetActiveAttribute(position, role)
@@ -212,7 +212,7 @@ def _of_same_kind(attributes, array, role):
     return attributes.GetAbstractAttribute(role) if role >= 0 else None
 
 
-def _with_tuples(array, source, rows):
+def _append_tuples(array, source, rows):
     """A copy of an array, and behind it the tuples `rows` of another; zeros if that is None."""
     longer = array.NewInstance()
     longer.DeepCopy(array)

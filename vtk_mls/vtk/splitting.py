@@ -95,7 +95,7 @@ def split(mesh, cuts, progress=SILENT):
     if grid.GetNumberOfCells() == 0:
         cuts = ()
     for cut, part in dividing.parts(cuts):
-        grid = _divided(grid, cut, extent, part)
+        grid = _divide(grid, cut, extent, part)
     joining.report(0)
     if grid is not whole:  # dividing drops points without cells
         grid = append_meshes([grid, _without_cells(whole)])
@@ -161,7 +161,7 @@ def _extent(positions):
     return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
 
 
-def _divided(grid, cut, extent, progress):
+def _divide(grid, cut, extent, progress):
     """`grid` with its points on `cut` doubled."""
     progress.report(0)
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
@@ -183,7 +183,7 @@ def _divided(grid, cut, extent, progress):
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
     keys = _keys(parts, cut, positions, extent)
     progress.report(0.8)
-    return _joined([part for _, part in parts], keys)
+    return _join([part for _, part in parts], keys)
 
 
 def _keys(parts, cut, positions, extent):
@@ -224,7 +224,7 @@ def _same(x, y):
     return ((x == y) | (np.isnan(x) & np.isnan(y))).all(axis=1)
 
 
-def _joined(parts, keys):
+def _join(parts, keys):
     """The parts as one mesh in which points with the same key are one."""
     grid = append_meshes(parts)
     keys = np.concatenate(keys).astype(np.int64)
