@@ -38,16 +38,16 @@ class LatticeBlock(NamedTuple):
 
 
 class Lattices:
-    """The joined images of the blocks that a filter goes through.
+    """The joined images of the blocks of a composite input.
 
-    They need the memory of the blocks once more, until `end`.
+    They need as much memory as the blocks, until `end`.
     """
 
     def __init__(self):
         self._input, self._blocks = vtkWeakReference(), None
 
     def begin(self, composite):
-        """Note composite data, whose blocks may not be up to date yet."""
+        """Begin composite data, whose blocks need not be up to date yet."""
         self._input.Set(composite)
         self._blocks = None
 
@@ -76,8 +76,8 @@ def lattice_blocks(blocks):
     """The `LatticeBlock` of each image that is a block of another one, by its `__this__`.
 
     Blocks are joined if they touch or overlap, have the same arrays with the same values where they
-    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or at
-    the same place as another one, are left alone.
+    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or with
+    the extent of another one, are not joined.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _lattices(blocks):
 
 
 def _signature(block):
-    """What the arrays of all blocks of an image have in common; None for others."""
+    """Names and types of the arrays of an image; None if it cannot be joined to others."""
     if not isinstance(block, vtkImageData) or block.GetNumberOfPoints() == 0:
         return None
     signature = [metadata.load(block, metadata.LABEL_ARRAYS)]

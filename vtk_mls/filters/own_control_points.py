@@ -18,9 +18,9 @@ class OwnControlPoints:
         Parameters
         ----------
         rest : (n, 3) float64, optional
-            p, if they are not those listed.
+            p, in place of RestPoints.
         deformed, weights : (n, 3) and (n,) float64, optional
-            What counts where the list is empty.
+            Defaults for empty lists.
 
         Returns
         -------
@@ -30,7 +30,7 @@ class OwnControlPoints:
         Raises
         ------
         ValueError
-            If the lists differ in length, or what they hold is not numbers.
+            If the lists differ in length, or do not hold numbers.
         """
         if rest is None:
             rest = as_float_rows("RestPoints", self.GetRestPoints(), (3,))

@@ -1,4 +1,4 @@
-"""Data that lie on some processes of a parallel program, brought to all of them."""
+"""Data of some processes of a parallel program, gathered on all of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def is_parallel():
 
 
 def all_gather(value):
-    """What each process gives, in the order of ranks: every process must call this.
+    """The values of all processes, in the order of ranks. Every process must call this.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def all_gather(value):
 
 
 def gather_results(make):
-    """What `make` returns on each process, as `all_gather` has it; if it fails on one, then on all.
+    """`all_gather` of the results of `make`. If it fails on one process, it fails on all.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ def gather_results(make):
     Raises
     ------
     ValueError
-        If `make` raised anything on a process; with its message.
+        With the message of any exception that `make` raised on a process.
     """
     try:
         share, problem = make(), None
-    except Exception as error:  # whatever it is, the others must not wait for this process
+    except Exception as error:  # the other processes must not wait
         share, problem = None, str(error) or type(error).__name__
     answers = all_gather((share, problem))
     for rank, (_, problem) in enumerate(answers):
@@ -67,19 +67,19 @@ def gather_results(make):
 
 
 def gather_polydata(make):
-    """Polydata that some processes have, on all of them: every process must call this.
+    """Polydata of all processes, merged. Every process must call this.
 
     Parameters
     ----------
     make : callable
-        Returns this process's share, a list of vtkPolyData, equally many on every process; may
-        fail as that of `gather_results`.
+        Returns a list of vtkPolyData, of the same length on every process; may fail as that of
+        `gather_results`.
 
     Returns
     -------
     list of vtkPolyData
-        Each with the points and cells of all processes, in the order of ranks; where all that have
-        any have exactly the same, with these once.
+        Each with the points and cells of all processes, in the order of ranks. Data that are equal
+        on all processes with points count once.
     """
     shares = gather_results(lambda: [_pack(polydata) for polydata in make()])
     return [_merge(parts) for parts in zip(*shares)]

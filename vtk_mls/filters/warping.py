@@ -1,4 +1,4 @@
-"""Point sets, moved forward by the inverse of the map that deforms images."""
+"""Deformation of point sets by the inverse of the map that deforms images."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CHUNK = 1 << 20
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
-# How to get what the geometry of a mesh consists of.
+# Getters of the objects that hold the geometry of a mesh.
 _PARTS = {
     vtkPointSet: (vtkPointSet.GetPoints,),
     vtkRectilinearGrid: (
@@ -80,7 +80,7 @@ def output_type(mesh, splits):
 
 
 class MeshCache:
-    """Cached values made of meshes, valid while the mesh (without field data) and a key stay.
+    """Cached values for meshes, valid while the mesh (without field data) and a key are unchanged.
 
     Control points are dragged far more often than cuts are moved.
     """
@@ -274,17 +274,17 @@ class Warp:
         return positions_of(self.output)
 
     def _point_positions(self):
-        """The output's points (n, 3), and where their material is from if that counts, or None."""
+        """`_positions` of the points of the output."""
         return self._positions(self.deformation, self._points())
 
     def _positions(self, deformation, moved):
-        """Points (n, 3) moved by a deformation; and where they are from if that counts, or None."""
+        """Positions (n, 3) at which a deformation is evaluated, and origins (n, 3) or None."""
         if deformation.in_rest_frame:
             return moved, self._off_cuts(self.before)
         return self._off_cuts(moved), None
 
     def _center_positions(self):
-        """The same for the centers of its cells."""
+        """`_positions` of the centers of the cells of the output."""
         if not self.deformation.in_rest_frame:
             return cell_centers(self.output), None
         before = self.output.NewInstance()
@@ -331,7 +331,7 @@ def transform(attributes, directions, parts, unit):
 
 
 def stamps(mesh):
-    """When all that a divided mesh depends on was last changed; VTK's time stamps are unique.
+    """Time stamps of all objects that a divided mesh depends on.
 
     Those of the point data and the cell data do not count: since VTK 9.7 vtkTransformFilter, for
     one, changes them in its input though no array changes.
@@ -352,7 +352,7 @@ def _stamps_of_parts(thing):
 
 
 def _stamp(thing):
-    """When a vtkObject was changed itself, whatever it is made of; None for None."""
+    """The time stamp of a vtkObject without its parts; None for None."""
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
@@ -393,7 +393,7 @@ def jacobians(deformation, points, origins, progress):
 
 
 def copy(mesh, output):
-    """Make `output` a copy of `mesh` with points of its own to be."""
+    """Fill `output` with `mesh`; a vtkRectilinearGrid becomes a vtkStructuredGrid."""
     if not isinstance(mesh, vtkRectilinearGrid):
         output.ShallowCopy(mesh)
         return

@@ -13,7 +13,7 @@ from vtk_mls.model.options import MAX_STEPS
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
-_LATTICE = 20  # points along each axis of a box or grid; their middles are looked at, too
+_LATTICE = 20  # points along each axis of a box or grid; their middles are sampled, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
 # Next to handles, as fractions of the way to each of the nearest others: on the way and on the
@@ -54,13 +54,13 @@ def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int,
 def smallest_determinant(engine, deformation, where=None, progress=SILENT) -> float:
     """The smallest determinant of the Jacobian of a step, as of `enough_steps`.
 
-    Looked at are points of the deformed space, followed through all steps, and for each step points
-    near the handles.
+    It is sampled at points of the deformed space, which are followed through all steps, and for
+    each step at points near the handles.
     """
     whole, near = progress.divided(3, 1)
     smallest = engine.least_determinant(deformation, _points(deformation, where), whole).min()
     if deformation.in_rest_frame and deformation.obstacles:
-        return float(smallest)  # cuts see from the end of all steps
+        return float(smallest)  # positions after all steps decide what cuts separate
     for k in near.over(range(deformation.steps_used)):
         points = np.concatenate(
             [
@@ -75,7 +75,7 @@ def smallest_determinant(engine, deformation, where=None, progress=SILENT) -> fl
 
 
 def _points(deformation, where):
-    """Points (m, 3) of the deformed space that stand for a Grid, for points, or for a box."""
+    """Samples (m, 3) of a Grid, of points, or of a box around the handles."""
     if isinstance(where, Grid):
         size = np.array(where.dimensions) - 1
         step = np.maximum(size / (_LATTICE - 1), 1)

@@ -1,4 +1,4 @@
-"""The questions that every transform answers: deformations, affine maps, fields and chains."""
+"""The methods of all transforms: deformations, affine maps, fields and chains."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def question(progress: ProgressLike) -> Iterator[Progress]:
 
 
 class Transform:
-    """A map between the undeformed and the deformed space: `Deformation` and what chains hold.
+    """A map between the undeformed and the deformed space.
 
     The backward map G gives for each point v of the deformed space the origin of its material.
 

@@ -1,4 +1,11 @@
-"""Voids that cuts have opened in the cells between the points of a grid."""
+"""Voids that cuts have opened in the cells between the points of a grid.
+
+A cell is void if its center is: if the void distance there is negative. `classify_cells` finds them
+in two passes. `by_corners` decides cells that are far from every face of a void, from the void
+distances at their corners; a device runs it as opencl/grid/void_by_corners.cl. The map is evaluated
+at the centers of the others (`Engine.void_distance_listed`). The public method is
+`Transform.void_of_cells`; filters/resampling.py stores the result as the cell array "Void".
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Transforms that are evaluated point by point: what `Affine`, `Field` and `Chain` share."""
+"""Base of `Affine`, `Field` and `Chain`, which are evaluated point by point."""
 
 from __future__ import annotations
 

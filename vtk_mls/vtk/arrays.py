@@ -1,4 +1,4 @@
-"""VTK <-> numpy, in both directions, only here."""
+"""VTK arrays as numpy arrays, and back."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class ImageGeometry:
     extent : (6,) ints
         First and last index along each axis; the first need not be 0.
     origin, spacing : (3,) floats, world coordinates and units
-        The origin is the place of index (0, 0, 0), in the extent or not. Along an axis of one point
-        the spacing may be 0, which counts as 1.
+        The origin is the position of index (0, 0, 0), which need not be in the extent. Along an
+        axis of one point the spacing may be 0, which counts as 1.
     direction : (9,) floats
         Direction matrix, row by row.
     """
@@ -159,13 +159,13 @@ def to_numpy(array):
 def from_numpy(values, vtk_type):
     """A vtkDataArray of the type `vtk_type` that shares the memory of `values` if it can.
 
-    Memory is shared from VTK 9.7 on. Before, nothing could keep it alive for shallow copies of the
-    array, which ParaView makes, and it is copied.
+    Memory is shared from VTK 9.7 on. Older versions cannot keep it alive for shallow copies of the
+    array, which ParaView makes: they copy it.
 
     Parameters
     ----------
     values : (n,) or (n, components) array
-        Of the dtype that `to_numpy` gives for the type; VTK would read another as if it were that.
+        Of the dtype that `to_numpy` returns for the type.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def from_numpy(values, vtk_type):
 
 
 def ids(values):
-    """A vtkIdTypeArray of integers (n,), whatever their size and that of vtkIdType."""
+    """A vtkIdTypeArray of integers (n,) of any size."""
     return from_numpy(values.astype(_ID, copy=False), VTK_ID_TYPE)
 
 
@@ -224,7 +224,7 @@ def add_texts(attributes, name, texts):
 
 
 def texts(attributes, name):
-    """The texts of an array (n,); none if there is no such array, or one of something else."""
+    """The texts of an array (n,); an empty list without such an array of strings."""
     array = attributes.GetAbstractArray(name)
     if not isinstance(array, vtkStringArray):
         return []
@@ -234,7 +234,7 @@ def texts(attributes, name):
 
 
 def replace(attributes, name, values):
-    """Give an array of point or cell data other values; it stays an active attribute if it is."""
+    """Replace the values of an array of point or cell data; active attributes stay active."""
     old = attributes.GetArray(name)
     array = from_numpy(values, old.GetDataType())
     array.SetName(name)
@@ -243,7 +243,7 @@ def replace(attributes, name, values):
 
 
 def name_normals(dataset):
-    """Give active normals that have no name one, in a copy: VTK's filters would lose them."""
+    """Name active normals that have no name, in a copy: VTK's filters would lose them."""
     for attributes in (dataset.GetPointData(), dataset.GetCellData()):
         normals = attributes.GetNormals()
         if normals is not None and not normals.GetName():
@@ -284,7 +284,7 @@ def image_values(attributes, grid):
 
 
 def check_lengths(dataset):
-    """Raise if a point or cell array of a vtkDataSet is too short: VTK would read past its end."""
+    """Raise ValueError for a point or cell array that is too short: VTK would read past its end."""
     for attributes, what, count in (
         (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
         (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
@@ -333,7 +333,7 @@ def set_values(attributes, values, source):
         attributes.AddArray(array)
     for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
         active = source.GetAbstractAttribute(kind)
-        # the same id at several points is no global id any more
+        # several points may have the same id now
         if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
             position = [array is active for array in _arrays(source)].index(True)
             attributes.SetActiveAttribute(position, kind)

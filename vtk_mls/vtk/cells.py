@@ -29,17 +29,17 @@ try:
 except ImportError:  # in the releases of VTK 9.2
     from vtkmodules.vtkFiltersExtraction import vtkExtractCells
 
-FACES = (  # of polyhedra, without the copies that the older methods make since VTK 9.4
+FACES = (  # getters for polyhedra; since VTK 9.4 the older ones return copies
     (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
     if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
     else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
 )
-# For each type of box along the axes, the type of any box and its order of corners.
-_BOXES = {
+# For each type of box along the axes, the type of any box, and the order of its points.
+BOXES = {
     VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)),
     VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
 }
-# The cells of vtkPolyData in the order of their data, and the types of those with any size.
+# Cell arrays of vtkPolyData in the order of its cell data, and the cell types of any size.
 _KINDS = {
     "Verts": VTK_POLY_VERTEX,
     "Lines": VTK_POLY_LINE,
@@ -206,14 +206,14 @@ def append_empty(grid, mesh):
 
 
 def _of_same_kind(attributes, array, role):
-    """The array with the name of another, or, if that has none, with its role; None if unknown."""
+    """The array with the name of another or, if that has no name, with its role; None without."""
     if array.GetName():
         return attributes.GetAbstractArray(array.GetName())
     return attributes.GetAbstractAttribute(role) if role >= 0 else None
 
 
 def _append_tuples(array, source, rows):
-    """A copy of an array, and behind it the tuples `rows` of another; zeros if that is None."""
+    """A copy of an array with the tuples `rows` of another appended, or zeros if that is None."""
     longer = array.NewInstance()
     longer.DeepCopy(array)
     count = array.GetNumberOfTuples()
@@ -236,11 +236,11 @@ def make_boxes_free(grid):
     if grid.GetNumberOfCells() == 0:
         return
     types = arrays.cell_types(grid).copy()
-    if not np.isin(types, list(_BOXES)).any():
+    if not np.isin(types, list(BOXES)).any():
         return
     connectivity, offsets = connectivity_of(grid.GetCells())
     connectivity = connectivity.copy()
-    for kind, (free, order) in _BOXES.items():
+    for kind, (free, order) in BOXES.items():
         boxes = np.flatnonzero((types == kind) & (np.diff(offsets) == len(order)))
         first = offsets[boxes][:, None]
         connectivity[first + np.arange(len(order))] = connectivity[first + order]
@@ -253,7 +253,7 @@ def _types(mesh):
     """Types of cells; for vtkPolyData the types for cells of any size."""
     if isinstance(mesh, vtkUnstructuredGrid):
         types = arrays.cell_types(mesh)
-        return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # which must have faces
+        return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # polyhedra need faces
     kinds = polydata_cells(mesh)
     return np.repeat([kind for kind, _ in kinds], [cells.GetNumberOfCells() for _, cells in kinds])
 

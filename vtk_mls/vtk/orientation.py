@@ -1,4 +1,4 @@
-"""Which cells of a mesh a deformation has turned inside out."""
+"""Cells of a mesh that a deformation has turned inside out."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
     VTK_HEXAHEDRON,
     VTK_PENTAGONAL_PRISM,
-    VTK_PIXEL,
     VTK_POLYGON,
     VTK_POLYHEDRON,
     VTK_PYRAMID,
@@ -15,7 +14,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TETRA,
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
-    VTK_VOXEL,
     VTK_WEDGE,
     vtkCellArray,
     vtkDataSetAttributes,
@@ -26,16 +24,14 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import FACES, connectivity_of, polydata_cells
+from vtk_mls.vtk.cells import BOXES, FACES, connectivity_of, polydata_cells
 
 _CHUNK = 1 << 14  # hexahedra, or cells with as many points, per pass
-# Lengths below this many roundings of float32 have no direction.
+# Shorter lengths, in roundings of float32, have no direction.
 _ROUNDINGS = 8
 
 _TETRAHEDRON = [(0, 1, 2, 3)]
 _HEXAHEDRON = [(0, 1, 3, 4), (1, 2, 3, 6), (1, 6, 4, 5), (3, 4, 6, 7), (1, 3, 4, 6)]
-_VOXEL_ORDER = (0, 1, 3, 2, 4, 5, 7, 6)
-_VOXEL = [tuple(_VOXEL_ORDER[corner] for corner in four) for four in _HEXAHEDRON]
 _WEDGE = [(0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)]
 _PYRAMID = [(0, 1, 2, 4), (0, 2, 3, 4)]
 
@@ -44,7 +40,6 @@ _PYRAMID = [(0, 1, 2, 4), (0, 2, 3, 4)]
 TETRAHEDRA = {
     **dict.fromkeys((10, 24, 71, 78), _TETRAHEDRON),
     **dict.fromkeys((12, 25, 29, 33, 72, 79), _HEXAHEDRON),
-    11: _VOXEL,
     **dict.fromkeys((13, 26, 31, 32, 73, 80), _WEDGE),
     **dict.fromkeys((14, 27, 37, 74, 81), _PYRAMID),
 }
@@ -58,11 +53,10 @@ def _prism(sides):
     return lower + upper
 
 
-# Corners at which three edges span a parallelepiped of the sign of the Jacobian there.
+# A corner and the ends of its three edges, whose triple product has the sign of the Jacobian.
 _CORNER_EDGES = {
     VTK_TETRA: _TETRAHEDRON,
     VTK_HEXAHEDRON: _prism(4),
-    VTK_VOXEL: [tuple(_VOXEL_ORDER[corner] for corner in four) for four in _prism(4)],
     VTK_WEDGE: _prism(3),
     VTK_PYRAMID: [(i, (i + 1) % 4, (i - 1) % 4, 4) for i in range(4)],
     VTK_PENTAGONAL_PRISM: _prism(5),
@@ -74,12 +68,7 @@ _AXIS_ENDS = (
     ([0, 1, 4, 5], [2, 3, 6, 7]),
     ([0, 1, 2, 3], [4, 5, 6, 7]),
 )
-# Corners of flat cells in their order along the edge.
-_AREAS = {
-    VTK_TRIANGLE: (0, 1, 2),
-    VTK_QUAD: (0, 1, 2, 3),
-    VTK_PIXEL: (0, 1, 3, 2),
-}
+_FLAT_SIZES = {VTK_TRIANGLE: 3, VTK_QUAD: 4}
 
 
 def count_inverted(mesh, before, after, jacobian, ghosts=None):
@@ -124,10 +113,10 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
 
 
 class _Margins:
-    """Margins of cells: above 0 if a cell kept its orientation, NaN if that is unknown.
+    """Margins of cells: above 0 if a cell kept its orientation, NaN if it cannot be checked.
 
-    A margin comes from measures: tuples of the sizes before and after, and the rounding error of
-    the size before.
+    A margin is computed from measures: tuples of the signed sizes before and after, and the
+    rounding error of the size before.
     """
 
     def __init__(self, before, after, jacobian):
@@ -148,8 +137,7 @@ class _Margins:
             margins, finite = _margins(*self._areas(triangles.reshape(-1, 3)))
             shape = triangles.shape[:2]
             return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
-        points = points[:, _AREAS.get(cell_type, range(points.shape[1]))]
-        return _least(self._areas(points, at_corners=cell_type in (VTK_QUAD, VTK_PIXEL)))
+        return _least(self._areas(points, at_corners=cell_type == VTK_QUAD))
 
     def of_polyhedra(self, faces):
         """Margins of the polyhedra of a `_Faces`."""
@@ -169,9 +157,8 @@ class _Margins:
 
     def _of_corners(self, cell_type, points):
         measures, positions = self._volumes(points, _CORNER_EDGES[cell_type])
-        if cell_type in (VTK_HEXAHEDRON, VTK_VOXEL):
-            order = _VOXEL_ORDER if cell_type == VTK_VOXEL else slice(None)
-            measures.append(self._axes_volume(points, [x[:, order] for x in positions]))
+        if cell_type == VTK_HEXAHEDRON:
+            measures.append(self._axes_volume(points, positions))
         return _least(measures)
 
     def _volumes(self, points, edges):
@@ -312,7 +299,10 @@ def _has_blank_points(mesh):
 
 
 def _groups(mesh):
-    """Type, indices (n,) and points (n, k) of cells of one type and size, in chunks."""
+    """Type, indices (n,) and points (n, k) of cells of one type and size, in chunks.
+
+    Voxels and pixels are hexahedra and quads.
+    """
     if isinstance(mesh, vtkUnstructuredGrid):
         if mesh.GetNumberOfCells():
             yield from _by_size(arrays.cell_types(mesh), *connectivity_of(mesh.GetCells()))
@@ -337,10 +327,11 @@ def _by_size(types, connectivity, offsets, first=0):
     sizes = np.diff(offsets)
     for cell_type in np.unique(types).tolist():
         for size in np.unique(sizes[types == cell_type]).tolist():
-            if _is_complete(cell_type, size):
+            free_type, order = BOXES.get(cell_type, (cell_type, slice(None)))
+            if _is_complete(free_type, size):
                 for rows in _chunks(np.flatnonzero((types == cell_type) & (sizes == size)), size):
                     points = connectivity[offsets[rows][:, None] + np.arange(size)]
-                    yield cell_type, first + rows, points
+                    yield free_type, first + rows, points[:, order]
 
 
 def _structured(extent, cells):
@@ -369,8 +360,8 @@ def _is_complete(cell_type, size):
     """Whether a cell with `size` points has all points that its type needs."""
     if cell_type in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
         return size > 2
-    if cell_type in _AREAS:
-        return size == len(_AREAS[cell_type])
+    if cell_type in _FLAT_SIZES:
+        return size == _FLAT_SIZES[cell_type]
     tables = _CORNER_EDGES.get(cell_type) or TETRAHEDRA.get(cell_type)
     return tables is not None and size > max(map(max, tables))
 

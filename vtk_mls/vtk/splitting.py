@@ -5,12 +5,11 @@ side. A half-plane divides the cells on its whole plane, which keeps the mesh co
 edge they are joined again. A surface divides the cells that touch its bounding box; its bends
 within one cell are ignored.
 
-Clipping gives two separate meshes. To join them away from the cut, whatever types their cells have,
-each point gets a key, the same for points that become one, and VTK merges points with the keys as
-coordinates.
+Clipping returns two separate meshes. To join them away from the cut, each point gets a key, which
+is equal for points to be merged; VTK merges points with the keys as coordinates.
 
-Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) are kept
-as they are.
+Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) stay as
+they are.
 """
 
 from __future__ import annotations
