@@ -336,8 +336,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         ):
             for name in names:
                 if not any(attributes.HasArray(name) for attributes in data):
-                    found = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
+                    available = [a.GetName() for d in data for a in arrays.all_arrays(d)]
                     raise ValueError(
                         f"`{argument}` names `{name}`, which the input has not; it has "
-                        f"{', '.join(f'`{array}`' for array in found) or 'no arrays'}"
+                        f"{', '.join(f'`{array}`' for array in available) or 'no arrays'}"
                     )

@@ -179,7 +179,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
     def _with_initial(self, deformation):
         """The deformation, or a chain of the InitialTransform and the deformation."""
-        initial = initial_transforms.read(self.GetInitialTransform(), self._initial_cache)
+        initial = initial_transforms.read_initial(self.GetInitialTransform(), self._initial_cache)
         if initial is None:
             return deformation
         make = partial(Chain, [initial, deformation])

@@ -19,8 +19,8 @@ def scalars(image, name):
     data = image.GetPointData()
     array = data.GetArray(name)
     if array is None or array.GetNumberOfComponents() != 1:
-        candidates = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
-        names = [f"`{a.GetName()}`" for a in candidates if a and a.GetNumberOfComponents() == 1]
+        numeric = [array for array in arrays.all_arrays(data) if arrays.is_numeric(array)]
+        names = [f"`{array.GetName()}`" for array in numeric if array.GetNumberOfComponents() == 1]
         raise ValueError(
             f"`GradientArray` must name a point array with one component, got `{name}`; the "
             f"input has {', '.join(names) or 'none'}"

@@ -18,7 +18,7 @@ from vtk_mls.queries.transform import Transform
 from vtk_mls.vtk import arrays
 
 
-def read(value, cache):
+def read_initial(value, cache):
     """The transform of the property InitialTransform, or None.
 
     Parameters

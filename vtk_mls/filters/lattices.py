@@ -124,8 +124,7 @@ def _signature(block):
         (block.GetPointData(), block.GetNumberOfPoints()),
         (block.GetCellData(), block.GetNumberOfCells()),
     ):
-        for i in range(attributes.GetNumberOfArrays()):
-            array = attributes.GetAbstractArray(i)
+        for array in arrays.all_arrays(attributes):
             is_sound = arrays.is_numeric(array) and array.GetNumberOfTuples() == count
             if not is_sound or array.GetName() == arrays.GHOSTS:
                 return None
@@ -152,7 +151,7 @@ def _connected(places):
         near = [group for group in groups if any(_touch(place, other) for other in group)]
         groups = [group for group in groups if group not in near]
         groups.append([place, *(other for group in near for other in group)])
-    order = {place.block.__this__: number for number, place in enumerate(places)}
+    order = {place.block.__this__: index for index, place in enumerate(places)}
     return [sorted(group, key=lambda place: order[place.block.__this__]) for group in groups]
 
 
@@ -175,10 +174,8 @@ def _joined(places):
     is_flat = (extents[:, :, 0] == extents[:, :, 1]) & (low < high)
     if has_cells and is_flat.any():  # cells of a slice are no cells of a volume
         return None
-    for name, is_cells in (("GetPointData", False), ("GetCellData", True)):
+    for name, is_cells in (("GetPointData", False), ("GetCellData", True))[: 1 + has_cells]:
         data = [getattr(place.block, name)() for place in places]
-        if is_cells and not has_cells:
-            continue
         values = _values(data, extents - low[None, :, None], is_cells)
         if values is None:
             return None
@@ -199,13 +196,8 @@ def _values(data, extents, is_cells):
     results = None
     for attributes, start, size in zip(data, starts, sizes):
         region = tuple(slice(s, s + n) for s, n in zip(start[::-1], size[::-1]))
-        parts = [
-            part.reshape(*size[::-1], *part.shape[1:])
-            for part in (
-                arrays.to_numpy(attributes.GetArray(i))
-                for i in range(attributes.GetNumberOfArrays())
-            )
-        ]
+        parts = [arrays.to_numpy(array) for array in arrays.all_arrays(attributes)]
+        parts = [part.reshape(*size[::-1], *part.shape[1:]) for part in parts]
         if results is None:
             results = [np.zeros(shape + part.shape[3:], part.dtype) for part in parts]
         overlap = filled[region]
@@ -221,8 +213,5 @@ def _values(data, extents, is_cells):
 
 def _addresses(image):
     """`__this__` of all arrays."""
-    return [
-        data.GetAbstractArray(i).__this__
-        for data in (image.GetPointData(), image.GetCellData())
-        for i in range(data.GetNumberOfArrays())
-    ]
+    data = arrays.all_arrays(image.GetPointData()) + arrays.all_arrays(image.GetCellData())
+    return [array.__this__ for array in data]

@@ -59,8 +59,8 @@ def image_mask(image, name="`Mask`"):
     if array is None and data.GetNumberOfArrays() == 1:
         array = data.GetArray(0)
     if array is None or array.GetNumberOfComponents() != 1:
-        found = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
-        raise ValueError(f"{name} must be an image with one number in each point, got {found}")
+        components = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
+        raise ValueError(f"{name} must be an image with one number in each point, got {components}")
     grid = ImageGeometry.of_image(image).grid
     values = arrays.to_numpy(array).reshape(grid.shape)
     if values.dtype.kind in "biu":

@@ -96,11 +96,17 @@ def request_share(info):
 
 def _gather(controller, own):
     """The bytes of all processes, one after the other."""
-    given, got = vtkCharArray(), vtkCharArray()
-    given.SetNumberOfValues(len(own))
-    np.frombuffer(given, np.uint8)[:] = np.frombuffer(own, np.uint8)
-    controller.AllGatherV(given, got)
-    return np.frombuffer(got, np.uint8).tobytes()
+    gathered = vtkCharArray()
+    controller.AllGatherV(_char_array(own), gathered)
+    return np.frombuffer(gathered, np.uint8).tobytes()
+
+
+def _char_array(data):
+    """The vtkCharArray of bytes."""
+    array = vtkCharArray()
+    array.SetNumberOfValues(len(data))
+    np.frombuffer(array, np.uint8)[:] = np.frombuffer(data, np.uint8)
+    return array
 
 
 def _pack(polydata):
@@ -129,8 +135,6 @@ def _merge(parts):
 
 
 def _unpack(part):
-    packed, polydata = vtkCharArray(), vtkPolyData()
-    packed.SetNumberOfValues(len(part))
-    np.frombuffer(packed, np.uint8)[:] = np.frombuffer(part, np.uint8)
-    vtkCommunicator.UnMarshalDataObject(packed, polydata)
+    polydata = vtkPolyData()
+    vtkCommunicator.UnMarshalDataObject(_char_array(part), polydata)
     return polydata

@@ -336,13 +336,12 @@ def stamps(mesh):
     Those of the point data and the cell data do not count: since VTK 9.7 vtkTransformFilter, for
     one, changes them in its input though no array changes.
     """
-    found = _stamps_of_parts(mesh)
+    result = _stamps_of_parts(mesh)
     for data in (mesh.GetPointData(), mesh.GetCellData()):
-        held = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
         kinds = range(vtkDataSetAttributes.NUM_ATTRIBUTES)
         active = [data.GetAbstractAttribute(kind) for kind in kinds]
-        found.append([_stamp(array) for array in held + active])
-    return found
+        result.append([_stamp(array) for array in arrays.all_arrays(data) + active])
+    return result
 
 
 def _stamps_of_parts(thing):
@@ -364,11 +363,11 @@ def cell_centers(mesh):
     centers.VertexCellsOff()
     centers.Update()
     points = centers.GetOutput().GetPoints()
-    found = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
+    positions = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
     if filled is mesh:
-        return found
+        return positions
     result = np.full((mesh.GetNumberOfCells(), 3), np.nan)
-    result[~is_empty(mesh)] = found
+    result[~is_empty(mesh)] = positions
     return result
 
 

@@ -272,7 +272,7 @@ def image_values(attributes, grid):
         own tuples.
     """
     values = []
-    for array in _arrays(attributes):
+    for array in all_arrays(attributes):
         if array.GetNumberOfTuples() != grid.size:
             raise ValueError(
                 f"array `{array.GetName()}` must have one tuple for each of the {grid.size} points "
@@ -289,7 +289,7 @@ def check_lengths(dataset):
         (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
         (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
     ):
-        for array in _arrays(attributes):
+        for array in all_arrays(attributes):
             if array.GetNumberOfTuples() < count:
                 raise ValueError(
                     f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
@@ -313,7 +313,7 @@ def set_image_values(attributes, values, source):
 
 def set_rows(attributes, source, rows):
     """Fill point or cell data with the tuples `rows` (n,) of those of `source`."""
-    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in _arrays(source)]
+    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in all_arrays(source)]
     set_values(attributes, values, source)
 
 
@@ -322,7 +322,7 @@ def set_values(attributes, values, source):
 
     Otherwise as `set_image_values`.
     """
-    for new, old in zip(values, _arrays(source)):
+    for new, old in zip(values, all_arrays(source)):
         if is_numeric(old):
             array = from_numpy(new, old.GetDataType())
             array.SetLookupTable(old.GetLookupTable())
@@ -335,7 +335,7 @@ def set_values(attributes, values, source):
         active = source.GetAbstractAttribute(kind)
         # several points may have the same id now
         if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
-            position = [array is active for array in _arrays(source)].index(True)
+            position = [array is active for array in all_arrays(source)].index(True)
             attributes.SetActiveAttribute(position, kind)
 
 
@@ -433,7 +433,8 @@ def _control_point_values(polydata, name, components):
     return to_numpy(array)
 
 
-def _arrays(attributes):
+def all_arrays(attributes):
+    """The vtkAbstractArrays of point, cell or field data."""
     return [attributes.GetAbstractArray(i) for i in range(attributes.GetNumberOfArrays())]
 
 

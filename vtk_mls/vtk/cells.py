@@ -195,8 +195,8 @@ def append_empty(grid, mesh):
         faces,
     )
     data = grid.GetCellData()
-    indices = range(data.GetNumberOfArrays())
-    arrays_and_roles = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in indices]
+    roles = [data.IsArrayAnAttribute(i) for i in range(data.GetNumberOfArrays())]
+    arrays_and_roles = [*zip(arrays.all_arrays(data), roles)]
     data.Initialize()
     for array, role in arrays_and_roles:
         longer = _append_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
