@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
@@ -384,14 +386,14 @@ class _Faces:
 
     def edges_of_simple_corners(self):
         """Cell (m,), and corner and ends of edges (m, 4), of corners with three edges."""
-        rows, first, counts = self._distinct_edges()
+        rows, first, counts = self._distinct_edges
         first = first[counts == 3]
         ends = rows[2][first[:, None] + np.arange(3)]
         return rows[0][first], np.column_stack([rows[1][first], ends])
 
     def other_corners(self):
         """Cell (m,), and corner of a face between its neighbors (m, 3), of the other corners."""
-        rows, first, counts = self._distinct_edges()
+        rows, first, counts = self._distinct_edges
         others = first[counts != 3]
         span = self._corner.max(initial=0) + 1
         is_other = np.isin(
@@ -406,6 +408,7 @@ class _Faces:
         sums = [np.bincount(self._owner, axis[self._corner], self.count) for axis in x]
         return np.stack(sums) / weights
 
+    @functools.cached_property
     def _distinct_edges(self):
         """Cell, corner and end of each edge (3, m), sorted; first edge and count at each corner."""
         rows = np.stack(
