@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vtk_mls import filters
 from vtk_mls.filters import properties
+from vtk_mls.filters.deforming import DeformingFilter
 
 STUBS = Path(filters.__file__).with_name("__init__.pyi")
 HEAD = '''"""Written by `python docs/properties_page.py` from the tables of properties."""
@@ -41,28 +42,41 @@ _VALUES = {
 
 def stubs():
     """The text of the stubs."""
-    classes = [getattr(filters, name) for name in filters.__all__]
-    return HEAD + "\n".join(_class(kind) for kind in classes)
+    return HEAD + "\n".join(
+        [
+            _class("_DeformingFilter", DeformingFilter, "VTKPythonAlgorithmBase"),
+            *(_public_class(getattr(filters, name)) for name in filters.__all__),
+        ]
+    )
 
 
-def _class(kind):
-    lines = [
-        f"class {kind.__name__}(VTKPythonAlgorithmBase):",
-        "    def __init__(self) -> None: ...",
-    ]
-    known = set()
-    for prop in kind.PROPERTIES:
-        known.update(prop.methods())
-        lines += [_property_method(prop, getattr(kind, name)) for name in prop.methods()]
-    others = {
-        name: method
-        for base in reversed(kind.__mro__)
-        if base.__module__.startswith("vtk_mls")
-        for name, method in vars(base).items()
-        if inspect.isfunction(method) and not name.startswith(("_", *INHERITED))
-    }
-    lines += [_method(others[name]) for name in others if name not in known]
+def _public_class(kind):
+    if issubclass(kind, DeformingFilter):
+        inherited = _methods(DeformingFilter).values()
+        return _class(kind.__name__, kind, "_DeformingFilter", inherited)
+    return _class(kind.__name__, kind, "VTKPythonAlgorithmBase")
+
+
+def _class(name, kind, base, inherited=()):
+    """A class with the methods of `kind`, except those that are `inherited`."""
+    lines = [f"class {name}({base}):", "    def __init__(self) -> None: ..."]
+    properties_of = {method: prop for prop in kind.PROPERTIES for method in prop.methods()}
+    for method_name, method in _methods(kind).items():
+        prop = properties_of.get(method_name)
+        if method not in inherited:
+            lines.append(_property_method(prop, method) if prop else _method(method))
     return "\n".join(lines) + "\n"
+
+
+def _methods(kind):
+    """The methods for users by their names, first those of properties."""
+    methods = {name: getattr(kind, name) for prop in kind.PROPERTIES for name in prop.methods()}
+    for base in reversed(kind.__mro__):
+        if base.__module__.startswith("vtk_mls"):
+            for name, method in vars(base).items():
+                if inspect.isfunction(method) and not name.startswith(("_", *INHERITED)):
+                    methods[name] = getattr(kind, name)
+    return methods
 
 
 def _property_method(prop, method):
