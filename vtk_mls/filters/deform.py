@@ -186,8 +186,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         initial, _ = initial_transforms.split_chain(transform)
         options = warping.MeshOptions(
             self._direction_arrays(),
-            self.GetGenerateJacobian(),
-            self.GetGenerateJacobianDeterminant(),
+            *self._jacobian_options(),
             self.GetGenerateCellQuality(),
             self.GetGenerateLargestBlend(),
         )

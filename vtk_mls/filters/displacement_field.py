@@ -122,7 +122,8 @@ class MLSDisplacementField(DeformingFilter):
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
-        with_jacobian = self._makes_jacobian()
+        options = self._jacobian_options()
+        with_jacobian = any(options)
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
@@ -138,11 +139,7 @@ class MLSDisplacementField(DeformingFilter):
         arrays.add(output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
         if with_jacobian:
             gradients.add_jacobian(
-                output,
-                jacobian.reshape(*grid.shape, 3, 3),
-                np.zeros(grid.shape, bool),
-                self.GetGenerateJacobian(),
-                self.GetGenerateJacobianDeterminant(),
+                output, jacobian.reshape(*grid.shape, 3, 3), np.zeros(grid.shape, bool), *options
             )
 
     def _share_boxes(self, info=None):
