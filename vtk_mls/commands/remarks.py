@@ -221,7 +221,7 @@ def _transforms(algorithm):
     """The initial transform of a filter, or None, and its deformation."""
     from vtk_mls.filters import initial_transforms
 
-    return initial_transforms.divided(algorithm.updated_deformation())
+    return initial_transforms.split_chain(algorithm.updated_deformation())
 
 
 def _are_far_away(points, datasets):

@@ -19,7 +19,7 @@ from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.sample import differences, void_corners
 from vtk_mls.engine.sample.sampler import samplers
 from vtk_mls.queries import vector_fields
-from vtk_mls.queries.known_inverses import known_inverses
+from vtk_mls.queries.direct_inverses import direct_inverses
 
 
 @functools.cache
@@ -136,10 +136,10 @@ class Engine:
             for search in searches:
                 rows = _rows_in(search.map.region, deformation.planes, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
-            rows, inverses = known_inverses(
+            rows, direct = direct_inverses(
                 functools.partial(self.backward, deformation), deformation, points[part]
             )
-            displacement[part.start + rows], found[part.start + rows] = inverses, True
+            displacement[part.start + rows], found[part.start + rows] = direct, True
         return displacement, found
 
     @_exclusive
