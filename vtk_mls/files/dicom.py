@@ -11,19 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import image_files
+from vtk_mls.files import formats, image_files
 from vtk_mls.files.volumes import Volume
 
-_MAGIC = slice(128, 132), b"DICM"
 _MAX_LISTED = 6
 _TOLERANCE = 0.02  # of the distance of slices
 _SERIES, _DESCRIPTION, _FRAMES = "0020|000e", "0008|103e", "0028|0008"
-
-
-def _has_magic(path):
-    """Whether a file begins as DICOM does."""
-    with path.open("rb") as file:
-        return file.read(_MAGIC[0].stop)[_MAGIC[0]] == _MAGIC[1]
 
 
 def read(path):
@@ -98,7 +91,7 @@ def _check_complete(folder, found):
     for file in sorted(folder.iterdir()):
         if file.name == "DICOMDIR" or str(file) in listed or not file.is_file():
             continue
-        if _has_magic(file) and not _is_other(file):
+        if formats.is_dicom_file(file) and not _is_other(file):
             raise ValueError(f"its file `{file.name}` is broken, and may be a slice")
 
 

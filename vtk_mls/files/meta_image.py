@@ -46,11 +46,6 @@ _OWN_KEYS = (  # of values and geometry; not copied
 _MAX_LINE = 1 << 16  # bytes
 
 
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
-
-
 def open_file(path):
     """Open a file.
 
@@ -80,22 +75,18 @@ def open_file(path):
         if components < 1:
             raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
         shape = [*[1] * (3 - count), *sizes[2::-1], *[components] * (components > 1)]
-        geometry = _geometry(header, count)
+        origin, spacing, direction = _geometry(header, count)
+        place = origin[:3], spacing[:3], direction
         if count < 4:
             values = _values(header, file, path, shape)
-            return Series((), lambda index: _volume(header, geometry, values))
+            return Series((), lambda index: _volume(header, *place, values))
         slabs = _slabs(header, file.tell(), path, shape, sizes[3])
-    spacing, start = (
-        _numbers(_first(header, names, default), 4, names[0])[3]
-        for names, default in ((_SPACINGS, "1 1 1 1"), (_ORIGINS, "0 0 0 0"))
-    )
-    times = tuple(float(start + spacing * number) for number in range(sizes[3]))
-    return Series(times, lambda index: _volume(header, geometry, slabs.read(index)))
+    times = tuple((origin[3] + spacing[3] * np.arange(sizes[3])).tolist())
+    return Series(times, lambda index: _volume(header, *place, slabs.read(index)))
 
 
-def _volume(header, geometry, values):
+def _volume(header, origin, spacing, direction, values):
     """The `Volume` of values."""
-    origin, spacing, direction = geometry
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
     copied = {key: text for key, text in header.items() if key not in _OWN_KEYS}
     if _ORIENTATION in header:
@@ -105,19 +96,6 @@ def _volume(header, geometry, values):
     return Volume(values, origin, direction * spacing, is_label=is_label, header=lines)
 
 
-def write(path, volume):
-    """Write a volume.
-
-    Parameters
-    ----------
-    path : Path
-        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
-    volume : Volume
-    """
-    with writing(path, ()) as add:
-        add(volume)
-
-
 @contextlib.contextmanager
 def writing(path, times):
     """A context with a function that adds a `Volume` to a file.
@@ -125,7 +103,7 @@ def writing(path, times):
     Parameters
     ----------
     path : Path
-        As of `write`.
+        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
     times : tuple of float
         Of the volumes; empty for one that has none.
     """
@@ -200,27 +178,23 @@ def _copied(lines, direction):
 
 
 def _geometry(header, count):
-    """Origin (3,), spacing (3,) and direction (3, 3)."""
-    origin, spacing, direction = np.zeros(3), np.ones(3), np.eye(3)
+    """Origin and spacing along all axes, at least 3, and direction (3, 3)."""
+    n = max(count, 3)
+    origin, spacing, direction = np.zeros(n), np.ones(n), np.eye(3)
     for target, names in ((origin, _ORIGINS), (spacing, _SPACINGS)):
         name = next((name for name in names if name in header), None)
         if name is not None:
             numbers = _numbers(header[name], count, name)
             if not np.isfinite(numbers).all():
                 raise ValueError(f"its {name} must be finite numbers")
-            target[:count] = numbers[:3]
-    text = _first(header, _DIRECTIONS, "")
+            target[:count] = numbers
+    text = next((header[name] for name in _DIRECTIONS if name in header), "")
     if text:
         matrix = _numbers(text, count * count, "direction").reshape(count, count).T
         if count == 4 and not np.array_equal([*matrix[3], *matrix[:3, 3]], [0, 0, 0, 1, 0, 0, 0]):
             raise ValueError("its fourth axis must be time, and not turned into space")
         direction[:count, :count] = matrix[:3, :3]
     return origin, spacing, direction
-
-
-def _first(header, names, default):
-    """The text of the first of some keys that the header has."""
-    return next((header[name] for name in names if name in header), default)
 
 
 def _numbers(text, count, name):

@@ -54,19 +54,7 @@ def read(path):
 
 
 def write(file, landmarks):
-    """Write points, in LPS, of one volume.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points of one volume, without those that are not placed."""
     placed = np.flatnonzero(landmarks.is_placed)
     labels = [_quoted(landmarks.labels[i]) for i in placed]
     _write(file, f"{_TITLE}\nVolumes = 1;\n", landmarks.positions[placed] * signs("RAS"), labels)
@@ -74,34 +62,13 @@ def write(file, landmarks):
 
 
 def write_pairs(file, pairs):
-    """Write control points, in LPS: q in the first volume, p in the second. Weights are left out.
-
-    Parameters
-    ----------
-    file : text file
-    pairs : Pairs
-    """
+    """Write `Pairs`, in LPS: q in the first volume, p in the second. Weights are left out."""
     places = np.hstack([pairs.deformed * signs("RAS"), pairs.rest * signs("RAS")])
     _write(file, f"{_TITLE}\nVolumes = 2;\n", places, [_quoted(label) for label in pairs.labels])
 
 
 def rewrite(path, file, positions, space):
-    """Write a file again, with other positions: of pairs those of the second volume.
-
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        Points at NaN are left out.
-    space : str
-        Unused: the frame is RAS.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write a file again, with other positions, of pairs in the second volume; NaN is left out."""
     head, _, tags = _parsed(path)
     positions = positions * signs("RAS")
     placed = np.flatnonzero(np.isfinite(positions).all(axis=1))

@@ -56,11 +56,6 @@ _MAX_SHIFT = 0.01  # voxels between two placements of a vertex without a warning
 _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
-
-
 def open_file(path):
     """Open a file.
 
@@ -129,27 +124,22 @@ def _volume(header, affine, values):
     )
 
 
-def write(path, volume):
-    """Write a volume.
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a file.
+
+    Volumes are written at once, those with components when the context ends.
 
     Parameters
     ----------
     path : Path
         A .nii or .nii.gz file.
-    volume : Volume
+    times : tuple of float
+        Of the volumes; empty for one that has none.
     """
-    with writing(path, (0.0,)) as add:
-        add(volume)
-
-
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file, one for each of `times`.
-
-    Volumes are written at once, those with components when the context ends.
-    """
+    times = times or (0.0,)
     volumes.steps_of(times)
-    kept = []
+    components_in_time = []
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("wb"))
         if path.suffix.lower() == ".gz":
@@ -159,7 +149,7 @@ def writing(path, times):
         def add(volume):
             nonlocal header
             if header is None:
-                header = _header_of(volume, tuple(times))
+                header = _header_of(volume, times)
                 file.write(header.binaryblock + bytes(4))  # no extensions
             if header["dim"][0] < 5:
                 volumes.write_values(file, volume.values)
@@ -167,12 +157,12 @@ def writing(path, times):
             signs = _TO_RAS.astype(volume.values.dtype)
             is_displacement = header["intent_code"] == _DISPLACEMENT
             values = volume.values * signs if is_displacement else volume.values
-            kept.append(np.moveaxis(values, -1, 0))
+            components_in_time.append(np.moveaxis(values, -1, 0))
 
         yield add
-        for component in range(len(kept[0]) if kept else 0):
-            for values in kept:
-                volumes.write_values(file, values[component])
+        for component in zip(*components_in_time):
+            for values in component:
+                volumes.write_values(file, values)
 
 
 def _header_of(volume, times):

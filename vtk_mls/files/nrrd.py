@@ -46,11 +46,6 @@ _MAX_LINE = 1 << 20  # bytes
 _LPS = "left-posterior-superior"
 
 
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
-
-
 def open_file(path):
     """Open a file.
 
@@ -158,34 +153,17 @@ def _volume(values, details):
     )
 
 
-def write(path, volume):
-    """Write a volume, compressed.
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a compressed file.
 
     Parameters
     ----------
     path : Path
         A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
-    volume : Volume
-        The file gets its space, or LPS if NRRD has no such space.
-
-    Raises
-    ------
-    OSError, ValueError
-    """
-    with writing(path, ()) as add:
-        add(volume)
-
-
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
-
-    Parameters
-    ----------
-    path : Path
-        As of `write`.
     times : tuple of float
-        Of the volumes, which are in LPS then; empty for one that has none.
+        Of the volumes, which are written in LPS; empty for one that has none. Its space is that of
+        the `Volume`, or LPS if NRRD has no such space.
 
     Raises
     ------

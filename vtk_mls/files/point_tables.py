@@ -112,13 +112,7 @@ def read(path, is_alone=False, time=None):
 
 
 def write_pairs(file, pairs):
-    """Write control points.
-
-    Parameters
-    ----------
-    file : text file
-    pairs : Pairs
-    """
+    """Write `Pairs`."""
     write_row = _row_writer(file)
     has_labels, has_weights = any(pairs.labels), pairs.weights is not None
     names = ["px", "py", "pz", "qx", "qy", "qz"]
@@ -129,19 +123,7 @@ def write_pairs(file, pairs):
 
 
 def write(file, landmarks):
-    """Write points as antsApplyTransformsToPoints reads them.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points as antsApplyTransformsToPoints reads them, without those not placed."""
     write_row = _row_writer(file)
     write_row(["x", "y", "z", "t", "label", "comment"])
     for i in np.flatnonzero(landmarks.is_placed).tolist():
@@ -151,22 +133,10 @@ def write(file, landmarks):
 
 
 def rewrite(path, file, positions, space):
-    """Write a table again, with other positions.
+    """Write a table again, with other positions, of pairs the first ones.
 
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        The first positions of pairs. Points at NaN are marked as not placed in tables of BigWarp
-        and 3D Slicer, and left out of others.
-    space : str
-        The frame of a table that does not say its own.
-
-    Returns
-    -------
-    int
-        Number of points left out.
+    Points at NaN are marked as not placed in tables of BigWarp and 3D Slicer, and left out of
+    others.
     """
     table, left_out = _open(path), 0
     write_row = _row_writer(file, table.mark)
