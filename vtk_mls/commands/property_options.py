@@ -35,6 +35,17 @@ def apply(options, algorithm):
             prop.assign(algorithm, getattr(options, prop.option))
 
 
+def numbers(flag, text, count):
+    """`count` numbers from the text of an option."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise ValueError(f"`{flag}` must be {count} numbers with commas, got `{text:.60}`")
+    return values
+
+
 def default(name):
     """The default of a property, as text of an option."""
     return _text(value(name))

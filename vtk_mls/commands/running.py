@@ -19,7 +19,7 @@ def read(reader, path):
 
 @contextmanager
 def _deferred_warnings(named=str):
-    """Print warnings at the end, as `named` returns them: reading silences stderr."""
+    """Print warnings at the end of the block, as `named` returns them: reading silences stderr."""
     from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
@@ -44,6 +44,16 @@ def distinct_warnings():
 
     with message_handlers(None, print_once):
         yield
+
+
+def read_image(option, path):
+    """The image of an option."""
+    from vtk_mls import io
+
+    image = read(io.read_dataset, path)
+    if not image.IsA("vtkImageData"):
+        raise ValueError(f"`{option}` must be an image, got a {image.GetClassName()} in `{path}`")
+    return image
 
 
 def update(algorithm, options, done=0, total=1):
@@ -101,6 +111,17 @@ def draw_bar(done):
     """Show the progress bar; `done` goes from 0 to 1."""
     bar = ("#" * round(_BAR_LENGTH * done)).ljust(_BAR_LENGTH, ".")
     print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def progress_bar(options):
+    """`draw_bar`, and a new line at the end of the block; None if no bar is to be shown."""
+    has_bar = shows_progress(options)
+    try:
+        yield draw_bar if has_bar else None
+    finally:
+        if has_bar:
+            print(file=sys.stderr)
 
 
 def _update(algorithm, has_bar, done, total):
